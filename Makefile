@@ -45,7 +45,7 @@ reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results
 smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
 	$(RUN) snakemake -j$(JOBS) smoke
 
-test: $(VENV)/dev.stamp ## run the fast tests, three minutes on two cores
+test: $(VENV)/dev.stamp ## run the fast tests, a minute and a half on two cores
 	$(RUN) pytest -n $(JOBS) --dist loadfile -m "not slow"
 
 test-all: test ## run all tests: the fast ones, then the slow ones
@@ -85,7 +85,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
-	$(RUN) snakemake -j$(JOBS) reference --rerun-triggers mtime input
+	$(RUN) snakemake -j$(JOBS) reference
 	$(RUN) workflow.evidence.keep
 
 docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors

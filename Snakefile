@@ -1,9 +1,10 @@
 # The study. Each file in config/scenes/ is a target with its own name; without a target the default scenes are made.
-# Rules of the stages: workflow/rules. Science: src/roughslip. Which edits re-run a stage: workflow/keys/key_files.py.
+# Rules of the stages: workflow/rules. Science: src/roughslip. What names a result: workflow/keys/names.py.
 import atexit
 import os
-import shlex
 import sys
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from snakemake.utils import min_version
@@ -19,47 +20,56 @@ sys.path[:0] = [str(ROOT), str(SOURCE)]
 configfile: f"{ROOT}/config/config.yaml"
 
 
+from roughslip.compilation import source_hash
 from roughslip.errors import InputError
-from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.sweep import all_names
 from roughslip.stages.runtime.parent import PARENT
-from workflow.keys import key_files
-from workflow.recovery import earlier_runs, start
-from workflow.recovery.snakemake_metadata import SHARED
+from workflow.keys import code_hash
+from workflow.keys.names import KEY, STORE, Names
+from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
-from workflow.study.commands import command, log, outputs, run
+from workflow.study.commands import command, log, outputs
+from workflow.study.inputs import Inputs
 from workflow.study.options import check_config, check_targets
-from workflow.study.scenes import RULES, Scenes
+from workflow.study.publish import LISTED, publish_existing
+from workflow.study.scenes import BENCHMARKS, RULES, Scenes
 from workflow.study.terminal import show_own_errors
 
-# Paths are in the environment: in a command they would re-run all jobs when the tree is moved or .venv is made again.
+# Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
 os.environ[PARENT] = str(os.getpid())
 
-# What only describes the workflow changes no file outside .snakemake, like a dry run.
-DESCRIBES = {"--lint", "--list-rules", "--list", "-l", "--list-target-rules", "--lt", "--unlock"}
-DESCRIBES |= {"--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary"}
+# What only describes the workflow writes nothing outside .snakemake, like a dry run. Graphs and reports show all inputs.
+GRAPHS = {"--dag", "--rulegraph", "--filegraph", "--d3dag", "--summary", "--report"}.intersection(sys.argv)
+LISTS = {"--lint", "--list-rules", "--list", "-l", "--list-target-rules", "--lt", "--unlock"}.intersection(sys.argv)
+RUNS = workflow.is_main_process and not (workflow.output_settings.dryrun or GRAPHS or LISTS)
+STATE = Path(".snakemake")
+NEWEST = tempfile.NamedTemporaryFile(prefix="roughslip-")  # newer than any result
 
 if workflow.is_main_process and not workflow.output_settings.verbose:
-    show_own_errors()
+    show_own_errors(lambda folder: names.at(folder).scene)
 
-# Mistakes of the user end here, a line each. A job on another machine does not recover: its run has done that.
-shared = {}
+# Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:
-    names = [name for one, found in all_names(ROOT / "config" / "scenes").items() for name in (one, *found)]
-    options = check_config(config, names)
-    if workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv):
-        key_files.write_drafts()
-    if workflow.is_main_process:
-        check_targets(sys.argv[1:], names, RULES | {"all"})
-    marks = start.STATE / "scans"
-    scenes = Scenes(ROOT, sys.argv[1:], options["memory_mb"], default=options["scenes"], checked_scans=marks)
+    known = [name for one, variants in all_names(ROOT / "config" / "scenes").items() for name in (one, *variants)]
+    options = check_config(config, known)
+    words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
+    check_targets(words, known, RULES | {"all"})
+    scenes = Scenes(ROOT, words, options["memory_mb"], default=default, checked_scans=STATE / "scans")
     compared = scenes.compared(config.get("compare"))
-    if workflow.is_main_process:
-        lines, shared = start.recover(scenes)
-        if not DESCRIBES.intersection(sys.argv):
-            print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
+    names = Names(scenes, ROOT, writes=RUNS)
+    held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
+    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
+    if workflow.is_main_process and not LISTS:
+        lines = [*code_hash.report(LOCK.read_text(encoding="utf-8")), *held.lines]
+        lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
+        print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
+    if RUNS:
+        earlier_runs.refuse_queued_jobs(STATE)
+        for name in scenes.asked:
+            names.published(name)
+        source_hash.keep()
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)
@@ -73,25 +83,30 @@ if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in wo
 
 onstart:
     if workflow.non_local_exec:
-        earlier_runs.mark_slurm(start.STATE)
+        earlier_runs.mark_slurm(STATE)
 
 
 onsuccess:
     print_closing(workflow, workflow.dag.jobs)
 
 
-# Scenes that succeeded have their answer although another one failed.
+# What succeeded although something failed: its files stand where people open them, and scenes that ended have answers.
 onerror:
+    with suppress(OSError):  # a full disk, which the error of the run names
+        for each in scenes.asked:
+            publish_existing(Path("results", each), names.published(each))
     print_closing(workflow, workflow.dag.finished_jobs)
 
 
 # Where all results are up to date Snakemake calls no hook.
-if not (workflow.output_settings.dryrun or DESCRIBES.intersection(sys.argv)):
+if RUNS:
     atexit.register(print_closing, workflow, ())
 
 
 wildcard_constraints:
-    scene="|".join(scenes.valid),
+    scene="|".join(scenes.valid) or "(?!)",
+    file=rf"(?!{LISTED}$)(?!logs/)(?!\w+_solves/).+",
+    key=KEY,
     first=r"\d+",
     last=r"\d+",
     design="[a-z_]+",
@@ -100,7 +115,7 @@ wildcard_constraints:
 rule all:
     default_target: True
     input:
-        lambda wildcards: [product for name in scenes.default for product in scenes.all_of(name)],
+        [f"results/{name}/{LISTED}" for name in scenes.default],
         "results/report.html",
 
 
@@ -116,7 +131,7 @@ for name in scenes.valid:
         name:
             name
         input:
-            scenes.all_of(name),
+            [f"results/{each}/{LISTED}" for each in (name, *scenes.variants.get(name, ()))],
 
 
 # A line when a job starts, in place of a block of files and reasons.

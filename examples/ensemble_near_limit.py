@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from roughslip.friction import FrictionProcess, prepare
+from roughslip.friction import FrictionProcess, path_sampler
 from roughslip.oscillator import (
     KeptPath,
     Oscillator,
@@ -30,7 +30,7 @@ scatter = 0.03 * response.scatter(process.correlation_length_m)
 print(f"without scatter the cycle ends at D = {response.limit:.4f}; with it the limit scatters by {scatter:.4f}")
 
 dampings = response.limit + scatter * np.array([-4.0, -2.0, -1.0, 1.0, 4.0])
-paths = prepare(process, spacing_m=process.correlation_length_m / 4, length_m=2.0)
+paths = path_sampler(process, spacing_m=process.correlation_length_m / 4, length_m=2.0)
 runs = [KeptPath(paths.realisation([1, number])) for number in range(24)]
 counts = [ensemble_counts(belt, law, path, paths.spacing, 100.0, dampings).cycles for path in runs]
 without = counts_by_period(belt, law, 100.0, dampings).cycles

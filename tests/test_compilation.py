@@ -53,6 +53,7 @@ def compiled_files(folder: Path) -> list[Path]:
     return sorted(folder.rglob("*.nbc"))
 
 
+@pytest.mark.slow
 def test_equal_code_is_compiled_once(project, tmp_path):
     """By one of two processes that start together; not after edits of docstrings, and not in another folder."""
     cache = {"NUMBA_CACHE_DIR": str(tmp_path / "shared")}
@@ -68,6 +69,7 @@ def test_equal_code_is_compiled_once(project, tmp_path):
     assert compiled_files(tmp_path / "shared") == files
 
 
+@pytest.mark.slow
 def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
     """numba alone would return 20 again: it compares the file of the caller only."""
     assert run(project, OUTER)[0] == "20"
@@ -75,6 +77,7 @@ def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
     assert run(project, OUTER)[0] == "30"
 
 
+@pytest.mark.slow
 def test_options_of_a_caller_do_not_reach_what_it_calls(project):
     """numba alone would compile `f` with the options of whichever caller comes first, and bits depend on them."""
     edit(project, "def f():\n    return 2", "def f(x=0.0):\n    return 1.0 / x")
@@ -83,6 +86,7 @@ def test_options_of_a_caller_do_not_reach_what_it_calls(project):
     assert run(project, OUTER)[0] == "inf"
 
 
+@pytest.mark.slow
 def test_calls_from_compiled_code_share_one_form_without_a_wrapper(project, tmp_path):
     """Constants as arguments make no forms of their own; a call from Python takes another form, of the same value."""
     edit(project, "def f():\n    return 2", "def f(x):\n    return 2 * x")
@@ -95,6 +99,7 @@ def test_calls_from_compiled_code_share_one_form_without_a_wrapper(project, tmp_
     assert [file.name.split(".")[-3] for file in compiled_files(cache)] == ["inner", "outer", "outer"]
 
 
+@pytest.mark.slow
 def test_damaged_files_are_compiled_again(project, tmp_path):
     """Without a project the cache is that of the user."""
     (project / "pyproject.toml").unlink()

@@ -78,6 +78,7 @@ def test_surface_from_scan():
         assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high
 
 
+@pytest.mark.slow
 def test_expansion_sobol():
     """Jansen's estimate from 1000 pairs has a standard error of some 4 % of itself."""
     found = run("expansion_sobol")
@@ -106,6 +107,7 @@ def test_stick_slip_cycle():
     assert beyond == 0
 
 
+@pytest.mark.slow
 def test_ensemble_near_limit():
     """Most cycles are lost between one and two scatters of the limit below it; far from it the scatter does nothing."""
     found = run("ensemble_near_limit")
@@ -114,6 +116,7 @@ def test_ensemble_near_limit():
     assert found["lost"].mean[-1] == found["without"][-1] == 0
 
 
+@pytest.mark.slow
 def test_stick_slip_map():
     """Stick-slip where the cycle exists by a wide margin, none far beyond it."""
     found = run("stick_slip_map")

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import roughslip
 from roughslip import Grid, ParameterError, to_xarray
 from roughslip.contact import Influence, solve
-from roughslip.friction import FrictionProcess, prepare, sample_path, strip_weights, window_statistics
+from roughslip.friction import FrictionProcess, path_sampler, sample_path, strip_weights, window_statistics
 from roughslip.oscillator import Oscillator, StribeckLaw, simulate, trajectory
 from roughslip.probability import BetaDistribution
 
@@ -116,7 +116,7 @@ def test_pictures_show_the_numbers():
 
 def test_a_path_of_n_values_is_the_beginning_of_that_without_end():
     process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.03), 3e-4)
-    endless = prepare(process, 1e-4, 1.0).realisation([5], piece_nodes=7)
+    endless = path_sampler(process, 1e-4, 1.0).realisation([5], piece_nodes=7)
     expected = np.concatenate([piece for piece, _ in zip(endless, range(800), strict=False)])[:5000]
     np.testing.assert_array_equal(sample_path(process, spacing_m=1e-4, nodes=5000, seed=[5]), expected)
     assert sample_path(process, spacing_m=1e-4, nodes=300, seed=[5], method="spectral").shape == (300,)

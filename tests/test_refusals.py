@@ -29,7 +29,7 @@ from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
-from roughslip.friction.paths import prepare
+from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
@@ -40,7 +40,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
@@ -221,7 +221,7 @@ def pressure_refusals() -> Calls:
     values, trial = np.ones((60, 4, 1)), PressureTarget("trial_pressure", 1.0)
     strip = partial(fit_strip, functionals=functionals, target_values=values, degree=1, stencil=stencil, target=trial)
     target = partial(PressureTarget, kind="squared_pressure", gap_stiffness=1.0)
-    enriched = partial(enrich, None, None, asked=0.1, least=20, most=40, seed=[1])
+    enriched = partial(enrich, None, None, accuracy=0.1, least=20, most=40, seed=[1])
     widths = {name: (value, 1) for name, value in NOT_A_DEGREE.items()}
     with_nan = {"nan": np.array([1.0, NAN])}
     return joined(
@@ -232,7 +232,9 @@ def pressure_refusals() -> Calls:
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
         spoilt(partial(Stencil, far=(2, 2)), near=widths),
         spoilt(target, kind=UNKNOWN, gap_stiffness=NOT_POSITIVE, cell_pressure_pa=NEGATIVE),
-        spoilt(enriched, asked=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT),
+        spoilt(
+            enriched, accuracy=NOT_A_SHARE, share=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT
+        ),
         spoilt(partial(wilson_interval, trials=2), successes={"more-than-trials": 3}),
         spoilt(partial(kolmogorov_distance, second=np.ones(2)), first=with_nan),
         spoilt(partial(cumulative_given_contact, levels=np.ones(2)), pressure=with_nan),
@@ -315,7 +317,7 @@ def path_refusals() -> Calls:
     """Return bad input to friction processes and their paths."""
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
-    waves = partial(prepare, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
+    waves = partial(path_sampler, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
     spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
@@ -361,11 +363,10 @@ def oscillator_refusals() -> Calls:
         spoilt(partial(CoulombLaw, static=0.4), kinetic=NEGATIVE | {"above-static": 0.5}),
         spoilt(tables, values=values, speeds_m_per_s=speeds, interpolation=UNKNOWN),
         spoilt(run, duration_periods=numbers, path=paths),
-        spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, **words),
-        spoilt(run, **{key: {"nan": NAN, "infinite": INFINITY} for key in ("start_position_m", "start_velocity_m")}),
+        spoilt(MotionOptions, tolerance=numbers | {"large": 1e-2}, samples_per_period={"zero": 0}, **words),
+        spoilt(run, start_m={"nan": NAN, "infinite": INFINITY, "fast": (0.0, INFINITY), "alone": (0.0,)}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
-        spoilt(partial(trajectory, study(), law, None, 0.0, 1.0), samples_per_period={"zero": 0}),
         spoilt(counted, oscillator={"excited": study(**excited)}),
     )
 

@@ -71,7 +71,7 @@ def test_a_closure_is_what_an_import_can_execute(source):
 
     assert names() == REACHED
     without = [name for name in REACHED if not name.startswith("pkg/sub/") and name != "pkg/grid.py"]
-    assert names(without="pkg.sub") == without
+    assert names(without=("pkg.sub",)) == without
     (source / "pkg/errors.py").write_text("import pkg.grid\n")
     assert names() == REACHED
     (source / "pkg/lazy.py").write_text("import pkg.gone\n")

@@ -227,7 +227,7 @@ def as_text(path: Path) -> None:
     ("name", "write", "stated"),
     [
         ("a.nc", as_netcdf, {}),
-        ("a.x3p", lambda path: write_x3p(path, a_scan()), {}),
+        pytest.param("a.x3p", lambda path: write_x3p(path, a_scan()), {}, marks=pytest.mark.slow),
         ("a.txt", as_text, {"spacing": (1e-6, 1e-6), "unit": "m"}),
         ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from roughslip.friction import FrictionProcess, sample_path
-from roughslip.oscillator import Oscillator, StribeckLaw, trajectory
+from roughslip.oscillator import MotionOptions, Oscillator, StribeckLaw, trajectory
 from roughslip.probability import BetaDistribution
 
 MEAN, DEVIATION, LENGTH = 0.3, 0.033, 3.2e-4  # of the friction coefficient, and its correlation length [m]
@@ -28,7 +28,7 @@ belt = Oscillator(
 law = StribeckLaw(fit=MEAN)
 process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, MEAN, DEVIATION), LENGTH)
 path = sample_path(process, spacing_m=LENGTH / 8, nodes=40_000, seed=[3])
-run = trajectory(belt, law, path, LENGTH / 8, BEGIN + PERIODS, samples_per_period=SAMPLES)
+run = trajectory(belt, law, path, LENGTH / 8, BEGIN + PERIODS, MotionOptions(samples_per_period=SAMPLES))
 settled = trajectory(belt, law, duration_periods=BEGIN + 2.0)
 
 # Friction: in slip from eq. (13) and the path, in stick what holds the mass against spring and damper.

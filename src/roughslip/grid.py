@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import numbers
 from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import ParameterError, real
-from roughslip.validation import gate
+from roughslip.errors import ParameterError
+from roughslip.validation import gate, positive
 
 
 @gate
@@ -31,10 +30,8 @@ class Grid:
             raise ParameterError(
                 f"a mesh needs whole numbers of cells, at least one an axis, not {self.nx} x {self.ny}"
             )
-        for name, edge in (("the edge of a cell along x", self.dx), ("the edge of a cell along y", self.dy)):
-            real(name, edge)
-        if not (math.isfinite(self.dx) and math.isfinite(self.dy) and self.dx > 0 and self.dy > 0):
-            raise ParameterError(f"cell edges must be positive and finite, not {self.dx} m x {self.dy} m")
+        for axis, edge in (("x", self.dx), ("y", self.dy)):
+            positive(f"the edge of a cell along {axis}", edge, "m")
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -26,8 +26,8 @@ def public_names(package: str, file: str) -> tuple[Callable[[str], Any], Callabl
     def find(name: str) -> Any:
         if name not in places:
             raise AttributeError(f"{package} has no public name {name!r}; it has {', '.join(sorted(places))}")
-        found = getattr(import_module(places[name]), name)
-        setattr(sys.modules[package], name, found)
-        return found
+        value = getattr(import_module(places[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
 
     return find, lambda: sorted({*vars(sys.modules[package]), *places}), sorted(places)

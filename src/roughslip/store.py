@@ -94,7 +94,7 @@ class Result(Mapping[str, np.ndarray]):
     def variable(self, name: str) -> Variable:
         """An array with its dimensions, units and title. Raises StoreError where the file does not hold it."""
         if name not in self.variables:
-            raise StoreError(f"{self.path}: holds no variable {name!r}; {_rebuild(self.path)}")
+            raise StoreError(f"{self.path}: holds no variable {name!r}; {rebuild(self.path)}")
         return self.variables[name]
 
     def dataset(self) -> xr.Dataset:
@@ -128,8 +128,7 @@ def read_key(path: Path) -> Key:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         return Key(content["configuration"], content["code"], content.get("given", {}))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        scene = Path(path).parents[1].name
-        raise StoreError(f"{path}: no readable key file ({error}); make it with: snakemake -n {scene}") from error
+        raise StoreError(f"{path}: no readable key file ({error}); run snakemake again") from error
 
 
 def write(
@@ -165,7 +164,7 @@ def read(path: Path) -> Result:
     """Read a result whole. Raises StoreError where it is missing, truncated or altered, with the command to rebuild."""
     path = Path(path)
     if not path.is_file():
-        raise StoreError(f"{path}: missing; {_rebuild(path)}")
+        raise StoreError(f"{path}: missing; {rebuild(path)}")
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
@@ -173,9 +172,9 @@ def read(path: Path) -> Result:
             variables = {name: _variable(variable) for name, variable in file.variables.items()}
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError) as error:
-        raise StoreError(f"{path}: truncated or not a result ({error}); {_rebuild(path)}") from error
+        raise StoreError(f"{path}: truncated or not a result ({error}); {rebuild(path)}") from error
     if attributes.pop("checksum", None) != _checksum(variables, attributes):
-        raise StoreError(f"{path}: its contents differ from its checksum; {_rebuild(path)}")
+        raise StoreError(f"{path}: its contents differ from its checksum; {rebuild(path)}")
     return Result(path, variables, attributes)
 
 
@@ -205,7 +204,7 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: missing or not JSON ({error}); {_rebuild(path)}") from error
+        raise StoreError(f"{path}: missing or not JSON ({error}); {rebuild(path)}") from error
 
 
 def table_rows(text: str) -> list[dict[str, str]]:
@@ -283,6 +282,7 @@ def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) 
     return digest.hexdigest()
 
 
-def _rebuild(path: Path) -> str:
+def rebuild(path: Path) -> str:
+    """What to do about a result that is missing or damaged."""
     name = shlex.quote(str(path))
     return f"rebuild it with: rm -f {name} && snakemake -j2 {name}"

@@ -6,6 +6,7 @@ import collections.abc
 import functools
 import inspect
 import itertools
+import math
 import operator
 import re
 import types
@@ -31,10 +32,10 @@ def gate(public: Public) -> Public:
 
     The annotations say what an argument must be. The docstring says the shape of an array, as `mu, valid : (S, W)`: its
     dimensions are counted, and equal letters are equal numbers. An array with a unit is finite and becomes one of
-    doubles. Lists, DataArrays and whatever else numpy reads are arrays.
+    doubles. Lists, DataArrays and all else that numpy reads are arrays.
 
-    The arguments raise ParameterError, in a line that names the argument, where they are of another type, text or None
-    in place of a number, of other dimensions, or have masked entries.
+    Arguments raise ParameterError, in a line that names the argument. They do so where they are of another type or of
+    other dimensions, have masked entries, or are text or None in place of a number.
     """
     inner: Any = public.__init__ if isinstance(public, type) else public  # type: ignore[misc]
     own = int(inner is not public)  # self
@@ -95,12 +96,12 @@ _ROWS = (tuple, list, collections.abc.Sequence, collections.abc.Iterable)
 @functools.cache
 def _shapes(docstring: str) -> dict[str, _Shape]:
     """The arrays of a docstring by name."""
-    found = {}
+    arrays = {}
     for names, shape, unit, text in _ARRAY.findall(docstring):
         letters = tuple(part.strip() for part in shape.split(",") if part.strip())
         known = None if {"...", "any shape"} & set(letters) else letters
-        found.update(dict.fromkeys(names.split(", "), _Shape(known, bool(unit), "bool" in text)))
-    return found
+        arrays.update(dict.fromkeys(names.split(", "), _Shape(known, bool(unit), "bool" in text)))
+    return arrays
 
 
 def _agree(arrays: list[tuple[str, tuple[str, ...], np.ndarray]]) -> None:
@@ -190,18 +191,22 @@ def _rows(name: str, values: Any) -> Any:
 
 
 def _shaped(shape: _Shape, name: str, values: Any) -> np.ndarray:
-    found = array(name, values)
-    if found.dtype.kind == "b" and shape.real and not shape.truth:
-        raise ParameterError(f"{name} must be real numbers, not {found.dtype}")
-    if shape.dimensions is not None and found.ndim != len(shape.dimensions):
+    checked = array(name, values)
+    if checked.dtype.kind == "b" and shape.real and not shape.truth:
+        raise ParameterError(f"{name} must be real numbers, not {checked.dtype}")
+    if shape.dimensions is not None and checked.ndim != len(shape.dimensions):
         wanted = ", ".join(shape.dimensions) + ("," if len(shape.dimensions) == 1 else "")
-        raise ParameterError(f"{name} must have the dimensions ({wanted}), not the shape {found.shape}")
-    if not shape.real or found.dtype.kind == "b":
-        return found
-    found = np.asarray(found, np.float64)
-    if not np.logical_and.reduce(np.isfinite(found), axis=None):  # what `all` does after some microseconds
-        raise ParameterError(f"{name} must be finite")
-    return found
+        raise ParameterError(f"{name} must have the dimensions ({wanted}), not the shape {checked.shape}")
+    if not shape.real or checked.dtype.kind == "b":
+        return checked
+    checked = np.asarray(checked, np.float64)
+    if not np.logical_and.reduce(np.isfinite(checked), axis=None):  # what `all` does after some microseconds
+        raise ParameterError(_not_finite(name, checked))
+    return checked
+
+
+def _not_finite(name: str, values: np.ndarray) -> str:
+    return f"{name} must be finite, not {np.count_nonzero(~np.isfinite(values))} of its {values.size} numbers"
 
 
 def _instance(accepted: type | tuple[type, ...], wanted: str, name: str, value: Any) -> Any:
@@ -244,24 +249,24 @@ def array(name: str, values: object) -> np.ndarray:
     """
     if type(values) is np.ndarray and values.dtype == np.float64:  # at once: the other checks take microseconds
         return values
-    if any(np.ma.is_masked(one) for one in (values if isinstance(values, (list, tuple)) else (values,))):
+    if any(np.ma.is_masked(part) for part in (values if isinstance(values, (list, tuple)) else (values,))):
         raise ParameterError(f"{name} has masked entries: give values for them, or leave them out")
     try:
-        found = np.asarray(values)
-    except ValueError as error:  # rows of unequal length
-        raise ParameterError(f"{name} must be an array: {error}") from None
-    if found.dtype.kind not in "fiub":
-        what = found.dtype if isinstance(values, np.ndarray) else _named(values)
+        numbers = np.asarray(values)
+    except ValueError:
+        raise ParameterError(f"{name} must be an array: its rows differ in length") from None
+    if numbers.dtype.kind not in "fiub":
+        what = numbers.dtype if isinstance(values, np.ndarray) else _named(values)
         raise ParameterError(f"{name} must be an array of real numbers, not {what}")
-    return np.asarray(found, np.float64 if found.dtype.kind == "f" else found.dtype.newbyteorder("="))
+    return np.asarray(numbers, np.float64 if numbers.dtype.kind == "f" else numbers.dtype.newbyteorder("="))
 
 
 def reals(name: str, values: object) -> np.ndarray:
     """The values as an array of floats; ParameterError where they are no real numbers, or masked."""
-    found = array(name, values)
-    if found.dtype.kind == "b":
-        raise ParameterError(f"{name} must be real numbers, not {found.dtype}")
-    return found.astype(float, copy=False)
+    numbers = array(name, values)
+    if numbers.dtype.kind == "b":
+        raise ParameterError(f"{name} must be real numbers, not {numbers.dtype}")
+    return numbers.astype(float, copy=False)
 
 
 def finite(name: str, values: Any, dimensions: int | None = None) -> np.ndarray:
@@ -272,20 +277,36 @@ def finite(name: str, values: Any, dimensions: int | None = None) -> np.ndarray:
 
     Raises ParameterError where they are no such array, or a value is masked or not finite.
     """
-    found = reals(name, values)
-    if dimensions is not None and found.ndim != dimensions:
-        raise ParameterError(f"{name} {found.shape} must have {dimensions} dimensions")
-    if not np.isfinite(found).all():
-        raise ParameterError(f"{name} must be finite")
-    return found
+    numbers = reals(name, values)
+    if dimensions is not None and numbers.ndim != dimensions:
+        raise ParameterError(f"{name} {numbers.shape} must have {dimensions} dimensions")
+    if not np.isfinite(numbers).all():
+        raise ParameterError(_not_finite(name, numbers))
+    return numbers
 
 
-def whole_at_least(name: str, value: Any, least: int) -> int:
+def positive(name: str, value: Any, unit: str = "") -> float:
+    """The value as a float; ParameterError where it is not positive and finite. unit : of the value, for the error"""
+    number = real(name, value)
+    if not 0.0 < number < math.inf:
+        raise ParameterError(f"{name} must be positive and finite, not {f'{value} {unit}'.rstrip()}")
+    return number
+
+
+def not_negative(name: str, value: Any, unit: str = "") -> float:
+    """The value as a float; ParameterError where it is negative or not finite. unit : of the value, for the error"""
+    number = real(name, value)
+    if not 0.0 <= number < math.inf:
+        raise ParameterError(f"{name} must be finite and not negative, not {f'{value} {unit}'.rstrip()}")
+    return number
+
+
+def whole_at_least(name: str, value: Any, minimum: int) -> int:
     """The value as a whole number; ParameterError where it is none, or below the least."""
     try:
         number = operator.index(value)
     except TypeError as error:
         raise ParameterError(f"{name} must be a whole number, not {value!r}") from error
-    if number < least:
-        raise ParameterError(f"{name} must be at least {least}, not {number}")
+    if number < minimum:
+        raise ParameterError(f"{name} must be at least {minimum}, not {number}")
     return number

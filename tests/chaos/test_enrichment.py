@@ -1,5 +1,7 @@
 """Enrichment: the estimated error of a distribution against the true one, and when it stops."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.special import ndtr
@@ -128,16 +130,21 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
 def test_at_the_most_it_gives_up_with_the_error_reached_and_what_to_try():
     solve = Surfaces(10)
     with pytest.raises(ConvergenceError, match="against scatter take fewer variables") as raised:
-        enrich(solve, fitted, 0.001, least=64, most=300, seed=[0])
+        enrich(solve, fitted, 0.002, 0.5, least=64, most=300, seed=[0])
     assert raised.value.work == 256
     assert solve.asked == [(0, 64), (64, 128), (128, 256)]
     samples = Surfaces(10)(0, 256)
     assert raised.value.residual == cdf_error(fit(samples), samples, np.random.default_rng([0])).total > 0.001
+    nearest = float(re.search(r"nearest is {pressure: ([0-9.]+)}; ask for that", str(raised.value))[1])
+    assert enrich(Surfaces(10), fitted, nearest, 0.5, least=64, most=300, seed=[0]).error.total <= 0.5 * nearest
 
 
 def test_an_impossible_fit_with_the_most_surfaces_gives_its_reason():
     def never(_: Samples):
-        raise IllPosedError("no sample is in contact")
+        raise IllPosedError("no sample is in contact: take more samples")
 
-    with pytest.raises(ConvergenceError, match="no sample is in contact"):
+    with pytest.raises(
+        ConvergenceError, match=r"of 128 surfaces at most, 128 do not .*, as no sample is in contact"
+    ) as no:
         enrich(Surfaces(11), never, 0.01, least=64, most=128, seed=[0])
+    assert "more samples" not in str(no.value)  # which are not solved

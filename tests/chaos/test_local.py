@@ -10,7 +10,7 @@ from roughslip.chaos.left_out import REACH, residual_scatter
 from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 
 TARGETS = {
     "trial_pressure": PressureTarget("trial_pressure", 2.0),
@@ -229,6 +229,15 @@ def test_ill_posed_samples_are_refused(kind):
         fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
     with pytest.raises(IllPosedError, match=r"the same on every sample|no scatter"):
         fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)
+
+
+def test_a_gap_is_negative_where_pressure_has_made_it_so_alone():
+    """By plastic displacement; pressure is never negative."""
+    variables, pressure, gap = np.ones((1, 2, 1)), np.array([[3.0, 0.0]]), np.array([[-1.0, 2.0]])
+    Samples(variables, np.zeros(2), pressure, gap)
+    for wrong in ({"gap": -gap}, {"gap": gap - 3.0}, {"pressure": -pressure}):
+        with pytest.raises(ParameterError, match="must not be negative"):
+            Samples(variables, np.zeros(2), **{"pressure": pressure, "gap": gap} | wrong)
 
 
 def test_copies_of_a_surface_are_left_out_together():

@@ -32,9 +32,12 @@ def with_interval(name, value, half):
 def assert_all_is_in_its_place(figure):
     """Nothing is cut at the edges of the picture, no title reaches the next panel, and no legend covers data.
 
-    At the size that is saved; a point of slack for rounding.
+    At the size that is saved; a point of slack for rounding. The layout is made and nothing is drawn.
     """
-    figure.draw_without_rendering()
+    figure.get_layout_engine().execute(figure)
+    if figure.get_suptitle():
+        box = figure._suptitle.get_window_extent()
+        assert figure.bbox.x0 < box.x0 < box.x1 < figure.bbox.x1
     for axes in figure.axes:
         box = axes.get_tightbbox()
         assert figure.bbox.x0 <= box.x0

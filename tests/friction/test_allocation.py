@@ -17,7 +17,8 @@ from roughslip.friction.allocation import (
     cheapest,
     error_sources,
     half_width,
-    nearest,
+    strip_pilot,
+    with_more_strips,
 )
 from roughslip.friction.combination import ORDERS
 from roughslip.friction.level import Level, levels_of
@@ -167,7 +168,7 @@ def test_an_interval_that_few_strips_widen_still_keeps_what_is_asked():
         chosen = allocate([one], {"friction_std": asked}, WIDE)
         reached = one.half_width(chosen.strips, chosen.many)
         assert reached <= asked
-        assert reached >= 0.98 * asked or chosen.many == WIDE.least * chosen.strips
+        assert reached >= 0.98 * asked or chosen.many == WIDE.minimum * chosen.strips
 
 
 def test_no_neighbour_is_cheaper_and_numbers_given_by_hand_are_kept():
@@ -211,7 +212,7 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     full = allocate(errors, half, WIDE)
     short = SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, full.cost / 4)
     assert allocate(errors, half, short) is None
-    near = nearest([Option(0, errors, short)], half)
+    near = strip_pilot([Option(0, errors, short)], half, 1e-6).nearest()
     assert allocate(errors, near, short) is not None
     assert allocate(errors, {name: 0.98 * value for name, value in near.items()}, short) is None
     # a quarter of the cost doubles the half width, and fewer strips widen it
@@ -222,6 +223,21 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     assert near["friction_mean"] / near["friction_std"] == pytest.approx(1 / 3, rel=0.01)
     rough = [ErrorSources(20.0, "friction_mean", 1e-4, 1e-4, (0.04, 0.0))]  # of the mesh alone 0.038
     assert allocate(rough, ASKED, WIDE) is None
-    assert nearest([Option(0, rough, WIDE)], ASKED)["friction_mean"] == pytest.approx(0.038, rel=0.02)
-    with pytest.raises(IllPosedError, match="below 100 %"):
-        nearest([Option(0, errors, SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))], ASKED)
+    by_mesh = strip_pilot([Option(0, rough, WIDE)], ASKED, 1e-6)
+    assert by_mesh.nearest()["friction_mean"] == pytest.approx(0.038, rel=0.02)
+    with pytest.raises(IllPosedError, match=r"take strip.cell_m = 5e-07 or less, as the mesh alone leaves 0.038 of"):
+        by_mesh.numbers()
+    nothing = Option(0, errors, SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))
+    with pytest.raises(IllPosedError, match=r"nor is any other; raise accuracy.cost_limit_cpu_s to"):
+        strip_pilot([nothing], ASKED, 1e-6).numbers()
+
+
+def test_strips_are_raised_to_the_largest_number_needed_within_the_limit():
+    """Of 60, 80 and 120 strips, twice as many of the control; the last cost 120 (0.3 + 2 x 0.01) s, above the limit."""
+    options = [Option(0, [ErrorSources(50.0, "friction_std", 0.02, 0.1)], WIDE)]
+    asked = {"friction_std": 0.1}
+    chosen = with_more_strips(options, asked, [60, 120, 80], 2.0, 30.0)
+    assert (chosen[1].strips, chosen[1].many) == (80, 160)
+    assert chosen[1].cost == pytest.approx(80 * 0.3 + 160 * 0.01)
+    assert with_more_strips(options, asked, [120], 2.0, 30.0) is None
+    assert with_more_strips(options, asked, [], 2.0, 30.0) is None

@@ -219,8 +219,8 @@ def test_quantiles_are_those_of_the_distribution_of_that_skewness(skewness):
     assert stats.lognorm(s).stats("s") == pytest.approx(skewness, rel=1e-9)
 
 
-def drawn(family_member) -> dict:
-    mu = family_member.rvs(SAMPLE, random_state=np.random.default_rng(6))
+def drawn(family_member, sign=1) -> dict:
+    mu = sign * family_member.rvs(SAMPLE, random_state=np.random.default_rng(6))
     weights = strip_weights(SAMPLE[0], 60, np.random.default_rng(7))
     return fit_candidates(mu, np.ones(mu.shape, dtype=bool), weights)
 
@@ -240,6 +240,9 @@ def test_a_family_finds_its_own_members(family, family_member, skewness):
     assert found[family].distance.low == 0.0
     assert float(found[family].skewness.value) == pytest.approx(skewness, abs=0.12)
     assert found[family].distance.value <= min(found[other].distance.value for other in FAMILIES) + 0.004
+    mirrored = drawn(family_member, -1)[family]  # but for one window between a quantile and that of its mirror
+    assert mirrored.skewness.value == pytest.approx(-found[family].skewness.value, abs=0.011)  # a place of the table
+    assert mirrored.distance.value == pytest.approx(found[family].distance.value, abs=1e-3)
     if skewness:
         assert found["normal"].distance.low > 0.05
 

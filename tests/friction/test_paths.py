@@ -13,7 +13,7 @@ from scipy.stats import kstest
 from roughslip.errors import IllPosedError
 from roughslip.friction import paths as whole_paths
 from roughslip.friction import recursion as by_recursion
-from roughslip.friction.paths import METHODS, prepare, spectral_representation
+from roughslip.friction.paths import METHODS, path_sampler, spectral_representation
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import interpolated, recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
@@ -26,7 +26,7 @@ WAYS = pytest.mark.parametrize("method", METHODS)
 
 
 def ensemble(process, spacing, length, paths, method, seed=7):
-    prepared = prepare(process, spacing, length, method)
+    prepared = path_sampler(process, spacing, length, method)
     nodes = math.ceil(length / spacing - 1e-9) + 1
     return np.array([beginning(prepared.realisation([seed, k]), nodes) for k in range(paths)])
 
@@ -114,11 +114,11 @@ def test_table_is_that_of_linear_interpolation():
 @WAYS
 def test_paths_follow_their_seed_alone(method):
     """Same seed, same path; another seed, another; the order of sampling does not matter."""
-    prepared = prepare(PUBLISHED, LENGTH / 16, 0.01, method)
+    prepared = path_sampler(PUBLISHED, LENGTH / 16, 0.01, method)
     first, second = (beginning(prepared.realisation([1, k]), 600) for k in (0, 1))
     assert not np.array_equal(first, second)
     assert np.array_equal(second, beginning(prepared.realisation([1, 1]), 600))
-    again = prepare(PUBLISHED, LENGTH / 16, 0.01, method)
+    again = path_sampler(PUBLISHED, LENGTH / 16, 0.01, method)
     assert np.array_equal(first, beginning(again.realisation([1, 0]), 600))
 
 
@@ -141,7 +141,7 @@ def test_correlation_far_longer_than_the_path(method):
 @WAYS
 def test_refuses_a_two_point_marginal(method):
     with pytest.raises(IllPosedError, match="Hermite series"):
-        prepare(FrictionProcess(BetaDistribution(0.02, 0.02, 0.0, 1.0), LENGTH), LENGTH / 16, 0.01, method)
+        path_sampler(FrictionProcess(BetaDistribution(0.02, 0.02, 0.0, 1.0), LENGTH), LENGTH / 16, 0.01, method)
 
 
 def test_missed_correlation_is_an_error(monkeypatch):

@@ -154,6 +154,16 @@ def test_values_by_hand():
     assert p_value(estimate, 1.5) == pytest.approx(51 / 100)  # half the replicates lie 0.5 or more from 2
 
 
+def test_two_levels_are_equal_as_often_as_their_difference_is_zero():
+    """At one place; what the levels share, here ten times their own scatter, does not count."""
+    rng = np.random.default_rng(10)
+    own, common = rng.standard_normal((2, 200)), 10.0 * rng.standard_normal(200)
+    for apart in (0.0, 1.0, 3.0):
+        first, second = common + own[0], common + own[1] + apart
+        expected = p_value(Estimate.from_rows(second - first))
+        assert p_value_of_equality(np.stack([first, second])[..., None]) == expected
+
+
 def test_what_cannot_be_tested_is_refused():
     with pytest.raises(IllPosedError, match="two levels"):
         p_value_of_equality(np.ones((1, 41, 3)))

@@ -145,7 +145,7 @@ def test_a_steep_drop_of_a_table_is_resolved():
     ("speeds", "values", "advice"),
     [
         ((0.0, 0.5, 0.5 + 1e-11, 1.0), (0.4, 0.4, 0.2, 0.2), "space them further"),
-        ((0.0, 1e-5, 1.0), (0.0, 0.4, 0.3), "start the table at 0 m/s with 0.4 and give `static`"),
+        ((0.0, 1e-5, 1.0), (0.0, 0.4, 0.3), "start the table at 0 m/s with 0.4 and give static; scene keys"),
     ],
 )
 def test_knots_that_no_step_resolves_are_refused(speeds, values, advice):

@@ -28,7 +28,7 @@ from roughslip.oscillator.limits import (
 )
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
-from roughslip.oscillator.slip_flow import next_peak, slip_flow
+from roughslip.oscillator.slip_flow import SlipFlow, next_peak, slip_flow, stiff_return
 from roughslip.oscillator.switching_events import branch_at
 from tests.oscillator.motions import LAW, STUDY
 
@@ -55,6 +55,17 @@ def test_constant_friction_is_a_damped_oscillation(damping, peak):
     root = math.sqrt(1 - damping**2)
     assert following == pytest.approx(peak * math.exp(-2 * math.pi * damping / root), rel=RELATIVE_ERROR)
     assert duration == pytest.approx(2 * math.pi / root, rel=1e-9)  # roots of w' lose a digit to its own error
+
+
+@pytest.mark.parametrize("y", [0.3, 3.0])
+def test_free_slip_returns_to_the_belt_opposite_to_where_it_left_it(y):
+    """Undamped and without friction (y, w) turns on a circle, through w = 0 both ways. D = 1/2 leaves
+    exp(-pi / sqrt(3)) = 0.16 of w in half a turn: it does not return."""
+    free = SlipFlow(0.0, lambda _: 0.0, lambda _: 0.0, 0.0)
+    place, time, least = stiff_return(free, y)
+    assert (place, time) == (pytest.approx(-y, abs=1e-9), pytest.approx(2 * (math.pi - math.atan(y)), abs=1e-9))
+    assert least == pytest.approx(-math.hypot(1.0, y), rel=0.05)  # of the steps, that end anywhere
+    assert stiff_return(replace(free, damping_ratio=0.5), y) is None
 
 
 @pytest.mark.parametrize("law", [LAW, CoulombLaw(0.3, 0.4), TABLE])
@@ -97,7 +108,7 @@ def test_stiff_slip_ends_with_a_message(monkeypatch):
 def test_a_turn_begins_at_a_peak_or_beyond_it():
     flow = slip_flow(STUDY, LAW)
     for y, w in ((math.nan, 0.5), (0.0, 0.0), (flow.at_peak(0.5) - 0.1, 0.5)):
-        with pytest.raises(ParameterError, match="turn of slip"):
+        with pytest.raises(ParameterError, match="loop of slip"):
             next_peak(flow, y, w)
 
 
@@ -259,7 +270,7 @@ def test_motions_miss_the_belt_as_often_as_predicted(response):
         for place, damping in enumerate(dampings):
             damped = replace(STUDY, damping_ratio=float(damping))
             start = LAW.static * STUDY.F - 2 * damping * STUDY.V - 5 * deviation * STUDY.F  # sticks for all mu_S(0)
-            motion = simulate(damped, LAW, deviation * path, step, 1.6, start_position_m=start)
+            motion = simulate(damped, LAW, deviation * path, step, 1.6, start_m=start)
             missed[place] += not np.any(motion.kind == REATTACHMENT)
     expected = stats.norm.cdf((dampings - response.limit) / scatter)
     assert np.all(np.abs(missed / runs - expected) < 4 * np.sqrt(expected * (1 - expected) / runs) + 0.02)

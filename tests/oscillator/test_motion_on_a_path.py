@@ -31,7 +31,8 @@ def reference(oscillator, friction, cycles):
     q, r, D = oscillator.q, oscillator.r, oscillator.damping_ratio
 
     def slip(tau, y):
-        mu = float(LAW.mu(oscillator.natural_frequency_rad_per_s * (V - y[1]))) + float(friction(tau, y[2]))
+        v = 316.0 * abs(V - y[1])
+        mu = 0.1 + 0.3 / (1.0 + 1.42 * v) + 0.01 * v * v + float(friction(tau, y[2]))  # LAW by hand
         return [y[1], F * mu - 2.0 * D * y[1] - y[0] + q * math.cos(r * tau), V - y[1]]
 
     def at_belt(tau, y):
@@ -45,7 +46,7 @@ def reference(oscillator, friction, cycles):
             force = x + V * (t - tau) + 2.0 * D * V - q * np.cos(r * t)
             return force - F * (0.4 + friction(t, s))
 
-        scan = tau + np.linspace(0.0, 12.0, 200_001)
+        scan = tau + np.linspace(0.0, 12.0, 20_001)
         k = np.flatnonzero(excess(scan) > 0.0)[0]
         leave = brentq(excess, scan[k - 1], scan[k], xtol=1e-14)
         x, tau = x + V * (leave - tau), leave
@@ -64,7 +65,7 @@ def reference(oscillator, friction, cycles):
 def test_against_scipy(follows, oscillator):
     """DOP853 at rtol 1e-11 on the same path, four cycles; 1e-9 F grows by F mu_S' ~ 2 at each departure."""
     rate = {"slip": 0.0, "belt": V, "time": 1.0 / 316.0}[follows]
-    path, spacing = wave(spacing=1e-4 / 0.948 if follows == "time" else 1e-4)
+    path, spacing = wave(spacing=2e-4 / 0.948 if follows == "time" else 2e-4)
     grid = spacing * np.arange(path.size)
     mu_s = CubicHermiteSpline(grid, path, np.gradient(path, spacing))
     expected = reference(oscillator, (lambda tau, s: mu_s(rate * tau)) if rate else (lambda tau, s: mu_s(s)), 4)
@@ -82,7 +83,7 @@ def test_micro_slip_and_cycle_are_distinguished():
     """
     spacing = 2e-5
     path = np.minimum(np.arange(8000) * spacing / 3e-4, 1.0) * 0.3
-    drawn = trajectory(STUDY, LAW, path, spacing, 4.0, samples_per_period=4000)
+    drawn = trajectory(STUDY, LAW, path, spacing, 4.0, MotionOptions(samples_per_period=4000))
     motion = drawn.motion
     reattached = np.flatnonzero(motion.kind == REATTACHMENT)
     assert motion.cycles + motion.micro_slips == reattached.size
@@ -107,7 +108,7 @@ def test_turning_point_between_steps():
     def draw(height):
         climb = np.full(60, 0.6)
         climb[:2] = 0.0, height
-        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, MotionOptions(1e-7), samples_per_period=4000)
+        drawn = trajectory(STUDY, LAW, climb, 1e-3, 3.0, MotionOptions(1e-7, samples_per_period=4000))
         k = np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0]
         return bool(drawn.motion.backwards[k]), drawn.velocity[drawn.time < drawn.motion.time[k]].min()
 

@@ -10,12 +10,12 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from roughslip.oscillator.equation import Oscillator, State, coefficients, completed
+from roughslip.oscillator.equation import Oscillator, State, coefficients, slip_state
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
-from roughslip.oscillator.path import Piece, path_through
+from roughslip.oscillator.path import Piece, path_through, piece_at
 from roughslip.oscillator.runge_kutta import DORMAND_PRINCE853, FEHLBERG45, PAIRS, step
 from roughslip.oscillator.slip import (
     Horizon,
@@ -23,6 +23,7 @@ from roughslip.oscillator.slip import (
     Settings,
     Status,
     StepControl,
+    node_side_matters,
     slip,
     step_to_node,
 )
@@ -51,7 +52,7 @@ NONE = np.zeros(0)
 
 
 def start(x, u, sigma=1.0):
-    return completed(0.0, x, u, 0.0, sigma, FREE, UNDAMPED)
+    return slip_state(0.0, x, u, 0.0, sigma, FREE, UNDAMPED)
 
 
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, settings=None, path=NO_PATH):
@@ -131,7 +132,7 @@ def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):
     So the error of the shortened step is checked too; without the check the sum was 582 times the tolerance.
     """
     p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
-    y = completed(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
+    y = slip_state(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
     found = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, True))
     exact = phase(y, allowed=1e-3, p=p, settings=Settings(DORMAND_PRINCE853, 1e-12, True))
     assert found.error <= 1e-6 * found.y.tau * 2.0 * F  # |X| and |X'| stay below F
@@ -164,8 +165,8 @@ def oscillation(rate, x, u, t):
 
 
 def drawn(law, path, spacing, tolerance, integrator, follows, start=START):
-    options = MotionOptions(tolerance, interpolation="linear", friction_follows=follows, integrator=integrator)
-    return trajectory(FIXED, law, path, spacing, 0.4, options, start, samples_per_period=200)
+    options = MotionOptions(tolerance, True, "linear", follows, integrator, samples_per_period=200)
+    return trajectory(FIXED, law, path, spacing, 0.4, options, start)
 
 
 def two_stretches(times, change, first, second):
@@ -252,6 +253,16 @@ def test_no_step_passes_a_node_between_straight_lines(integrator):
         assert relative_error(found, two_stretches(found.time, reach, climb, level)) < 2.0 * tolerance
 
 
+def test_a_node_within_the_rounding_of_the_path_is_reached():
+    """Of 10^10 m, of which the last digit is 2e-6 m: two of them from a kink of friction count as at it, 50 do not."""
+    node, p = 10**10, UNDAMPED._replace(F=1.0, advance=1.0)
+    path = path_through(np.array([0.0, 0.0, 1.0]), node - 1, 1.0, False, True)
+    for digits, matters in ((2, False), (50, True)):
+        y = State(node - digits * np.spacing(node - 1.0), 0.0, 0.0, 0.0, -1.0, 0.0)
+        piece = piece_at(path, y.tau)
+        assert node_side_matters(y, 0.1, 1.0, piece, path, p, Settings(FEHLBERG45, 1e-12, True)) == matters
+
+
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
 def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
     """It falls below zero in the first half of a piece and is above zero in its middle and at both its ends.
@@ -262,8 +273,8 @@ def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
     out = np.array([nodes[1] - nodes[0], *0.5 * (nodes[2:] - nodes[:-2]), nodes[-1] - nodes[-2]])
     mu = CubicHermiteSpline(spacing * np.arange(8), nodes, out / spacing)
     law, end = CoulombLaw(0.371, 0.371), 6.5 * spacing
-    options = MotionOptions(tolerance, friction_follows="time", integrator="dormand_prince853")
-    found = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START, 2000)
+    options = MotionOptions(tolerance, friction_follows="time", integrator="dormand_prince853", samples_per_period=2000)
+    found = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START)
     assert mu(0.06) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
     t = found.time[-1]
     kinks = [z for z in mu.roots(extrapolate=False) if z < t] + [spacing * k for k in range(1, 7) if spacing * k < t]
@@ -280,7 +291,7 @@ def test_rest_on_a_knot_needs_no_more_steps_than_rest_beside_it(integrator):
     for knot in (1.0, 5.0):
         law = TableLaw((0.0, knot, 9.0), (0.2, 0.2 + 0.1 * knot, 0.2 + 0.1 * knot), 0.2, "linear")
         steps.append(
-            simulate(oscillator, law, None, 1.0, 60.0, MotionOptions(integrator=integrator), start_position_m=0.9).steps
+            simulate(oscillator, law, None, 1.0, 60.0, MotionOptions(integrator=integrator), start_m=0.9).steps
         )
     assert steps[0] < 1.5 * steps[1]
 

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator import states as module
 from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
@@ -115,7 +116,7 @@ def test_a_relaxation_oscillation_is_followed_by_an_implicit_method():
     """At 1e-4 kg slip is too stiff for an explicit method; where both methods hold, at 1e-2 kg, they agree."""
     loop = {mass: slip_loop(replace(STUDY, mass_kg=mass), LAW).cycle for mass in (1e-2, 1e-4)}
     heavy = replace(STUDY, mass_kg=1e-2)
-    plain = simulate(heavy, LAW, None, 0.0, 60.0, MotionOptions(1e-9), start_position_m=departure_point(heavy, LAW))
+    plain = simulate(heavy, LAW, None, 0.0, 60.0, MotionOptions(1e-9), start_m=departure_point(heavy, LAW))
     assert loop[1e-2].slip_duration == pytest.approx(plain.time[1], rel=1e-6)
     # slow motion scales as F / V, so that both durations are as the masses; the jumps between add their own time
     assert loop[1e-4].slip_duration / loop[1e-2].slip_duration == pytest.approx(100, rel=0.03)
@@ -203,7 +204,7 @@ def test_below_the_limit_a_nearly_undamped_mass_may_pass_the_belt_twice_without_
     for damping, sticks in ((0.0, False), (3e-5, False), (1e-4, True), (6e-3, True), (7e-3, False)):
         assert (slip_loop(replace(belt, damping_ratio=damping), law).cycle is not None) == sticks
     undamped = replace(belt, damping_ratio=0.0)
-    run = simulate(undamped, law, duration_periods=40.0, start_position_m=departure_point(undamped, law))
+    run = simulate(undamped, law, duration_periods=40.0, start_m=departure_point(undamped, law))
     assert set(run.kind[1:]) == {CROSSING}
     assert run.position[2] > belt.F * law.static
     assert np.all(np.diff(run.position[2::2]) > -1e-9 * run.position[2])
@@ -268,3 +269,13 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
             later, later_error = found[400.0, False]
             assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
     assert agreed >= 5
+
+
+def test_an_unknown_state_is_an_error_with_the_time_that_was_run(monkeypatch):
+    """Friction of 5 holds the mass far beyond the departure without scatter, up to which the only run goes."""
+    monkeypatch.setattr(module, "EXTENSIONS", 1)
+    until = departure_point(STUDY, LAW) / STUDY.V / TURN
+    with pytest.raises(ConvergenceError, match="do not show when the mass leaves the belt: raise the ") as caught:
+        run_until_known(STUDY, LAW, np.full(9, 5.0), 1.0, 0.5)
+    run = float(str(caught.value).split()[0])
+    assert run == pytest.approx(0.5 + longest_slip(STUDY, LAW) + until + 1.0, rel=5e-3)  # of three digits

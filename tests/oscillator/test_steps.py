@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.oscillator.equation import Oscillator, coefficients, completed, jerk
+from roughslip.oscillator.equation import Oscillator, coefficients, jerk, slip_state
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.path import (
@@ -100,7 +100,7 @@ def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
 @pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (0.02, 0.01)), (DORMAND_PRINCE853, (0.2, 0.1))])
 def test_order_of_the_error_estimate(pair, steps):
     """Fehlberg's is the local error of the fourth-order member, h^5; Dormand and Prince's goes with h^8."""
-    y = completed(0.0, 0.0085, 0.5 * DRIVEN.V, 0.0, 1.0, piece_at(BUMPY, 0.0), DRIVEN)
+    y = slip_state(0.0, 0.0085, 0.5 * DRIVEN.V, 0.0, 1.0, piece_at(BUMPY, 0.0), DRIVEN)
     estimates = [step(pair, y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN)[1] for h in steps]
     assert math.log2(estimates[0] / estimates[1]) == pytest.approx(ORDERS[pair], abs=0.3)
 
@@ -110,7 +110,7 @@ def test_order_of_the_error_estimate(pair, steps):
 def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
     """Central difference along the solution: error h^2, here 1e-6 relative."""
     p, piece = DRIVEN._replace(advance=advance), piece_at(BUMPY, 0.004)
-    y = completed(0.7, 0.006, (0.3 if sigma > 0 else 1.7) * p.V, 0.004, sigma, piece, p)
+    y = slip_state(0.7, 0.006, (0.3 if sigma > 0 else 1.7) * p.V, 0.004, sigma, piece, p)
     h = 1e-4
     ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
     assert jerk(y.tau, y.u, y.s, y.a, sigma, piece, p) == pytest.approx((ahead.a - behind.a) / (2 * h), rel=1e-6)

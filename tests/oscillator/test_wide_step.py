@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.interpolate import CubicHermiteSpline, make_interp_spline
 
-from roughslip.oscillator.equation import Oscillator, coefficients, completed
+from roughslip.oscillator.equation import Oscillator, coefficients, slip_state
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.motion import MotionOptions, simulate
@@ -84,7 +84,7 @@ def test_order_against_the_closed_form(sigma):
     """Undamped, constant friction of 0.25: X oscillates about sigma F / 4. Twice the width errs 2^6 times as much."""
     p = coefficients(STUDY, CoulombLaw(0.25, 0.25))._replace(D=0.0)
     path, x, u = path_through(np.zeros(200), 0, SPACING, True, True), 0.1 * F, V - sigma * 4.0 * V
-    y = completed(0.0, x, u, 20 * SPACING, sigma, piece_at(path, 20 * SPACING), p)
+    y = slip_state(0.0, x, u, 20 * SPACING, sigma, piece_at(path, 20 * SPACING), p)
     errors = []
     for level in (2, 3, 4):
         end, *_ = step_over(level, y, sigma, path, p)
@@ -121,7 +121,7 @@ def test_error_of_a_step_is_estimated(sigma):
     for seed, level in itertools.product(range(6), (1, 2, 3, 4)):
         nodes = rough_path(seed)
         path, w = path_through(nodes, 0, SPACING, True, True), V * (2.0 - sigma + 0.5 * seed)
-        y = completed(0.3, 0.1 * F, V - sigma * w, 100 * SPACING, sigma, piece_at(path, 100 * SPACING), p)
+        y = slip_state(0.3, 0.1 * F, V - sigma * w, 100 * SPACING, sigma, piece_at(path, 100 * SPACING), p)
         end, error, deviation = step_over(level, y, sigma, path, p)
         tau, u = plain(y, sigma, nodes, WIDTHS[level], oscillator)
         late = end.tau - tau
@@ -139,7 +139,7 @@ def test_what_the_quadratic_leaves_out_dominates_the_error_on_rough_paths():
     (F e / w) / w and 0.3 of its product with the square of the relative change of kinetic energy.
     """
     p, path = coefficients(STUDY, LAW), path_through(np.zeros(200), 0, SPACING, True, True)
-    y = completed(0.0, 0.1 * F, V - 3.0 * V, 20 * SPACING, 1.0, piece_at(path, 20 * SPACING), p)
+    y = slip_state(0.0, 0.1 * F, V - 3.0 * V, 20 * SPACING, 1.0, piece_at(path, 20 * SPACING), p)
     plain = wide_piece(path, 20, 2)
     beyond = piece_at(path, plain.piece.right + 0.5 * SPACING)
     end, smooth, none = step_by_distance(y, 1.0, plain, 0.0, beyond, p)
@@ -158,9 +158,9 @@ def test_a_step_may_begin_a_little_behind_its_node():
     p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * SPACING, 3.0 * V, 0.01 * SPACING
     path = path_through(nodes, 0, SPACING, True, True)
     first = piece_at(path, s)
-    y = completed(0.0, 0.1 * F, V - w, s, 1.0, first, p)
+    y = slip_state(0.0, 0.1 * F, V - w, s, 1.0, first, p)
     v = math.sqrt(w * w - 2.0 * y.a * late)
-    behind = completed(late / w, y.x + (V - w) * late / w, V - v, s + late, 1.0, first, p)
+    behind = slip_state(late / w, y.x + (V - w) * late / w, V - v, s + late, 1.0, first, p)
     end, found = (step_over(3, start, 1.0, path, p)[0] for start in (y, behind))
     mean = np.mean([mu_s_at(wide_piece(path, 100, 3).piece, s + t * SPACING) for t in np.linspace(0.0, 16.0, 101)])
     effect = F * late * abs(mean - nodes[100]) / w
@@ -209,7 +209,7 @@ def test_steps_towards_a_stop_are_refused_or_right():
     r, forced = p.r, p.q / (1.0 - p.r**2)
     back = accepted = 0
     for tau, u in itertools.product(np.linspace(0.0, 5.0, 51), np.geomspace(5.0, 50.0, 21)):
-        y = completed(tau, 0.0, u, 8 * path.spacing, -1.0, piece_at(path, 8.5 * path.spacing), p)
+        y = slip_state(tau, 0.0, u, 8 * path.spacing, -1.0, piece_at(path, 8.5 * path.spacing), p)
         a = u + forced * r * math.sin(r * tau)  # X + mu = forced cos(r tau) + a sin + b cos, from tau on
         b = mu - forced * math.cos(r * tau)
         for level in LEVELS[:2]:
@@ -235,7 +235,7 @@ def test_no_wide_step_where_the_equation_changes():
     p = coefficients(STUDY, LAW)
 
     def level(w=3.0, at=100, p=p, row=0, cut=False, backwards=False, tau_end=9.0, path=path):
-        y = completed(0.0, 0.1 * F, V - w * V, at * SPACING, 1.0, piece_at(path, (at + 0.5) * SPACING), p)
+        y = slip_state(0.0, 0.1 * F, V - w * V, at * SPACING, 1.0, piece_at(path, (at + 0.5) * SPACING), p)
         return wide_step(y, 3, backwards, 1.0, branch(row, cut, p), path, p, 1e-4, tau_end).level
 
     assert level() >= 3

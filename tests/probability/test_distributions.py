@@ -211,7 +211,7 @@ def test_values_without_a_distribution_are_refused():
     [
         (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(2), 0.1), ParameterError, "ascend"),
         (EmpiricalDistribution, (np.array([0.0, 1.0]), np.ones(1), 0.1), ParameterError, "equal length"),
-        (BetaDistribution, (2.1, 5.0, 0.5, 0.4), ParameterError, "support"),
+        (BetaDistribution, (2.1, 5.0, 0.5, 0.4), ParameterError, "in order, not 0.5 and 0.4"),
         (QuantileDistribution, (-QUANTILES, 0.3, 0.1), ParameterError, "quantiles"),
         (QuantileDistribution, (QUANTILES, 0.3, -0.1), ParameterError, "standard deviation"),
         (QuantileDistribution, (np.full(20, 0.3), 0.3, 0.1), IllPosedError, "all equal"),

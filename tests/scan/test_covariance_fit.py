@@ -1,6 +1,7 @@
 """Covariances fitted to lags, and to rings of the spectrum, against the truth that these were made from."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan import covariance_fit
 from roughslip.scan.covariance_fit import fit_covariance, fitted_covariances
-from roughslip.scan.fit_data import RingPowers, effective_number, estimates, lags_to_fit, rings_to_fit
+from roughslip.scan.fit_data import RingPowers, effective_number, estimates, lags_to_fit, profile_to_fit, rings_to_fit
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.surface.embedding import embed
@@ -58,7 +59,9 @@ def test_without_errors_the_parameters_come_back(kind):
     assert fit.lags == 312  # half of 625 - 1: a lag and its opposite count once
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow) if kind == "self_affine" else kind for kind in KINDS]
+)
 def test_independent_errors_scatter_the_parameters_as_said(kind):
     """Ten tables: the sum of squared pulls of each parameter is chi-square of 10 degrees.
 
@@ -110,6 +113,7 @@ def test_derivatives_of_the_named_parameters(kind):
     np.testing.assert_allclose(exact, differences, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_jackknife_sees_errors_that_neighbours_share():
     """Tables estimated on strips of sampled fields, each strip independent. The scatter of the fitted length over
     fields is what a standard error should be: the jackknife meets it, independent lags promise a fraction."""
@@ -186,6 +190,7 @@ def fits(scans):
     return [[fit_covariance("matern", lags, 1.0, rings=given and rings) for lags, rings in data] for given in (None, 1)]
 
 
+@pytest.mark.slow
 def test_rings_determine_the_smoothness_that_lags_leave_open(fits):
     """Of six scans one has lags that fit a smoothness at its bound; with the rings all lie within some 15 %.
 
@@ -229,6 +234,12 @@ def test_rings_of_a_model_are_its_own():
     assert fit.parameters["smoothness"] == pytest.approx(SMOOTHNESS, rel=1e-4)
     assert fit.covariance.lengths_m == pytest.approx(TRUTH.lengths_m, rel=1e-4)
     assert fit.spectrum_misfit < 1e-3
+    # in metres, where logarithms of lengths are negative, no parameter lies at a bound either
+    um, powers = 1e-6, 1e-12 * powers
+    small = RingPowers(powers, rings.standard_error, 1e-12 * rings.without_part, lambda model: model.spectrum(q / um))
+    in_metres = fit_covariance("matern", estimates(um * x, um * y, table, error, parts), 1.0, rings=small)
+    assert in_metres.parameters["smoothness"] == pytest.approx(SMOOTHNESS, rel=1e-4)
+    assert np.isfinite(list(in_metres.standard_errors.values())).all()
 
 
 def test_lags_are_thinned_about_lag_zero(scans):
@@ -239,6 +250,19 @@ def test_lags_are_thinned_about_lag_zero(scans):
     i, j = (len(axis) // 2 for axis in (found.lag_x, found.lag_y))
     at = found.correlation.value[np.round(data.x).astype(int) + i, np.round(data.y).astype(int) + j]
     np.testing.assert_array_equal(data.correlation, at)
+
+
+def test_lags_across_an_endless_lay_stand_in_every_direction():
+    """In metres. Grooves along y leave the lags along x, and grooves along x those along y."""
+    rows = np.random.default_rng(1).uniform(size=(3, 5, 7))
+    spread = SimpleNamespace(low=rows[0] - 0.1, high=rows[0] + 0.1)
+    found = SimpleNamespace(lag_x=1e-6 * np.arange(-2, 3), lag_y=2e-6 * np.arange(-3, 4), rows=rows, correlation=spread)
+    for endless, lags, expected in ((1, found.lag_x[3:], rows[:, 3:, 3]), (0, found.lag_y[4:], rows[:, 2, 4:])):
+        data = profile_to_fit(found, endless, 4)
+        np.testing.assert_allclose(np.hypot(data.x, data.y), np.tile(lags, 4), rtol=1e-12)
+        np.testing.assert_allclose(np.arctan2(data.y, data.x), np.repeat(np.arange(4) * np.pi / 4, lags.size))
+        np.testing.assert_array_equal(data.correlation, np.tile(expected[0], 4))
+        np.testing.assert_array_equal(data.without_part, np.tile(expected[1:], 4))
 
 
 def test_standard_errors_are_the_jackknife_s(scans):

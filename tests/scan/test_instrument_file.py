@@ -132,6 +132,8 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
 def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
     path = tmp_path / "long.asc"
     path.write_text("# Width: 20 um\n" + "1.0 2.0\n" * 1000)
+    monkeypatch.setattr(limits, "MOST_TEXT", path.stat().st_size)
+    limits.check_text(path)
     monkeypatch.setattr(limits, "MOST_TEXT", 8000)
     check_refused(path, "0 MB of text; at most 0 MB are read")
 
@@ -159,6 +161,18 @@ def test_a_file_that_takes_its_values_from_another_is_refused(tmp_path, kind, su
         elsewhere(file, kind, other)
     words = "is a link" if "link" in kind else "has its values elsewhere"
     check_refused(path, f"heights {words}; export the heights alone, into a file of their own")
+
+
+def test_what_lies_at_a_limit_is_not_refused(tmp_path, monkeypatch):
+    """As many points, or bytes of the file, as the limit says."""
+    whole = tmp_path / "whole.nc"
+    with h5py.File(whole, "w") as file:
+        file.create_dataset("heights", data=np.zeros((8, 4)), chunks=(8, 4))
+    monkeypatch.setattr(limits, "MOST_POINTS", 8 * 4)
+    limits.check_points(whole, (8, 4))
+    limits.check_hdf5(whole)
+    monkeypatch.setattr(limits, "MOST_BYTES", whole.stat().st_size)
+    limits.check_size(whole)
 
 
 def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):

@@ -128,6 +128,8 @@ def test_spikes_are_found_and_left_out():
     assert np.array_equal(found, put)
     (line,) = warnings(scan, found, "keep")
     assert line.startswith("16 points")
+    i, j = divmod(int(np.argmax(np.where(put, np.abs(scan.heights - np.median(scan.heights)), 0.0))), N)
+    assert f"x {i} µm, y {j} µm" in line
     assert "roughness.scan.outliers" in line
     rms = float(scan_statistics(without(scan, found, "plane")).rms_height.value)
     expected = float(scan_statistics(remove_form(topography(clean, 1e-6, 1e-6, "clean"), "plane")).rms_height.value)

@@ -123,6 +123,7 @@ def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
     assert sum(inside.values()) >= FEWEST_OF_ALL, inside
 
 
+@pytest.mark.slow
 def test_curves_of_twins_lie_within_the_intervals_of_the_scan(described):
     """The mean of the twins scatters by a quarter of one. Compared: the autocorrelation above 1/e, and the spectrum.
 
@@ -155,6 +156,7 @@ def test_a_nearly_gaussian_scan_of_focus_variation():
     assert found.kurtosis.low < 3.0 < found.kurtosis.high
 
 
+@pytest.mark.slow
 @measured
 def test_the_best_model_of_that_scan_has_its_spectrum_and_lengths():
     """Lags alone give a Matern model with fifteen times the power at 1.7 rad/um. Instruments cut short waves off,

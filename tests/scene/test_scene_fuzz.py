@@ -22,7 +22,7 @@ from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES
 from workflow.study import memory
 
-CASES = int(os.environ.get("SCENE_CASES", "25"))
+CASES = int(os.environ.get("SCENE_CASES", "12"))
 
 BOMB = "\n".join(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9) if n else 'x'}]" for n in range(30))
 HOSTILE = [

@@ -1,5 +1,6 @@
 """The answer on stick-slip: the deterministic limits without scatter, identities of the equation of motion."""
 
+import functools
 import json
 from argparse import Namespace
 
@@ -9,7 +10,7 @@ import pytest
 from roughslip import store
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.motion import trajectory
+from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
 from roughslip.report.answer import limit_rows
 from roughslip.scene.types import scene_of
@@ -26,8 +27,9 @@ CERTAIN = [72 / (72 + 1.959964**2), 1.0]  # Wilson's interval of 72 hits in 72 r
 
 @pytest.fixture(scope="module")
 def answered(folder):
-    """answered(std, varied, **oscillator) is answer.json; `varied` are the parameters that are searched."""
+    """answered(std, varied, **oscillator) is answer.json, once; `varied` are the parameters that are searched."""
 
+    @functools.cache
     def of_scene(std, varied=("damping",), **others):
         asked = scattered(std, **others) | {"answer": {"realisations": 72, "duration_periods": 20.0}}
         output, usage = folder / "answer.json", Usage(folder / "answer", "answer")
@@ -60,16 +62,17 @@ def test_without_scatter_both_limits_of_damping_are_the_existence_limit(answered
 
 def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(answered):
     """Samples miss the extremes of the displacement by (pi / 100)^2 / 2 of the amplitude at most."""
-    found = answered(1e-9, varied=("damping",))
+    found = answered(1e-9)
     belt, law = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})), StribeckLaw(0.3, 0.4)
     assert found["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
-    drawn = trajectory(belt, law, None, 0.0, 10.0, samples_per_period=4000)
+    drawn = trajectory(belt, law, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
     amplitude = 0.5 * np.ptp(drawn.position[20_000:])
     assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= found["amplitude"]["value"] <= amplitude * (1 + 1e-5)
     for name in ("amplitude", "frequency"):
         assert found[f"{name}_scatter"]["value"] < 1e-3 * found[name]["value"]
 
 
+@pytest.mark.slow
 def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
     """At D = 1 no run cycles, from either start; with hardly any scatter both levels are passed at the limit."""
     found = answered(1e-9, damping_ratio=1.0)

@@ -8,6 +8,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import InputError
+from roughslip.friction.table_variables import distribution
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import cycle_period
@@ -17,7 +18,6 @@ from roughslip.stages import deterministic
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
 from roughslip.stages.result_tables.ensemble_table import CLOSING_PERIODS, closing_periods, cycling_share
-from roughslip.stages.result_tables.friction_table import distribution
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
 

@@ -46,8 +46,7 @@ def run(tmp_path, monkeypatch):
     key.write_text(json.dumps({"configuration": {"seed": 5}, "code": "abc"}), encoding="utf-8")
 
     def run(work):
-        shared = ["--key", str(key), "--output", str(tmp_path / "out.nc"), "--usage", str(tmp_path / "usage.json")]
-        monkeypatch.setattr(sys, "argv", ["stage", *shared])
+        monkeypatch.setattr(sys, "argv", ["stage", "--key", str(key)])
         execute(STAGE, work)
 
     run.folder = tmp_path
@@ -343,9 +342,15 @@ def scene(tmp_path):
     return tmp_path
 
 
+def files_of(folder: Path) -> dict[str, Path]:
+    names = ("costs.json", "claims.json", "figure5.png", "figure5.svg")
+    keys = (f"keys/{stage}.json" for stage in ("claims", "cycles", "deterministic", "figure5", "contact_square"))
+    return {name: folder / name for name in (*names, *keys)}
+
+
 def test_only_what_this_run_made_is_shown(scene):
-    found = read_scene(scene, CAPTIONS, scene)
-    assert (found.name, found.description, found.folder, found.file) == (scene.name, "Mine", "", "")
+    found = read_scene("mine", files_of(scene), CAPTIONS, Path("results/mine"))
+    assert (found.name, found.description, found.folder, found.file) == ("mine", "Mine", "", "")
     assert found.figures == {"figure5": b"<svg>figure5</svg>"}
     assert json.loads(found.configuration) == {
         "description": "Mine",
@@ -358,17 +363,17 @@ def test_only_what_this_run_made_is_shown(scene):
 def test_what_is_missing_is_named(scene, name):
     (scene / name).unlink()
     with pytest.raises(StoreError, match=name.partition("/")[2] or name):
-        read_scene(scene, CAPTIONS, scene)
+        read_scene("mine", files_of(scene), CAPTIONS, Path("results/mine"))
 
 
 def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch):
     """The scene file too, where the scene has one of its own: variants of a sweep have none."""
-    monkeypatch.chdir(scene.parent)
-    file = scene.parent / "config/scenes" / f"{scene.name}.yaml"
+    monkeypatch.chdir(scene)
+    file = scene / "config/scenes/mine.yaml"
     file.parent.mkdir(parents=True)
     file.write_text("{}")
-    found = read_scene(scene, CAPTIONS, scene.parent)
-    assert (found.folder, found.file) == (f"{scene.name}/", f"config/scenes/{scene.name}.yaml")
+    found = read_scene("mine", files_of(scene), CAPTIONS, Path("results"))
+    assert (found.folder, found.file) == ("mine/", "../config/scenes/mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -387,4 +392,5 @@ def test_how_a_surface_is_represented_stands_below_the_figure_it_leads_to(tmp_pa
     variables["eigenvalue"] = store.Variable(("mode",), np.ones(1), "1", "")
     store.write(tmp_path / "surface" / "modes.nc", variables, store.Key({}, "abc"))
     scene = changed(CONTACT, square={"variance_share": 0.95}) | {"targets": targets}
-    assert represented(tmp_path, [stage], scene_of(scene)).keys() == {figure}
+    files = {"surface/modes.nc": tmp_path / "surface" / "modes.nc"}
+    assert represented(files, [stage], scene_of(scene)).keys() == {figure}

@@ -50,6 +50,13 @@ def test_one_correlation_length_leaves_one_over_e(kind):
         np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
 
 
+def test_a_fitted_self_affine_model_has_the_cutoff_of_its_data_and_a_band():
+    """The geometric mean along both axes; data cut off above the roll-off leave a band of 1 + 1e-5."""
+    fitted = MODELS["self_affine"].of_fit
+    assert np.prod(fitted(1.0, 8.0, 2.0, 0.3, 0.7, 0.1).cutoff_wavelengths_m) == pytest.approx(0.1**2)
+    assert fitted(1.0, 8.0, 2.0, 0.3, 0.7, 9.0).cutoff_wavelengths_m[0] == pytest.approx(8.0 / (1 + 1e-5), rel=1e-12)
+
+
 @pytest.mark.parametrize("hurst", [0.01, 0.02, 0.8])
 def test_self_affine_has_its_variance_at_lag_zero(hurst):
     """At small H the part z^2H has not vanished at any z > 0 that a double holds."""

@@ -13,6 +13,7 @@ from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
 from roughslip.report.sections import under_which
+from roughslip.verdicts import bracket
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
@@ -190,11 +191,11 @@ BRANCHES = {"square": square, "friction": friction, "oscillator": oscillator}
 
 @pytest.mark.parametrize(("name", "branch", "variable", "index", "least", "most"), SIMPLE)
 def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, branch, variable, index, least, most):
-    """An interval of a fixed width is moved across the ends of its range in steps that never touch an end."""
+    """An interval of a fixed width just outside of an end, just across it with either of its own ends, just inside."""
     ends = [(end, inwards) for end, inwards in ((least, 1.0), (most, -1.0)) if np.isfinite(end)]
     width = 0.3 * (most - least if len(ends) == 2 else abs(ends[0][0]) or 0.1)
     for end, inwards in ends:
-        for near in (-1.45, -1.05, -0.95, -0.2, -0.05, 0.05, 0.45):  # of the edge nearer the outside, in widths
+        for near in (-1.05, -0.95, -0.05, 0.05):  # of the edge nearer the outside, in widths
             edges = sorted((end + inwards * near * width, end + inwards * (near + 1.0) * width))
             arrays = with_number(BRANCHES[branch](), variable, index, np.mean(edges), edges)
             found = judge(**{f"{branch}_": arrays})[name]
@@ -713,3 +714,29 @@ def test_the_range_beyond_the_limit_goes_with_the_scatter_of_the_windows_that_be
     if ours is not None:
         assert claim["ours"] == pytest.approx(ours, rel=1e-3)
         assert claim["interval"] == pytest.approx(interval, rel=1e-3)
+
+
+ANSWERS = {  # of an answer at 1, up to where it is own, unknown, own again; then it is another
+    "changes at once": ((2.0, 2.0, 2.0), (2.0, 2.0)),
+    "unknown between": ((1.5, 2.0, 2.0), (1.5, 2.0)),
+    "known again between": ((1.5, 2.0, 3.0), (1.5, 3.0)),
+    "unknown beyond": ((1.5, 99.0, 99.0), (1.5, None)),
+    "never changes": ((99.0, 99.0, 99.0), (10.0, None)),
+}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+@pytest.mark.parametrize("power", [1, -1])
+def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
+    """To the accuracy asked for, upwards to 10 and downwards to 1/10."""
+    (own, unknown, again), (stands, changes) = ANSWERS[name]
+
+    def answer(value):
+        value = value**power
+        return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
+
+    found = bracket.end(answer, 1.0, 10.0**power)
+    assert found.stands**power == pytest.approx(stands, rel=2e-6)
+    assert (found.changes and found.changes**power) == (changes and pytest.approx(changes, rel=2e-6))
+    assert answer(found.stands) == "own"
+    assert found.changes is None or answer(found.changes) == "other"

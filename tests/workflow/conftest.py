@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from snakemake.api import SnakemakeApi
-from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, ResourceSettings
 
 from roughslip.compilation.source_hash import compiled_folder
 from workflow.faults.scratch import TINY, copy_project
-from workflow.keys import key_files
-from workflow.recovery import earlier_runs
+from workflow.study import earlier_runs
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -41,12 +38,12 @@ class Project:
         self.path(name).write_text(text.replace(old, new, 1))
 
     def copy(self, folder: Path, *scenes: str) -> Project:
-        """The project with all time stamps and the results of these scenes."""
+        """The project with all time stamps, the store and what these scenes published."""
 
         def others(parent: str, names: list[str]) -> list[str]:
             if Path(parent) == self.folder and not scenes:
                 return [name for name in names if name == "results"]
-            return [name for name in names if Path(parent) == self.path("results") and name not in scenes]
+            return [name for name in names if Path(parent) == self.path("results") and name not in ("store", *scenes)]
 
         shutil.copytree(self.folder, folder, ignore=others)
         return Project(folder)
@@ -109,6 +106,9 @@ def project(finished: Project, tmp_path: Path):
 @pytest.fixture
 def plan(monkeypatch):
     """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
+    # Its import takes nearly a second, which no test without plans should wait for.
+    from snakemake.api import SnakemakeApi
+    from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, RerunTrigger, ResourceSettings
 
     def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
         held: list = []
@@ -119,22 +119,19 @@ def plan(monkeypatch):
             workflow = api.workflow(
                 resource_settings=ResourceSettings(cores=1), snakefile=folder / "Snakefile", workdir=folder
             )
-            workflow.dag(DAGSettings(targets=set(targets), max_checksum_file_size=10**9)).execute_workflow(
-                executor="dryrun"
-            )
+            triggers = frozenset({RerunTrigger.MTIME})  # as in the profile
+            workflow.dag(DAGSettings(targets=set(targets), rerun_triggers=triggers)).execute_workflow(executor="dryrun")
             jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
         for file in held:
             file.close()
         found: dict[str, Counter] = {}
         for job in jobs:
             if job.output:
-                assert job.params.get("module", "") in job.rule.name  # of rules that are made in a loop
-                found.setdefault(job.wildcards_dict.get("scene", ""), Counter()).update([job.rule.name])
+                scene = job.params.get("scene") or job.wildcards_dict.get("scene", "")
+                found.setdefault(scene, Counter()).update([job.rule.name])
         return {scene: dict(rules) for scene, rules in found.items()}
 
-    yield planned
-    while key_files._draft_folders:
-        key_files._draft_folders.pop().cleanup()
+    return planned
 
 
 def _new_project(folder: Path) -> Project:

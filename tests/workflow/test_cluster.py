@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from workflow.faults.scratch import digests
-from workflow.recovery import earlier_runs
+from workflow.study import earlier_runs
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
 PROFILE = "profiles/slurm"
@@ -51,10 +51,12 @@ class LoginNode:
         with self.log.open("w") as said:
             return subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **self.options)
 
-    def latest_job(self, run: subprocess.Popen, made: Path) -> str:
+    def latest_job(self, run: subprocess.Popen, made: str) -> str:
         """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if made.exists() and (running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")):
+            if next(self.options["cwd"].glob(made), None) and (
+                running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")
+            ):
                 return max(running, key=int)
             time.sleep(0.2)
         raise AssertionError(self.log.read_text()[-5000:])
@@ -66,7 +68,7 @@ def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path
     login = LoginNode(project.options, tmp_path / "log")
 
     run = login.start()
-    job = login.latest_job(run, made=project.path("results/tiny/keys"))
+    job = login.latest_job(run, made="results/store/karhunen_loeve")
     run.kill()
     run.wait()
     assert login.start().wait(timeout=300) == 1
@@ -77,7 +79,7 @@ def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path
     subprocess.run(["scancel", *left], check=True)
 
     run = login.start()
-    job = login.latest_job(run, made=project.path("results/tiny/surface/design.nc"))
+    job = login.latest_job(run, made="results/store/design/*/surface/design.nc")
     subprocess.run(["scancel", "--signal=KILL", "--full", job], check=True)
     assert run.wait(timeout=1500) == 0, login.log.read_text()[-5000:]
     assert "Trying to restart job" in login.log.read_text()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
+from roughslip.compilation.source_hash import closure_hash
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import execute
+from roughslip.stages.runtime import command, record
 from workflow.faults.__main__ import outcomes
 from workflow.faults.injections import FAULTS
 from workflow.faults.scratch import Scratch
@@ -25,26 +27,36 @@ def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
     assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.description
 
 
-def test_a_stage_whose_key_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):
-    """As a second run after an edit does: Snakemake would take what the old code made for a result of the new."""
-    key, usage = tmp_path / "key.json", tmp_path / "usage.json"
-
-    def write_key(code: str) -> None:
-        key.write_text(json.dumps({"configuration": {}, "code": code}))
-
-    monkeypatch.setattr("sys.argv", ["stage", f"--key={key}", f"--output={tmp_path / 'a.nc'}", f"--usage={usage}"])
-    write_key("old")
-    execute(Stage(name="design", result="design.nc"), lambda job: None)
-    usage.unlink()
-    with pytest.raises(SystemExit) as end:
-        execute(Stage(name="design", result="design.nc"), lambda job: write_key("new"))
-    assert end.value.code == 1
-    assert "changed while the stage ran; run snakemake again" in capsys.readouterr().err
-    assert not usage.exists()
+def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):
+    """Its name says what it is made of. An edit that changes no syntax, of a comment, is none."""
+    source, scan = tmp_path / "roughslip" / "stages" / "design.py", tmp_path / "scan.txt"
+    source.parent.mkdir(parents=True)
+    for package in ("roughslip", "roughslip/stages"):
+        (tmp_path / package / "__init__.py").write_text("")
+    source.write_text("old = 1\n")
+    scan.write_text("1 2\n")
+    files = {"roughslip/stages/design.py": record.checksum(source)}
+    sources = {"files": files, "closure": closure_hash("roughslip.stages.design", tmp_path)}
+    key = {"configuration": {}, "code": "", "sources": sources, "scans": [record.checksum(scan)]}
+    key["inputs"] = {"scan": [str(scan)]}
+    (tmp_path / "key.json").write_text(json.dumps(key))
+    monkeypatch.setattr(command, "SOURCE", tmp_path)
+    monkeypatch.setattr("sys.argv", ["stage", f"--key={tmp_path / 'key.json'}"])
+    stage, made = Stage(name="design", result="design.nc"), tmp_path / "usage" / "design.json"
+    command.execute(stage, lambda job: source.write_text("old = 1  # as before\n"))
+    assert made.is_file()
+    made.unlink()
+    for file, text in ((scan, "1 3\n"), (source, "new = 1\n")):
+        with pytest.raises(SystemExit):
+            command.execute(stage, lambda job, file=file, text=text: file.write_text(text))
+        assert f"{file.name} was" in (said := capsys.readouterr().err)
+        assert "during the run: nothing is written; run snakemake again" in said
+        assert not made.exists()
+        scan.write_text("1 2\n")
 
 
 def test_a_stage_that_fails_late_leaves_no_result(project):
-    """Nor the old one, nor a temporary file; its message is shown once, without a traceback."""
+    """Nor a temporary file; its message is shown once, without a traceback. What was made before is there to open."""
     design = "src/roughslip/stages/design.py"
     project.edit(
         design, "    store.write(", '    if variables:\n        raise store.StoreError("no luck")\n    store.write('
@@ -52,9 +64,10 @@ def test_a_stage_that_fails_late_leaves_no_result(project):
     run = project.snakemake("-j1", "results/tiny/surface/design.nc")
     said = run.stdout + run.stderr
     assert run.returncode == 1
+    (folder,) = re.findall(r"\[(results/store/design/\w+)/logs", said)
     assert [line for line in said.splitlines() if "no luck" in line] == [
-        "tiny: design: no luck [results/tiny/logs/design.log]"
+        f"tiny: design: no luck [{folder}/logs/design.log]"
     ]
     assert "Traceback" not in said
-    assert [path.name for path in project.path("results/tiny/surface").iterdir()] == ["modes.nc"]
-    assert not list(project.path("results/tiny/usage").glob("*design.json*"))
+    assert sorted(path.name for path in project.path(folder).iterdir()) == ["key.json", "logs"]
+    assert project.path("results/tiny/surface/modes.nc").is_file()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
@@ -124,12 +123,11 @@ def test_batches_shrink_until_they_fit(monkeypatch, tmp_path):
 
 def test_a_job_asks_for_more_at_each_attempt_and_never_for_more_than_a_node_has(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    wildcards = SimpleNamespace(scene="paper")
     once = memory.needed_mb(shipped_scene("paper"), "chaos_square") + memory.NODE_MB
 
     def asked(memory_mb: int) -> list[int]:
-        mem_mb = Scenes(ROOT, ["given"], memory_mb=memory_mb).memory("chaos_square")
-        return [mem_mb(wildcards, attempt=attempt) for attempt in (1, 2, 3)]
+        scenes = Scenes(ROOT, ["given"], memory_mb=memory_mb)
+        return [scenes.at_attempt(scenes.memory("paper", "chaos_square"), attempt) for attempt in (1, 2, 3)]
 
     assert asked(4 * once) == [once, 2 * once, 3 * once]
     assert asked(2 * once + 10) == [once, 2 * once, 2 * once + 10]

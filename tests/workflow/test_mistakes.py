@@ -12,6 +12,7 @@ import pytest
 
 from roughslip.errors import InputError
 from workflow.faults.scratch import as_a_user
+from workflow.keys.names import Names
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes, not_writable
 
@@ -39,6 +40,7 @@ BROKEN_KEYS = [
 ]
 
 
+@pytest.mark.slow
 def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
     project = empty.copy(tmp_path / "copy")
     project.scene("broken", BROKEN)
@@ -66,7 +68,7 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
     assert shipped <= scenes.valid.keys()
     assert not [name for name in scenes.valid if name.startswith("broken") and "-" not in name]
     for name in scenes.valid:
-        assert scenes.all_of(name)
+        assert scenes.stages(name)
     with pytest.raises(InputError, match=r"damping_ratio: -0\.2 is not allowed; a number >= 0 and <= 1"):
         Scenes(tmp_path, [f"broken{len(mistakes) - 1}"])
 
@@ -131,7 +133,7 @@ def test_no_rule_is_the_name_of_a_scene():
     names = {
         line[5:].strip(": ") for path in rules for line in path.read_text().splitlines() if line.startswith("rule ")
     }
-    assert {"all", "comparison", "scene_report"} <= names
+    assert {"all", "comparison", "publish"} <= names
     assert names - {"all"} <= RULES
 
 
@@ -198,26 +200,32 @@ def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
     Path("results/smoke/logs").write_text("in the way")
     with pytest.raises(InputError, match=r"^results/smoke/logs: cannot be written to$"):
         Scenes(ROOT, words=["smoke"])
-    scenes = Scenes(ROOT, words=["given"])
-    Path("results/given/keys/cycles.json").mkdir(parents=True)
-    with pytest.raises(InputError, match=r"^results/given/keys: cannot be written to \("):
-        scenes.write_keys()
+    names = Names(Scenes(ROOT, words=["given"]), ROOT, writes=True)
+    Path("results/store").mkdir()
+    Path("results/store/cycles").write_text("in the way")
+    with pytest.raises(InputError, match=r"^results/store/cycles/\w+: cannot be written to \("):
+        names.entry("given", "cycles")
     Path("results").rename("elsewhere")
     Path("results").symlink_to(tmp_path / "gone")
     assert not_writable("smoke") == [Path("results")]
 
 
-@pytest.mark.parametrize("closed", [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]])
-def test_a_folder_that_is_closed_to_writing_is_named(tmp_path, closed):
+def test_a_folder_that_is_closed_to_writing_is_named(tmp_path):
     """Asked of a process that may not overrule permissions, as root may."""
-    if closed != ["."]:
-        (tmp_path / "results/mine/contact").mkdir(parents=True)
-        (tmp_path / "results/yours").mkdir(mode=0o555)
-    for folder in closed:
-        (tmp_path / folder).chmod(0o555)
-    ask = "from workflow.study.scenes import not_writable; print(*not_writable('mine'), sep='\\n')"
+    cases = [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]]
+    projects = [tmp_path / str(number) for number in range(len(cases))]
+    for project, closed in zip(projects, cases, strict=True):
+        project.mkdir()
+        if closed != ["."]:
+            (project / "results/mine/contact").mkdir(parents=True)
+            (project / "results/yours").mkdir(mode=0o555)
+        for folder in closed:
+            (project / folder).chmod(0o555)
+    ask = "import os, sys; from workflow.study.scenes import not_writable\nfor project in sys.argv[1:]:\n"
+    ask += " os.chdir(project); print(*not_writable('mine'))"
     options = {"env": {"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}"}, "capture_output": True, "text": True, "check": True}
-    asked = subprocess.run([sys.executable, "-c", ask], cwd=tmp_path, preexec_fn=as_a_user(), **options)
-    for folder in closed:
-        (tmp_path / folder).chmod(0o755)
-    assert asked.stdout.split() == closed
+    asked = subprocess.run([sys.executable, "-c", ask, *projects], preexec_fn=as_a_user(), **options)
+    for project, closed in zip(projects, cases, strict=True):
+        for folder in closed:
+            (project / folder).chmod(0o755)
+    assert [line.split() for line in asked.stdout.splitlines()] == cases

@@ -12,7 +12,7 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene.loader import load
-from workflow.keys.monte_carlo_batches import SAMPLES, SURFACES, reference_file, solves, solves_key
+from workflow.keys.monte_carlo_batches import SAMPLES, SURFACES, configuration, ranges, reference_file
 from workflow.monte_carlo import friction, pressure
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,31 +32,21 @@ def scene(name):
 # The numbers, from samples.
 
 
-def clustered(generator, surfaces):
-    """Four dependent pressures a surface with one distribution, about a third of them positive."""
-    common = generator.standard_normal((surfaces, 1))
-    return np.maximum(common + generator.standard_normal((surfaces, 4)) - 0.6, 0.0)
+def gathered(values):
+    return pressure.gather_surfaces({}, [{"pressure": values, "percentile": np.array([20.0, 50.0])}])
 
 
-def test_shares_and_their_errors_are_those_of_the_means_of_surfaces():
-    """Independent nodes have binomial errors."""
-    values = clustered(np.random.default_rng(1), 300)
-    levels = pressure.choose_levels(values)
-    share, error = pressure.cumulative_shares(values, levels)
-    means = np.array([np.mean(values <= level, axis=1) for level in levels])
-    np.testing.assert_allclose(share, means.mean(axis=1), rtol=1e-13)
-    np.testing.assert_allclose(error, means.std(axis=1, ddof=1) / math.sqrt(300), atol=1e-12)
-    assert pressure.clustered_mean(values)[1] == pytest.approx(values.mean(axis=1).std(ddof=1) / math.sqrt(300))
+def test_errors_are_binomial_for_independent_nodes_and_those_of_a_node_for_equal_ones():
     values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
-    kept = pressure.describe_pressure(values[:, None, :], np.array([50.0]))
-    error = float(kept["contact_probability_standard_error"].values[0])
-    assert error == pytest.approx(math.sqrt(0.25 / 80_000), rel=0.02)
+    kept = gathered(np.stack([values, np.repeat(values[:, :1], 4, axis=1)], axis=1))
+    errors = kept["contact_probability_standard_error"].values
+    np.testing.assert_allclose(errors, [math.sqrt(0.25 / 80_000), math.sqrt(0.25 / 20_000)], rtol=0.02)
+    assert kept["cumulative"].values[:, -1] == pytest.approx(1.0)
 
 
 def test_a_penetration_without_contact_is_refused():
-    nothing = np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1)
     with pytest.raises(InputError, match="contact at every penetration"):
-        pressure.describe_pressure(nothing, np.array([20.0, 50.0]))
+        gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1))
 
 
 # The kept files.
@@ -102,14 +92,12 @@ def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
     assert kept["cumulative_standard_error"].max() < 0.0015
 
 
-def test_kept_references_are_of_the_present_scenes(tmp_path, monkeypatch):
+def test_kept_references_are_of_the_present_scenes():
     """Friction falls with penetration, and so does its scatter."""
-    monkeypatch.chdir(tmp_path)
     for kind, samples in SAMPLES.items():
         for name, (most, _) in samples.items():
             found = store.read(ROOT / reference_file(name, kind))
-            key = store.read_key(Path(solves_key(name, scene(name), kind)))
-            assert json.loads(found.attributes["configuration"]) == key.configuration
+            assert json.loads(found.attributes["configuration"]) == configuration(scene(name), kind)
             if kind == "pressure":
                 assert int(found["surfaces"]) <= most
                 continue
@@ -140,22 +128,13 @@ def test_the_present_solver_gives_the_pressures_of_the_reference():
 
 
 def test_a_reference_is_made_of_whole_batches():
-    assert len(solves("paper")) == 5
-    assert solves("resolved", samples=15_000) == [
-        "results/resolved/pressure_solves/0-10000.nc",
-        "results/resolved/pressure_solves/10000-20000.nc",
-    ]
-    assert len(solves("resolved", samples=10**9)) == 40
+    assert len(ranges("paper")) == 5
+    assert ranges("resolved", samples=15_000) == [(0, 10_000), (10_000, 20_000)]
+    assert len(ranges("resolved", samples=10**9)) == 40
 
 
-def test_only_the_physics_makes_solves_again(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-    def key(changed):
-        return Path(solves_key("paper", changed)).read_text()
-
-    one = scene("paper")
-    first = key(one)
+def test_only_the_physics_makes_solves_again():
+    whole = scene("paper")
     for section, name, value, changes in (
         ("roughness", "rms_height_m", 6e-8, True),
         ("material", "young_modulus_pa", 2e11, True),
@@ -164,8 +143,8 @@ def test_only_the_physics_makes_solves_again(tmp_path, monkeypatch):
         ("expansion", "samples", 500, False),
         ("numerics", "contact_tolerance", 1e-8, False),
     ):
-        assert (key({**one, section: {**one[section], name: value}}) != first) is changes, name
-    assert json.loads(first)["code"] == "any"
+        changed = {**whole, section: {**whole[section], name: value}}
+        assert (configuration(changed) != configuration(whole)) is changes, name
 
 
 # The friction of windows, solved directly.

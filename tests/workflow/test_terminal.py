@@ -13,7 +13,7 @@ import sys
 sys.path[:0] = [{root!r}, {root!r} + "/src"]
 from workflow.study.terminal import show_own_errors
 
-show_own_errors()
+show_own_errors(lambda folder: folder)
 rule broken:
     output: "results/a/made"
     log: "results/a/logs/broken.log"

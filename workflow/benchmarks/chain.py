@@ -35,8 +35,9 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
+from roughslip.probability.estimate import NORMAL_95
+from roughslip.scene.auto import AUTO
 from roughslip.scene.discretisation import discretised
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
@@ -47,15 +48,13 @@ from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
 from workflow.benchmarks.contact import Mesh
 from workflow.benchmarks.contact_peers import PolonskyKeer, Problem, tune
-from workflow.benchmarks.runner import OURS, make_row, run_command
-from workflow.evidence.rows import case
+from workflow.benchmarks.runner import OURS, case, make_row, run_command
 
 SCENE = "resolved"
 PLAIN = "plain"
 ASKED, QUICK = (0.1, 0.05, 0.03, 0.01), (0.1, 0.05)
 LIMIT_S = 3000.0  # accuracy.cost_limit_cpu_s: enough for 0.01
 STREAM = 30  # the second entry of the seed of the plain strip
-NORMAL_95 = 1.96
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu in units of the shear strength, and valid, each (strips, windows)
 
@@ -86,11 +85,8 @@ def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: objec
 
 def run_chain(scene: Values, folder: Path) -> Run:
     """Run the chain for the accuracy of friction that the scene asks. Raises IllPosedError where that is refused."""
-    scene = changed(
-        scene,
-        strip={"samples": AUTO, "expansion_samples": AUTO},
-        accuracy={"verdict_limit_cpu_s": 0.0},  # no strips for verdicts
-    )
+    auto, no_verdicts = {"samples": AUTO, "expansion_samples": AUTO}, {"verdict_limit_cpu_s": 0.0}
+    scene = changed(scene, strip=auto, accuracy=no_verdicts)
     pilot, fitted, allocation, statistics = (folder / f"{name}.nc" for name in ("pilot", "fit", "allocation", "end"))
     typed = scene_of(scene)
     least = typed.friction.least_contact_fraction * typed.strip.window_m * typed.strip.width_m
@@ -139,24 +135,10 @@ def find_true_error(found: Mapping[str, np.ndarray], reference: Mapping[str, np.
     return max(errors)
 
 
-# The plain way.
-
-
-def scatter_of_strip(solved: Sequence[Windows], percentiles: np.ndarray) -> float:
-    """Return the largest standard deviation of a strip's influence on a number that an accuracy holds for."""
-    judged = [windows for windows, counts in zip(solved, is_judged(percentiles), strict=True) if counts]
-    of_median = influences(*solved[int(np.flatnonzero(percentiles == 50.0)[0])])[:, :1]
-    return float(max((influences(*windows) - of_median).std(axis=0, ddof=1).max() for windows in judged))
-
-
 def time_plain_strip(scene: Scene) -> float:
     """Return CPU seconds of the cold solves of one strip at all penetrations, with a solver tuned to the tolerance."""
-    model, mesh, tolerance = (
-        surface_model.surface_model(scene),
-        Mesh(geometry.strip_grid(scene)),
-        scene.numerics.contact_tolerance,
-    )
-    solver = PolonskyKeer(mesh.grid, mesh.displacement)
+    model, mesh = surface_model.surface_model(scene), Mesh(geometry.strip_grid(scene))
+    solver, tolerance = PolonskyKeer(mesh.grid, mesh.displacement), scene.numerics.contact_tolerance
     rough = model.heights(model.sampler(mesh.grid)(np.random.default_rng([scene.seed, STREAM, 0])))
     percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
     first, *problems = (Problem(rough, float(plane)) for plane in model.plane_height(percentiles))
@@ -165,15 +147,6 @@ def time_plain_strip(scene: Scene) -> float:
     for problem in problems:
         solver.solve(problem, 0.0, setting)
     return time.process_time() - start
-
-
-def mesh_error(found: Mapping[str, np.ndarray]) -> float:
-    """Return the largest relative change by the extrapolation, of results of stage friction."""
-    judged = is_judged(found["percentile"])
-    return float(max(np.abs(found[f"mesh_change_of_{name}"][judged]).max() for name in ("mean", "std")))
-
-
-# The file.
 
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
@@ -190,9 +163,17 @@ def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Seq
             except IllPosedError as error:
                 refused[case(scene=SCENE, asked=one)] = str(error)
     most = max(runs.values(), key=lambda run: run.strips)
-    scatter = scatter_of_strip(most.solved, most.friction["percentile"])
-    last = {own[one]["strip"]["cell_m"]: one for one in runs}  # on the same cells the most accurate run
-    cells = {h: (mesh_error(runs[one].friction), time_plain_strip(scene_of(own[one]))) for h, one in last.items()}
+    percentiles = most.friction["percentile"]
+    of_strip = [influences(*windows) for windows in most.solved]  # by penetration
+    of_median = of_strip[int(np.flatnonzero(percentiles == 50.0)[0])][:, :1]
+    judged = [one for one, counts in zip(of_strip, is_judged(percentiles), strict=True) if counts]
+    scatter = float(max((one - of_median).std(axis=0, ddof=1).max() for one in judged))
+    cells: dict[
+        float, tuple[float, float]
+    ] = {}  # error of the mesh and seconds of a plain strip; of the last run on it
+    for one, run in runs.items():
+        changes = [run.friction[f"mesh_change_of_{name}"][is_judged(percentiles)] for name in ("mean", "std")]
+        cells[own[one]["strip"]["cell_m"]] = float(np.abs(changes).max()), time_plain_strip(scene_of(own[one]))
     rows, ratios = [], {}
     for one, run in runs.items():
         name, more = case(scene=SCENE, asked=one), {"cell_m": own[one]["strip"]["cell_m"]}
@@ -202,20 +183,17 @@ def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Seq
         rows.append(make_row(name, OURS, run.half_width, [run.seconds], run.strips, **more))
         # K independent strips leave 1.96 sigma / sqrt(K), on the cheapest cells that leave less than our half width.
         plain = []
-        for h, (left, of_strip) in cells.items():
+        for h, (left, seconds) in cells.items():
             if left < run.half_width:
                 strips = (NORMAL_95 * scatter / (run.half_width - left)) ** 2
-                plain.append((strips * of_strip, math.ceil(strips), {"mesh_error": left, "cell_m": h}))
+                plain.append((strips * seconds, math.ceil(strips), {"mesh_error": left, "cell_m": h}))
         if plain:
             seconds, strips, more = min(plain, key=lambda option: option[0])
             rows.append(make_row(name, PLAIN, run.half_width, [seconds], strips, **more))
             ratios[name] = seconds / run.seconds
     exponent = -float(np.polyfit(np.log(list(runs)), np.log([run.seconds for run in runs.values()]), 1)[0])
-    measured = {
-        "scatter_of_strip": scatter,
-        "strips": most.strips,
-        "plain_strip_seconds": {h: x for h, (_, x) in cells.items()},
-    }
+    measured = {"scatter_of_strip": scatter, "strips": most.strips}
+    measured["plain_strip_seconds"] = {h: seconds for h, (_, seconds) in cells.items()}
     summary = {"exponent": exponent, "plain_over_ours": ratios, "refused": refused, "measured": measured}
     return {"summary": summary, "rows": rows}
 

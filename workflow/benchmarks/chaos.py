@@ -12,7 +12,7 @@ import math
 import statistics
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,12 +29,11 @@ from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
-from roughslip.surface.modes import heights, karhunen_loeve
-from workflow.benchmarks.runner import OURS, make_row, run_command, timed
-from workflow.evidence.rows import Row, case
-from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE
+from roughslip.stages.from_scene import elastic, expansion, geometry
+from roughslip.stages.from_scene.geometry import training_nodes
+from roughslip.surface.modes import heights
+from workflow.benchmarks.runner import OURS, case, make_row, run_command, timed
+from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE, square_of
 
 ROOT = Path(__file__).parents[2]
 KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
@@ -42,50 +41,30 @@ KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results
 STREAMS = {"monte_carlo": 21, "latin_hypercube": 22, "sobol": 23}
 EQUATIONS = ("equation_8", "equation_9")
 EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
-
-
 # By scene, how many Latin hypercube designs of each number of samples, and Monte Carlo and Sobol designs of the
 # largest; fewer samples are the first ones of these. 1000 solves of `paper` take a third of a second, `resolved` 12 s.
-Plan = tuple[dict[int, int], int]
-USUAL: dict[str, Plan] = {
+USUAL: dict[str, tuple[dict[int, int], int]] = {
     "paper": ({250: 6, 500: 6, 1000: 20, 2000: 4, 4000: 3}, 6),
     "resolved": ({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
 }
-QUICK: dict[str, Plan] = {"paper": ({250: 1, 500: 1}, 1)}
+QUICK: dict[str, tuple[dict[int, int], int]] = {"paper": ({250: 1, 500: 1}, 1)}
 DRAWS, QUICK_DRAWS = 400_000, 20_000  # as in the study; a contact probability of 0.05 is then known to 0.7 %
 
 
-# The judge.
+def distance(kept: Mapping[str, np.ndarray], row: int, pressure: np.ndarray) -> float:
+    """Return the largest difference of the distribution of pressures (n,) [Pa] from a kept one, the atom at 0 included.
 
-
-class MonteCarloReference:
-    """The kept Monte Carlo reference of a scene at one penetration.
-
-    level, cumulative, error : (n,) [Pa], [-] the distribution with standard errors; level 0 is no contact
+    It is net of the reference's error at the pressure of that difference. Linear interpolation of the reference
+    between levels errs by less than 1e-4.
     """
-
-    def __init__(self, kept: Mapping[str, np.ndarray], row: int) -> None:
-        self.level, self.cumulative = kept["level"][row], kept["cumulative"][row]
-        self.error = kept["cumulative_standard_error"][row]
-
-    def distance(self, pressure: np.ndarray) -> float:
-        """Return the largest difference of the distribution of pressures (n,) [Pa], including the atom at zero.
-
-        It is net of the reference's error at the pressure of that difference. Linear interpolation of the reference
-        between levels errs by less than 1e-4.
-        """
-        ascending = np.sort(pressure)
-        points = np.concatenate([self.level, ascending[ascending > 0]])
-        expected = np.interp(points, self.level, self.cumulative)
-        sides = [np.searchsorted(ascending, points, side=side) / len(ascending) for side in ("right", "left")]
-        sides[1] = np.where(points > 0, sides[1], sides[0])
-        off = np.maximum(*(np.abs(share - expected) for share in sides))
-        worst = int(np.argmax(off))
-        error = float(np.interp(points[worst], self.level, self.error))
-        return math.sqrt(max(0.0, float(off[worst]) ** 2 - error**2))
-
-
-# Solves.
+    level, cumulative, error = (kept[name][row] for name in ("level", "cumulative", "cumulative_standard_error"))
+    ascending = np.sort(pressure)
+    points = np.concatenate([level, ascending[ascending > 0]])
+    expected = np.interp(points, level, cumulative)
+    right, left = (np.searchsorted(ascending, points, side=side) / len(ascending) for side in ("right", "left"))
+    off = np.maximum(np.abs(right - expected), np.abs(np.where(points > 0, left, right) - expected))
+    worst = int(np.argmax(off))
+    return math.sqrt(max(0.0, float(off[worst]) ** 2 - float(np.interp(points[worst], level, error)) ** 2))
 
 
 class Solved(NamedTuple):
@@ -108,12 +87,10 @@ class Square:
 
     def __init__(self, name: str) -> None:
         self.name, self.scene = name, scene_of(load(name, ROOT / "config" / "scenes"))
-        self.seed, self.degree, section = self.scene.seed, self.scene.expansion.degree, self.scene.square
-        self.model, self.grid = surface_model.gaussian_model(self.scene), geometry.square_grid(self.scene)
-        found = karhunen_loeve(self.model.covariance, self.grid, section.modes, share=section.variance_share)
-        self.modes, self.influence = found.modes, elastic.influence(self.scene, self.grid)
-        lengths = self.model.lengths_m
-        self.nodes, self.central = training_nodes(lengths, self.grid), len(central_nodes(lengths, self.grid).x)
+        self.seed, self.degree = self.scene.seed, self.scene.expansion.degree
+        self.model, self.grid, self.modes, central = square_of(self.scene)
+        self.influence, self.central = elastic.influence(self.scene, self.grid), len(central.x)
+        self.nodes = training_nodes(self.model.lengths_m, self.grid)
         self.directions, self.odd = expansion.directions(
             self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
         )
@@ -129,21 +106,18 @@ class Square:
             return latin_hypercube(np.random.default_rng([*seed, count, number]), count, modes)
         return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
 
-    def surface(self, xi: np.ndarray) -> np.ndarray:
-        """Return heights (nx, ny) [m] of one sample."""
-        return self.model.heights(heights(self.modes, xi))
-
     def solve(self, xi: np.ndarray) -> Solved:
         """Solve every sample of a design (K, M) at all penetrations."""
         pressure, gap = np.empty((2, len(xi), len(self.planes), len(self.nodes.x)))
         start = time.perf_counter()
         for row, sample in enumerate(xi):
-            for level, solution in enumerate(sweep(self.influence, self.surface(sample), self.planes, TOLERANCE)):
+            z = self.model.heights(heights(self.modes, sample))
+            for level, solution in enumerate(sweep(self.influence, z, self.planes, TOLERANCE)):
                 pressure[row, level] = solution.pressure[self.nodes.x, self.nodes.y]
                 gap[row, level] = solution.gap[self.nodes.x, self.nodes.y]
         return Solved(xi, pressure, gap, (time.perf_counter() - start) / len(xi))
 
-    def designs(self, plan: Plan) -> Iterator[tuple[str, int, Solved]]:
+    def designs(self, plan: tuple[dict[int, int], int]) -> Iterator[tuple[str, int, Solved]]:
         """Yield the kind of each design of a plan, its number, and its solves."""
         latin_hypercube, others = plan
         for kind in ("monte_carlo", "sobol"):
@@ -155,9 +129,6 @@ class Square:
         for samples, count in latin_hypercube.items():
             for number in range(count):
                 yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
-
-
-# Methods.
 
 
 def draw_pressures(method: str, square: Square, solved: Solved, level: int, draws: int, stream: int) -> np.ndarray:
@@ -179,50 +150,37 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, draw
     return draw(one, one.fit().coefficients, draws, seed)
 
 
-def compare_methods(
-    square: Square, references: Sequence[MonteCarloReference], plan: Plan, draws: int
-) -> tuple[list[Row], dict[str, str]]:
-    """Return a row for each penetration, method and number of solves, and why designs were refused.
+def measure(quick: bool, _: bool) -> dict[str, Any]:
+    """Return a row for each scene, penetration, method and number of solves, and why designs were refused.
 
     The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
     """
-    found: dict[tuple[int, str, int], list[tuple[float, float]]] = defaultdict(list)
-    refused = {}
-    for kind, number, solved in square.designs(plan):
-        samples = len(solved.xi)
-        fitted = (OURS, *(EQUATIONS if number < EQUATION_DESIGNS else ())) if kind == "latin_hypercube" else ()
-        for method, level in itertools.product((kind, *fitted), range(len(references))):
-            try:
-                seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, draws, number))
-            except IllPosedError as error:
-                refused[f"{case_of(square.name, level)} {method} {samples} {number}"] = str(error)
-                continue
-            distance = references[level].distance(pressure)
-            found[level, method, samples].append((samples * solved.seconds + seconds, distance))
+    found: dict[tuple[str, int, str, int], list[tuple[float, float]]] = defaultdict(list)
+    refused, draws = {}, QUICK_DRAWS if quick else DRAWS
+    for scene, plan in (QUICK if quick else USUAL).items():
+        kept, square = store.read(KEPT_RESULTS / scene / "pressure.nc"), Square(scene)
+        for kind, number, solved in square.designs(plan):
+            samples = len(solved.xi)
+            fitted = (OURS, *(EQUATIONS if number < EQUATION_DESIGNS else ())) if kind == "latin_hypercube" else ()
+            for method, level in itertools.product((kind, *fitted), range(len(PERCENTILES))):
+                try:
+                    seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, draws, number))
+                except IllPosedError as error:
+                    refused[f"{case_of(scene, level)} {method} {samples} {number}"] = str(error)
+                    continue
+                one = samples * solved.seconds + seconds, distance(kept, level, pressure)
+                found[scene, level, method, samples].append(one)
     rows = []
-    for (level, method, samples), results in sorted(found.items()):
+    for (scene, level, method, samples), results in sorted(found.items()):
         turns, distances = (list(column) for column in zip(*results, strict=True))
-        errors, name = {"distance": distances}, case_of(square.name, level)
+        errors, name = {"distance": distances}, case_of(scene, level)
         rows.append(make_row(name, method, statistics.median(distances), turns, samples, errors=errors))
-    return rows, refused
+    return {"summary": {"refused": refused}, "rows": rows}
 
 
 def case_of(scene: str, level: int) -> str:
     """Return the case of a scene at a penetration."""
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
-
-
-def measure(quick: bool, _: bool) -> dict[str, Any]:
-    """Return the summary and the rows."""
-    rows: list[Row] = []
-    refused: dict[str, str] = {}
-    for name, plan in (QUICK if quick else USUAL).items():
-        draws, kept = QUICK_DRAWS if quick else DRAWS, store.read(KEPT_RESULTS / name / "pressure.nc")
-        references = [MonteCarloReference(kept, row) for row in range(len(PERCENTILES))]
-        of_scene, reasons = compare_methods(Square(name), references, plan, draws)
-        rows += of_scene
-        refused |= reasons
-    return {"summary": {"refused": refused}, "rows": rows}
 
 
 if __name__ == "__main__":

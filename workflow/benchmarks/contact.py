@@ -2,8 +2,7 @@
 
 One process, one thread, in turns. One judge computes the residual of every method. It shares no code with any solver
 except Love's coefficients. The tolerance of a peer is first tuned for each case to the loosest one that meets that of
-the case. Setting up operators and transforms is not timed. Pressures and gaps scale with the heights, and pressures
-with E*, so Sq, E* and the edge only set units.
+the case. Setting up operators and transforms is not timed. Sq, E* and the edge only set units.
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from scipy import fft
@@ -23,10 +21,8 @@ from roughslip.grid import Grid
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
 from workflow.benchmarks.contact_peers import PEERS, Problem, tune
-from workflow.benchmarks.runner import OURS, make_row, race, run_command, summarise_speed
-from workflow.evidence.rows import Row, case, fields, power
+from workflow.benchmarks.runner import OURS, Row, case, make_row, power, race, run_command, summarise_speed
 
-PACKAGES = ("ducc0", "tamaas", "ContactMechanics", "NuMPI", "muGrid", "SurfaceTopography")
 EDGE, RMS_HEIGHT, MODULUS = 100e-6, 0.5e-6, 2.3e11  # m, m, and Pa: E* of steel against a rigid plane
 SEED = 20260
 SURFACES = {
@@ -34,28 +30,15 @@ SURFACES = {
     "exp": covariance_of(kind="exponential", rms_height_m=RMS_HEIGHT, correlation_length_m=EDGE / 64),
     "white": None,
 }
-LEVELS = ("5", "25", "50", "75", "95", "contact90")  # per cent of the heights above the plane, or of nodes in contact
 # The largest mesh on which a peer takes part, at the median and at other planes: what its time allows.
 EXTENT = {"tamaas/load": (512, 256), "contactmechanics/bugnicourt": (512, 128), "polonsky-keer": (512, 128)}
 SETTINGS = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 TOLERANCES = (1e-6, 1e-10)
-
-
-class Sizes(NamedTuple):
-    """What is measured: nodes on an edge with the peers, of ours alone, and of pressure error against time."""
-
-    nodes: tuple[int, ...] = (64, 128, 256, 512)
-    growing: tuple[int, ...] = (1024, 2048)
-    precise: tuple[int, ...] = (128, 256)
-    levels: tuple[str, ...] = LEVELS
-    quick: bool = False
-
-
-QUICK = Sizes((32,), (48,), (32,), levels=("50", "contact90"), quick=True)
-
-
-def square(n: int) -> Grid:
-    return Grid(n, n, EDGE / n, EDGE / n)
+# Nodes on an edge with the peers, of ours alone, and of pressure error against time. Levels: per cent of the heights
+# above the plane, or of nodes in contact.
+NODES, GROWING, PRECISE = (64, 128, 256, 512), (1024, 2048), (128, 256)
+LEVELS = ("5", "25", "50", "75", "95", "contact90")
+QUICK = ((32,), (48,), (32,), ("50", "contact90"))
 
 
 class Mesh:
@@ -63,19 +46,14 @@ class Mesh:
 
     def __init__(self, grid: Grid, peers: Iterable[str] = ()) -> None:
         self.grid = grid
-        self.influence, self.displacement = Influence(self.grid, MODULUS), Convolution(self.grid, MODULUS)
-        self.peers = {name: PEERS[name](self.grid, self.displacement) for name in peers if grid.nx <= EXTENT[name][0]}
+        self.influence, self.displacement = Influence(grid, MODULUS), Convolution(grid, MODULUS)
+        self.peers = {name: PEERS[name](grid, self.displacement) for name in peers if grid.nx <= EXTENT[name][0]}
 
     def problem(self, kind: str, level: str) -> Problem:
         """Return a surface, the same at every call, and its plane, to 0.1 % of Sq where it is one of contact."""
-        generator = np.random.default_rng([SEED, list(SURFACES).index(kind), *self.grid.shape])
-        covariance = SURFACES[kind]
+        rng, covariance = np.random.default_rng([SEED, list(SURFACES).index(kind), *self.grid.shape]), SURFACES[kind]
         white = covariance is None
-        z = (
-            RMS_HEIGHT * generator.standard_normal(self.grid.shape)
-            if white
-            else embed(covariance, self.grid).sample(generator)
-        )
+        z = RMS_HEIGHT * rng.standard_normal(self.grid.shape) if white else embed(covariance, self.grid).sample(rng)
         if level != "contact90":
             return Problem(z, float(np.percentile(z, 100 - float(level))))
 
@@ -110,15 +88,17 @@ class Convolution:
         return fft.irfft2(fft.rfft2(pressure, self.padded) * self.symbol, self.padded)[:nx, :ny]
 
 
-def compare_solvers(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
-    """Return rows of every case: 10 x 10 nodes of white heights, a direct solve, first."""
-    kinds = [(10, "white"), *itertools.product(sizes.nodes, ("gauss", "exp"))]
-    cases = [(*kind, level, one) for kind in kinds for level in sizes.levels for one in TOLERANCES]
-    cases += [(n, "gauss", "50", TOLERANCES[-1]) for n in sizes.growing]
+def square(n: int, peers: Iterable[str] = ()) -> Mesh:
+    """Return a square mesh of n x n nodes."""
+    return Mesh(Grid(n, n, EDGE / n, EDGE / n), peers)
+
+
+def compare_solvers(cases: Iterable[tuple[int, str, str, float]], peers: Iterable[str], quick: bool) -> list[Row]:
+    """Return rows of cases (n, surface, level, tolerance), with the peers that take part in each."""
     rows: list[Row] = []
     tuned: dict[tuple[str, str, str], float] = {}  # peer, surface, level: the setting last found, over the tolerance
     for n, of_mesh in itertools.groupby(cases, key=lambda entry: entry[0]):
-        mesh = Mesh(square(n), () if n in sizes.growing else peers)
+        mesh = square(n, peers)
         for _, kind, level, tolerance in of_mesh:
             name, problem = case(n=n, surface=kind, level=level, tolerance=power(tolerance)), mesh.problem(kind, level)
             load = solve(mesh.influence, problem.interference, 1e-12).mean_pressure
@@ -129,7 +109,7 @@ def compare_solvers(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
                     trials[peer] = tune(solver, problem, load, tolerance, first, mesh.residual)
                     tuned[peer, kind, level] = trials[peer][0] / tolerance
                     calls[peer] = partial(solver.solve, problem, load, trials[peer][0])
-            seconds, results = race(calls, sizes.quick, least=3 if level == "50" else 1)
+            seconds, results = race(calls, quick, least=3 if level == "50" else 1)
             ours, error = results[OURS], mesh.residual(problem, results[OURS].pressure)
             rows.append(make_row(name, OURS, error, seconds[OURS], ours.work, solver=ours.method))
             for peer, (setting, residual, work) in trials.items():
@@ -137,40 +117,40 @@ def compare_solvers(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
     return rows
 
 
-def pressure_errors(sizes: Sizes, peers: Iterable[str]) -> list[Row]:
+def pressure_errors(n: int, peers: Iterable[str], quick: bool) -> list[Row]:
     """Return rows of the relative error of the pressure at each method's own settings."""
-    rows = []
-    for n in sizes.precise:
-        mesh = Mesh(square(n), peers)
-        problem, name = mesh.problem("gauss", "50"), case(n=n, surface="gauss", level="50", quantity="pressure")
-        reference = solve(mesh.influence, problem.interference, 1e-13).pressure
-        load = float(reference.mean())
-        calls, answers = {}, {}
-        for setting in SETTINGS:
-            ours = solve(mesh.influence, problem.interference, setting)
-            calls[OURS, setting] = partial(solve, mesh.influence, problem.interference, setting)
-            answers[OURS, setting] = ours.pressure, ours.work
-            for peer, solver in mesh.peers.items():
-                calls[peer, setting] = partial(solver.solve, problem, load, setting)
-                answers[peer, setting] = solver.solve(problem, load, setting, counting=True)
-        for (method, setting), turns in race(calls, sizes.quick)[0].items():
-            pressure, work = answers[method, setting]
-            error = float(np.linalg.norm(pressure - reference) / np.linalg.norm(reference))
-            rows.append(make_row(name, method, error, turns, work, setting=setting))
+    mesh, rows = square(n, peers), []
+    problem, name = mesh.problem("gauss", "50"), case(n=n, surface="gauss", level="50", quantity="pressure")
+    reference = solve(mesh.influence, problem.interference, 1e-13).pressure
+    load, calls, answers = float(reference.mean()), {}, {}
+    for setting in SETTINGS:
+        calls[OURS, setting] = partial(solve, mesh.influence, problem.interference, setting)
+        ours = calls[OURS, setting]()
+        answers[OURS, setting] = ours.pressure, ours.work
+        for peer, solver in mesh.peers.items():
+            calls[peer, setting] = partial(solver.solve, problem, load, setting)
+            answers[peer, setting] = solver.solve(problem, load, setting, counting=True)
+    for (method, setting), turns in race(calls, quick)[0].items():
+        pressure, work = answers[method, setting]
+        error = float(np.linalg.norm(pressure - reference) / np.linalg.norm(reference))
+        rows.append(make_row(name, method, error, turns, work, setting=setting))
     return rows
 
 
-def measure(quick: bool, peers: bool) -> dict[str, object]:
-    """Return the summary and the rows. The summary lists 10 x 10 nodes separately."""
-    sizes, others = QUICK if quick else Sizes(), tuple(PEERS) if peers else ()
-    rows = compare_solvers(sizes, others)
-    small = [row for row in rows if fields(row["case"])["n"] == "10"]
-    summary = {
-        "times_faster_than": summarise_speed([row for row in rows if row not in small]),
-        "times_faster_than_on_10_x_10": summarise_speed(small),
-    }
-    return {"summary": summary, "rows": rows + pressure_errors(sizes, others)}
+def measure(quick: bool, with_peers: bool) -> dict[str, object]:
+    """Return summary and rows. 10 x 10 nodes of white heights, a direct solve, have their own summary."""
+    nodes, growing, precise, levels = QUICK if quick else (NODES, GROWING, PRECISE, LEVELS)
+    peers = tuple(PEERS) if with_peers else ()
+    small, others = [(10, "white")], list(itertools.product(nodes, ("gauss", "exp")))
+    tens, rows = (
+        compare_solvers([(*kind, level, one) for kind in kinds for level in levels for one in TOLERANCES], peers, quick)
+        for kinds in (small, others)
+    )
+    alone = compare_solvers([(n, "gauss", "50", TOLERANCES[-1]) for n in growing], (), quick)
+    summary = {"times_faster_than": summarise_speed(rows), "times_faster_than_on_10_x_10": summarise_speed(tens)}
+    errors = [row for n in precise for row in pressure_errors(n, peers, quick)]
+    return {"summary": summary, "rows": tens + rows + alone + errors}
 
 
 if __name__ == "__main__":
-    run_command(__doc__, measure, PACKAGES, ("tamaas", "ContactMechanics"))
+    run_command(__doc__, measure)

@@ -78,8 +78,21 @@ class Tamaas:
         self.model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sizes, list(grid.shape))
         self.model.E, self.model.nu = displacement.modulus, 0.0
         tamaas.ModelFactory.registerNonPeriodic(self.model, "free")
-        self.counted = _counting_operator(tamaas, self.model, self.model.operators["free"])
-        self.model.operators["counted"] = self.counted
+        self.count, inner = 0, self.model.operators["free"]
+
+        class Counting(tamaas.IntegralOperator):
+            """The operator with a count of its applications, which costs some microseconds each."""
+
+            def apply(operator, source: np.ndarray, result: np.ndarray) -> None:
+                self.count += 1
+                inner(source, result)
+
+            __call__ = apply
+            updateFromModel = lambda operator: None  # noqa: E731
+            getKind = lambda operator: tamaas.IntegralOperator.neumann  # noqa: E731
+            getType = lambda operator: tamaas.model_type.basic_2d  # noqa: E731
+
+        self.model.operators["counted"] = self.counted = Counting(self.model)
         self.heights = np.zeros(grid.shape)  # each problem overwrites it
         self.solvers = {}
         for operator in ("free", "counted"):
@@ -90,40 +103,14 @@ class Tamaas:
     def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> Solved:
         """Solve at the given load."""
         solver = self.solvers["counted" if counting else "free"]
-        solver.tolerance, self.counted.count = setting, 0
+        solver.tolerance, self.count = setting, 0
         self.heights[...] = problem.heights
         self.model.traction[...] = 0.0
         try:
             solver.solve(load)
         except (ArithmeticError, RuntimeError):  # for example, a contact area of a single node
             self.model.traction[...] = 0.0
-        return np.nan_to_num(np.array(self.model.traction)), self.counted.count
-
-
-def _counting_operator(tamaas: Any, model: Any, inner: Callable) -> Any:
-    """Wrap the operator to count its applications, which costs some microseconds each."""
-
-    class Counting(tamaas.IntegralOperator):
-        def __init__(self) -> None:
-            super().__init__(model)
-            self.count = 0
-
-        def apply(self, source: np.ndarray, result: np.ndarray) -> None:
-            self.count += 1
-            inner(source, result)
-
-        __call__ = apply
-
-        def updateFromModel(self) -> None:
-            pass
-
-        def getKind(self) -> Any:
-            return tamaas.IntegralOperator.neumann
-
-        def getType(self) -> Any:
-            return tamaas.model_type.basic_2d
-
-    return Counting()
+        return np.nan_to_num(np.array(self.model.traction)), self.count
 
 
 class ContactMechanics:

@@ -7,8 +7,8 @@ thread, in turns; `--peers` adds diffrax. Errors are relative to X of the reatta
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from functools import cache, partial
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,10 +23,8 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
 from roughslip.oscillator.runge_kutta import PAIRS
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks.runner import make_row, race, run_command
-from workflow.evidence.rows import Row, case, power
+from workflow.benchmarks.runner import Row, case, make_row, power, race, run_command
 
-PACKAGES = ("diffrax", "jax")
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
 SEED = 20110914
@@ -45,12 +43,9 @@ Found = tuple[float, int, int]  # X of the first reattachment, evaluations of al
 
 
 class Slip(NamedTuple):
-    """One slip phase from the departure point.
+    """One slip phase from the departure point, and natural periods of our motion, so many that a call costs nothing.
 
-    name : as in the case
-    path : (nodes,) mu_S over the slipped distance, zero without scatter
-    spacing : [m]
-    periods : natural periods of our motion, so many that the cost of a call is negligible
+    path : (nodes,) mu_S over the slipped distance at this spacing [m], zero without scatter
     """
 
     name: str
@@ -70,16 +65,16 @@ class Slip(NamedTuple):
         return CubicHermiteSpline(x, self.path, np.gradient(self.path, self.spacing)) if self.path.any() else None
 
 
-def choose_slips(nodes: int = NODES) -> tuple[Slip, Slip]:
+def choose_slips() -> tuple[Slip, Slip]:
     """Return the slip without scatter, and the first ordinary slip on a path.
 
     Ordinary: friction falls as slip begins, and the mass sticks again after it has moved backwards.
     """
-    paths = recursion(PROCESS, PROCESS.correlation_length_m / nodes)
+    paths = recursion(PROCESS, PROCESS.correlation_length_m / NODES)
     for number in range(1000):
         pieces = iter(paths.realisation([SEED, number]))
         path = np.concatenate([next(pieces) for _ in range(4)])
-        found = Slip(f"path-of-{nodes}-nodes", path, paths.spacing, 20.0)
+        found = Slip(f"path-of-{NODES}-nodes", path, paths.spacing, 20.0)
         if path[1] < path[0] and simulate_slip(found, "fehlberg45", 1e-6).backwards[1]:
             return Slip("deterministic", np.zeros(2), 0.0, 1000.0), found
     raise AssertionError("no path of a thousand has an ordinary slip")
@@ -95,11 +90,6 @@ def slip_by_roughslip(slip: Slip, integrator: str, tolerance: float) -> Found:
     """Return X, evaluations and cycles of our motion."""
     motion = simulate_slip(slip, integrator, tolerance)
     return float(motion.position[motion.kind == REATTACHMENT][0]), motion.evaluations, max(motion.cycles, 1)
-
-
-def exact_place(slip: Slip) -> float:
-    """Return X of the first reattachment by our pair of order 8 at 1e-13."""
-    return slip_by_roughslip(slip, "dormand_prince853", 1e-13)[0]
 
 
 def leave_belt(x: float, s: float, V: float) -> tuple[float, float, float]:
@@ -128,25 +118,18 @@ def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> Found:
     return float(found.y_events[0][0][0]), found.nfev, 1
 
 
-@cache
-def _import_diffrax() -> tuple[Any, Any, Any]:
-    """Import jax in double precision and one thread, diffrax and optimistix; the first import reads the environment."""
-    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} {SINGLE_THREAD}".strip()
-    import diffrax
-    import jax
-    import optimistix
-
-    jax.config.update("jax_enable_x64", True)
-    return jax, diffrax, optimistix
-
-
 def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[float], Found]:
     """Return a function of the tolerance: X at the reattachment, evaluations of all slips, and their number.
 
     A call solves so many slips from one start, compiled and vectorised in one thread, until an event at X' = V that the
     root finder of diffrax locates. Steps do not end at the nodes of a path, because diffrax has no input for them.
     """
-    jax, diffrax, optimistix = _import_diffrax()
+    os.environ["XLA_FLAGS"] = SINGLE_THREAD  # before the first import
+    import diffrax
+    import jax
+    import optimistix
+
+    jax.config.update("jax_enable_x64", True)
     F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
     fit, decay, quadratic, static = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
     scatter, method = slip.scatter, getattr(diffrax, solver)()
@@ -185,43 +168,35 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
     return call
 
 
-def slip_phases(tolerances: Sequence[float], peers: Sequence[str], quick: bool) -> list[Row]:
-    """Return rows of the error of the first slip and the time of a cycle, by method and tolerance."""
+def measure(quick: bool, peers: bool) -> dict[str, object]:
+    """Return the error of the first slip and the time of a cycle, by method and tolerance.
+
+    The summary has by peer and case its time over our least time at its error.
+    """
     rows: list[Row] = []
+    ratios: dict[str, dict[str, float]] = {}
     for slip in choose_slips():
-        exact = exact_place(slip)
+        exact = slip_by_roughslip(slip, "dormand_prince853", 1e-13)[0]
         calls: dict[tuple[str, float], Callable[[], Found]] = {}
-        by_diffrax = {peer: slip_by_diffrax(slip, peer) for peer in peers}
-        for tolerance in tolerances:
+        by_diffrax = {solver: slip_by_diffrax(slip, solver) for solver in SOLVERS if peers}
+        for tolerance in (1e-4, 1e-7) if quick else TOLERANCES:
             for asked in (tolerance, BETWEEN * tolerance):
                 calls |= {(f"roughslip/{pair}", asked): partial(slip_by_roughslip, slip, pair, asked) for pair in PAIRS}
             calls |= {(f"scipy/{peer}", tolerance): partial(slip_by_scipy, slip, peer, tolerance) for peer in PEERS}
             calls |= {(f"diffrax/{peer}", tolerance): partial(call, tolerance) for peer, call in by_diffrax.items()}
         seconds, results = race(calls, quick)
+        of_slip = []
         for (method, tolerance), turns in seconds.items():
             place, evaluations, cycles = results[method, tolerance]
             name, error = case(motion=slip.name, asked=power(tolerance)), abs(place / exact - 1)
-            rows.append(make_row(name, method, error, [one / cycles for one in turns], evaluations // cycles))
-    return rows
-
-
-def ratios_at_equal_error(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
-    """Return by peer and case its time over our least time at its error."""
-    ratios: dict[str, dict[str, float]] = {}
-    for peer in (row for row in rows if not row["method"].startswith("roughslip")):
-        motion = peer["case"].partition(" ")[0]
-        ours = [row for row in rows if row["method"].startswith("roughslip") and row["case"].startswith(f"{motion} ")]
-        seconds = [row["seconds"] for row in ours if row["error"] <= peer["error"]]
-        if seconds:
-            ratios.setdefault(peer["method"], {})[peer["case"]] = peer["seconds"] / min(seconds)
-    return ratios
-
-
-def measure(quick: bool, peers: bool) -> dict[str, object]:
-    """Return the summary and the rows."""
-    rows = slip_phases((1e-4, 1e-7) if quick else TOLERANCES, SOLVERS if peers else (), quick)
-    return {"summary": {"times_as_fast": ratios_at_equal_error(rows)}, "rows": rows}
+            of_slip.append(make_row(name, method, error, [one / cycles for one in turns], evaluations // cycles))
+        ours = [row for row in of_slip if row["method"].startswith("roughslip")]
+        for peer in (row for row in of_slip if row not in ours):
+            if times := [row["seconds"] for row in ours if row["error"] <= peer["error"]]:
+                ratios.setdefault(peer["method"], {})[peer["case"]] = peer["seconds"] / min(times)
+        rows += of_slip
+    return {"summary": {"times_as_fast": ratios}, "rows": rows}
 
 
 if __name__ == "__main__":
-    run_command(__doc__, measure, PACKAGES, ("diffrax",))
+    run_command(__doc__, measure)

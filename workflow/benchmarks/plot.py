@@ -21,8 +21,7 @@ from matplotlib.ticker import NullLocator
 from roughslip.figures.figure2 import METHODS
 from roughslip.figures.style import despine, head, panels, save
 from roughslip.stages.runtime.usage import Usage
-from workflow.benchmarks.runner import OURS
-from workflow.evidence.rows import Row, fields
+from workflow.benchmarks.runner import OURS, Row, fields
 
 LETTERS, MARKERS = "abcdefghijkl", "os^vDXP"
 FLOOR = 1e-17  # errors below are drawn there
@@ -76,17 +75,6 @@ def plot_methods(axes: Axes, rows: Sequence[Row], x: Callable[[Row], float], y: 
     axes.set(xscale="log", yscale="log")
 
 
-class Panel(NamedTuple):
-    """Rows that are drawn together, and what against what."""
-
-    title: str
-    rows: list[Row]
-    x: Callable[[Row], float] = seconds
-    xlabel: str = "time [s]"
-    y: Callable[[Row], float] = error
-    ylabel: str = "relative error"
-
-
 def by(rows: Iterable[Row], *keys: str) -> dict[str, list[Row]]:
     """Return the rows that have these keys, by their values."""
     found: dict[str, list[Row]] = {}
@@ -97,47 +85,42 @@ def by(rows: Iterable[Row], *keys: str) -> dict[str, list[Row]]:
     return found
 
 
-def surface_panels(rows: Sequence[Row]) -> list[Panel]:
-    """Samples, a panel a covariance; times of leading modes and of exact samples are in the rows."""
-    compared = [row for row in rows if of_case(row, "quantity") == "covariance"]
-    labels = {"xlabel": "time of all samples [s]", "ylabel": "RMS error of the covariance / Sq²"}
-    return [
-        Panel(f"{name}, {of_case(part[0], 'n')} squared", part, **labels)
-        for name, part in by(compared, "covariance").items()
-    ]
+class Panel(NamedTuple):
+    """Rows that are drawn together, and what against what."""
+
+    title: str
+    rows: Sequence[Row]
+    xlabel: str = "time [s]"
+    ylabel: str = "relative error"
+    x: Callable[[Row], float] = seconds
+    y: Callable[[Row], float] = error
 
 
-def contact_panels(rows: Sequence[Row]) -> list[Panel]:
-    """Error of the pressure on the largest mesh, and time at equal residual by mesh."""
-    n, precise = list(by(rows, "n", "quantity").items())[-1]
-    median = [row for row in rows if row["case"].endswith("surface=gauss level=50 tolerance=1e-10")]
-    size = lambda row: int(of_case(row, "n"))  # noqa: E731
-    growth = Panel("residual 1e-10, median plane", median, size, "nodes on an edge", seconds, "time of a solve [s]")
-    return [Panel(f"{n.split(',')[0]} squared, median plane", precise, ylabel="relative error of the pressure"), growth]
+def panels_of(subject: str, rows: Sequence[Row]) -> list[Panel]:
+    """Return the panels of a benchmark: by covariance, scene and penetration, or motion; of contact two."""
+    if subject == "surface":  # times of leading modes and of exact samples are in the rows
+        parts = by((row for row in rows if of_case(row, "quantity") == "covariance"), "covariance", "n")
+        time, off = "time of all samples [s]", "RMS error of the covariance / Sq²"
+        return [Panel(f"{name} squared", part, time, off) for name, part in parts.items()]
+    if subject == "contact":
+        n, precise = list(by(rows, "n", "quantity").items())[-1]
+        median = [row for row in rows if row["case"].endswith("surface=gauss level=50 tolerance=1e-10")]
+        of_error = Panel(f"{n.split(',')[0]} squared, median plane", precise, ylabel="relative error of the pressure")
+        axes = "nodes on an edge", "time of a solve [s]", lambda row: int(of_case(row, "n")), seconds
+        return [of_error, Panel("residual 1e-10, median plane", median, *axes)]
+    if subject == "chaos":
+        axes = "contact solves", "error of the distribution [-]", lambda row: row["work"]
+        ordered = sorted(rows, key=lambda row: row["work"])
+        return [Panel(f"{name} %", part, *axes) for name, part in sorted(by(ordered, "scene", "percentile").items())]
+    if subject == "oscillator":
+        axes = "time of a cycle [s]", "relative error of X"
+        return [Panel(name.replace("-", " "), part, *axes) for name, part in by(rows, "motion").items()]
+    return [Panel("", rows, "CPU time [s]", "relative half width or error")]  # chain: ours and direct solves
 
 
-def chaos_panels(rows: Sequence[Row]) -> list[Panel]:
-    """A panel a scene and penetration."""
-    ordered = sorted(rows, key=lambda row: row["work"])
-    labels = {"x": lambda row: row["work"], "xlabel": "contact solves", "ylabel": "error of the distribution [-]"}
-    parts = sorted(by(ordered, "scene", "percentile").items())
-    return [Panel(f"{name} %", part, **labels) for name, part in parts]
-
-
-def oscillator_panels(rows: Sequence[Row]) -> list[Panel]:
-    """A panel a motion."""
-    labels = {"xlabel": "time of a cycle [s]", "ylabel": "relative error of X"}
-    return [Panel(name.replace("-", " "), part, **labels) for name, part in by(rows, "motion").items()]
-
-
-def chain_panels(rows: Sequence[Row]) -> list[Panel]:
-    """Half widths and true errors, ours and of direct solves."""
-    return [Panel("", list(rows), xlabel="CPU time [s]", ylabel="relative half width or error")]
-
-
-def draw(made: Callable[[Sequence[Row]], list[Panel]], rows: Sequence[Row]) -> Figure:
+def draw(subject: str, rows: Sequence[Row]) -> Figure:
     """Draw the panels of a benchmark with one legend; true errors and the scatter over designs where rows have them."""
-    shown = made(rows)
+    shown = panels_of(subject, rows)
     columns = min(len(shown), 3)
     canvas, places = panels(columns, len(shown) // columns, 4.6 if columns < 3 else 3.7)
     for letter, axes, panel in zip(LETTERS, np.ravel(places), shown, strict=False):
@@ -157,20 +140,13 @@ def draw(made: Callable[[Sequence[Row]], list[Panel]], rows: Sequence[Row]) -> F
             axes.xaxis.set_minor_locator(NullLocator())
         if len(shown) > 1:
             head(axes, letter, panel.title)
-    handles = {
-        label: handle for axes in canvas.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
+    named = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in canvas.axes]
+    handles = {label: handle for pairs in named for label, handle in pairs}
     canvas.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize="small")
     return canvas
 
 
-FIGURES: dict[str, Callable[[Sequence[Row]], Figure]] = {
-    "surface": partial(draw, surface_panels),
-    "contact": partial(draw, contact_panels),
-    "chaos": partial(draw, chaos_panels),
-    "oscillator": partial(draw, oscillator_panels),
-    "chain": partial(draw, chain_panels),
-}
+FIGURES = {name: partial(draw, name) for name in ("surface", "contact", "chaos", "oscillator", "chain")}
 
 
 def main() -> None:
@@ -179,15 +155,13 @@ def main() -> None:
     parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
     parser.add_argument("--usage", type=Path, help="record of cost to write")
     arguments = parser.parse_args()
-    if arguments.benchmark.stem not in FIGURES:
-        parser.error(f"{arguments.benchmark}: no such benchmark; its name must be one of {', '.join(FIGURES)}")
     with Usage(arguments.usage, "draw") if arguments.usage else contextlib.nullcontext() as usage:
         drawn = FIGURES[arguments.benchmark.stem](json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
         despine(*drawn.axes)
         for path in arguments.output:
             save(drawn, path)
         if usage:
-            usage.files(read=[arguments.benchmark], made=arguments.output)
+            usage.files(arguments.output)
 
 
 if __name__ == "__main__":

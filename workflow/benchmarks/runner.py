@@ -1,13 +1,12 @@
-"""The command of every benchmark: options, times of methods in turns, rows, and a record of the machine.
+"""What all benchmarks share: cases, times of methods in turns, rows, and the command.
 
-A benchmark file is `{machine, versions, summary, rows}`. A row is `{case, method, error, seconds, work}` with `turns`,
-the seconds of every turn, and what else a benchmark adds. Rows of one case may be compared.
+A file is `{machine, versions, summary, rows}`, a row `{case, method, error, seconds, work}` with the
+seconds of every turn and what else a benchmark adds. Rows of one case, `key=value` pairs, may be compared.
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import gc
 import importlib.metadata
 import math
@@ -18,18 +17,34 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
 from roughslip import store
-from workflow.evidence.rows import Row, fields
 
 OURS = "roughslip"
 TURN_SECONDS = 5e-3  # A fast method is called repeatedly for so long, which makes clock and interrupts negligible.
 LONG = 1.5  # [s] The call that estimates the time of a method counts as its first turn if it takes longer.
+PACKAGES = ("numpy", "scipy", "numba", "ducc0", "tamaas", "ContactMechanics", "gstools", "diffrax", "jax")
 
+Row = dict[str, Any]
 Name = TypeVar("Name", bound=Hashable)
+
+
+def case(**pairs: object) -> str:
+    """Return the name of a case: `key=value` pairs joined by spaces."""
+    return " ".join(f"{key}={value}" for key, value in pairs.items())
+
+
+def power(value: float) -> str:
+    """Return a tolerance as it stands in the name of a case, for example 1e-6."""
+    mantissa, exponent = f"{value:e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
+
+
+def fields(name: str) -> dict[str, str]:
+    """Return the pairs of a case's name."""
+    return dict(pair.split("=", 1) for pair in name.split(" "))
 
 
 def timed(call: Callable[[], Any]) -> tuple[float, Any]:
@@ -48,98 +63,69 @@ def race(
     seconds three, at least `least`, and one turn if `quick`. The order is reversed at every other turn, so that a
     change of the machine's speed affects all alike.
     """
-    results = {}
-    seconds: dict[Name, list[float]] = {}
-    turns, repeats = {}, {}
-    for name, call in calls.items():
-        results[name] = call()
-        one = timed(call)[0]
-        turns[name] = 1 if quick else max(least, 5 if one < 1 else 3 if one < 3 else 1)
-        repeats[name], seconds[name] = math.ceil(TURN_SECONDS / max(one, 1e-9)), [one] if one > LONG else []
+    results = {name: call() for name, call in calls.items()}
+    once = {name: timed(call)[0] for name, call in calls.items()}
+    turns = {name: 1 if quick else max(least, 5 if one < 1 else 3 if one < 3 else 1) for name, one in once.items()}
+    seconds: dict[Name, list[float]] = {name: [one] if one > LONG else [] for name, one in once.items()}
     gc.collect()
     gc.disable()
     try:
         for turn in range(max(turns.values())):
             for name in list(calls)[:: 1 if turn % 2 == 0 else -1]:
                 if len(seconds[name]) <= turn < turns[name]:
-                    whole, _ = timed(lambda call=calls[name], count=repeats[name]: [call() for _ in range(count)])
-                    seconds[name].append(whole / repeats[name])
+                    count, call = math.ceil(TURN_SECONDS / max(once[name], 1e-9)), calls[name]
+                    seconds[name].append(
+                        timed(lambda call=call, count=count: [call() for _ in range(count)])[0] / count
+                    )
     finally:
         gc.enable()
     return seconds, results
 
 
 def make_row(case: str, method: str, error: float, turns: Sequence[float], work: float, **more: Any) -> Row:
-    """Return a row, and print it.
-
-    error : relative, of the quantity that the case names
-    turns : [s] of every turn; `seconds` is their median
-    work : the natural count: products, solves, evaluations
-
-    Raises ValueError for an error that is not finite.
-    """
-    if not math.isfinite(error):
-        raise ValueError(f"{method} at {case}: the error of a row must be finite, not {error}")
+    """Return a row, and print it. error : relative, of what the case names; work : products, solves, evaluations"""
+    assert math.isfinite(error), f"{method} at {case}: the error of a row must be finite, not {error}"
     row = {"case": case, "method": method, "error": error, "seconds": statistics.median(turns), "work": int(work)}
     print(f"{case}: {method} {row['seconds']:.3g} s, error {error:.1e}", file=sys.stderr, flush=True)
     return {**row, "turns": list(turns), **more}
 
 
-def times_faster(rows: Iterable[Row]) -> dict[str, dict[str, float]]:
-    """Return the time over ours by peer and case, the median over turns, where both meet the tolerance of the case."""
-    met = [row for row in rows if row["error"] <= float(fields(row["case"]).get("tolerance", 0.0))]
+def summarise_speed(rows: Iterable[Row]) -> dict[str, Any]:
+    """Return by peer the geometric mean at each tolerance of its time over ours, and the least ratio.
+
+    A ratio is the median over turns; methods that miss the tolerance of a case do not count.
+    """
+    met = [row for row in rows if row["error"] <= float(fields(row["case"])["tolerance"])]
     ours = {row["case"]: row["turns"] for row in met if row["method"] == OURS}
-    found: dict[str, dict[str, float]] = defaultdict(dict)
+    ratios: dict[str, dict[str, float]] = defaultdict(dict)
     for row in met:
         if row["method"] != OURS and row["case"] in ours:
             pairs = zip(row["turns"], ours[row["case"]], strict=False)
-            found[row["method"]][row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
-    return dict(found)
-
-
-def summarise_speed(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return by peer the geometric mean of the time ratios at each tolerance, and the least ratio."""
+            ratios[row["method"]][row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
     summary = {}
-    for method, by_case in sorted(times_faster(rows).items()):
-        by_tolerance: dict[str, list[float]] = defaultdict(list)
-        for name, ratio in by_case.items():
-            by_tolerance[fields(name)["tolerance"]].append(ratio)
-        means = {tolerance: statistics.geometric_mean(ratios) for tolerance, ratios in by_tolerance.items()}
-        worst = min(by_case, key=lambda name: by_case[name])
-        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": by_case[worst]}}
+    for method, found in sorted(ratios.items()):
+        of: dict[str, list[float]] = defaultdict(list)
+        for name, ratio in found.items():
+            of[fields(name)["tolerance"]].append(ratio)
+        worst = min(found, key=lambda name: found[name])
+        means = {tolerance: statistics.geometric_mean(some) for tolerance, some in of.items()}
+        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": found[worst]}}
     return summary
 
 
-def head(packages: Iterable[str]) -> dict[str, Any]:
-    """Return the processor, the number of its cores, and the versions of Python and of the installed packages."""
-    information, versions = Path("/proc/cpuinfo"), {"python": platform.python_version()}
-    lines = information.read_text().splitlines() if information.is_file() else []
-    models = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
-    machine = {"processor": next(models, platform.processor() or platform.machine()), "cores": os.cpu_count()}
-    for package in ("numpy", "scipy", "numba", *packages):
-        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            versions[package] = importlib.metadata.version(package)
-    return {"machine": machine, "versions": versions}
-
-
-def run_command(
-    description: str | None,
-    measure: Callable[[bool, bool], Mapping[str, Any]],
-    packages: Sequence[str] = (),
-    peers: Sequence[str] = (),
-) -> None:
-    """Run a benchmark from the command line and write its file.
-
-    measure : (quick, with peers) -> `summary` and `rows`
-    packages : whose versions the file records
-    peers : import names of the public packages that `--peers` needs
-    """
+def run_command(description: str | None, measure: Callable[[bool, bool], Mapping[str, Any]]) -> None:
+    """Run a benchmark from the command line and write its file. measure : (quick, with peers) -> summary and rows"""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--output", type=Path, required=True, help="the JSON file")
-    parser.add_argument("--peers", action="store_true", help=f"include public solvers: {', '.join(peers) or 'none'}")
+    parser.add_argument("--peers", action="store_true", help="include public solvers: make benchmark PEERS=1")
     parser.add_argument("--quick", action="store_true", help="small problems, one turn each")
     arguments = parser.parse_args()
-    missing = [name for name in peers if arguments.peers and find_spec(name) is None]
-    if missing:
-        parser.error(f"not installed: {', '.join(missing)}; `make benchmark PEERS=1` sets up an environment with them")
-    store.write_json(arguments.output, {**head(packages), **measure(arguments.quick, arguments.peers)})
+    information = Path("/proc/cpuinfo")
+    lines = information.read_text().splitlines() if information.is_file() else []
+    models = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
+    processor = next(models, platform.processor() or platform.machine())
+    installed = {one.metadata["Name"]: one.version for one in importlib.metadata.distributions()}
+    versions = {name: installed[name] for name in PACKAGES if name in installed}
+    head = {"machine": {"processor": processor, "cores": os.cpu_count()}}
+    head["versions"] = {"python": platform.python_version(), **versions}
+    store.write_json(arguments.output, {**head, **measure(arguments.quick, arguments.peers)})

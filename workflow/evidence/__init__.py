@@ -1,4 +1,4 @@
-"""What benchmarks and stress campaigns share: rows, parallel work, and what git keeps of their results.
+"""What git keeps of the results of benchmarks and stress campaigns.
 
 Importing this package limits numerical libraries to one thread, so import it before them.
 """

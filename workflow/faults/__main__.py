@@ -95,7 +95,7 @@ def differences(scratch: Scratch) -> list[str]:
     lines += [f"{name}: new" for name in found.keys() - was.keys()]
     lines += [f"{name}: differs" for name in was.keys() & found.keys() if was[name] != found[name]]
     records = (scratch.results / "usage").glob("*.json")
-    lines += [f"usage/{path.name}: damaged" for path in records if record.read(path) is None]
+    lines += [f"usage/{path.name}: damaged" for path in records if not record.is_whole(path)]
     return sorted(lines)
 
 

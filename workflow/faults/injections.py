@@ -8,7 +8,7 @@ import shutil
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from random import Random
@@ -25,18 +25,25 @@ _PATIENCE = 120.0  # seconds for a process to end after a signal
 
 
 def files(scratch: Scratch) -> list[Path]:
-    """Return all files that a run left in the folder of the scene, except logs."""
-    return [path for path in sorted(scratch.results.rglob("*")) if path.is_file() and path.parent.name != "logs"]
+    """Return all files that a run left in the store and in the folder of the scene, except logs."""
+    found = (path for folder in (scratch.stored, scratch.results) for path in sorted(folder.rglob("*")))
+    return [path for path in found if path.is_file() and path.parent.name != "logs"]
+
+
+def copies(scratch: Scratch) -> list[Path]:
+    """Return the files of the scene that are copies of those of the store."""
+    return [path for path in files(scratch) if path.is_relative_to(scratch.results) and path.stat().st_nlink == 1]
 
 
 def lose_some(scratch: Scratch, random: Random) -> str:
     """Remove a result, or all, so that a run has something to do."""
+    results = scratch.folder / "results"
     if random.random() < 0.2:
-        shutil.rmtree(scratch.results)
+        shutil.rmtree(results)
         return "all results lost"
-    victim = random.choice([path for path in files(scratch) if path.parent.name != "keys"])
+    victim = random.choice(files(scratch))
     victim.unlink()
-    return f"{victim.relative_to(scratch.results)} lost"
+    return f"{victim.relative_to(results)} lost"
 
 
 def kill(scratch: Scratch, random: Random, whom: str) -> str:
@@ -100,9 +107,46 @@ def read_only(scratch: Scratch, random: Random) -> str:
 
 
 def damage(scratch: Scratch, random: Random) -> str:
-    """Cut a result short, empty it, or flip some of its bits; the time of the file is kept or not."""
-    victim = random.choice(files(scratch))
-    return f"{victim.relative_to(scratch.results)} {_damage(victim, random, keep_time=random.random() < 0.5)}"
+    """Cut a file short or empty it, or flip some bits of one that people open; its time is kept or not.
+
+    Flipped bits in the store are found by the next stage that reads the file, and by `make verify`.
+    """
+    is_flipped = random.random() < 0.5
+    victim = random.choice(copies(scratch) if is_flipped else files(scratch))
+    hows = ["flipped"] if is_flipped else ["cut short", "emptied"]
+    how = _damage(victim, random, keep_time=random.random() < 0.5, hows=hows)
+    return f"{victim.relative_to(scratch.folder)} {how}"
+
+
+def save_over(scratch: Scratch, random: Random) -> str:
+    """Save over a file that people open: another text, an appended line, or another file in its place."""
+    victim = random.choice(copies(scratch))
+    how = random.choice(["edited", "appended to", "replaced"])
+    if how == "replaced":
+        victim.unlink()
+    with victim.open("ab" if how == "appended to" else "wb") as file:
+        file.write(b"mine\n")
+    return f"{victim.relative_to(scratch.folder)} {how}"
+
+
+def edit_during_a_run(scratch: Scratch, random: Random) -> str:
+    """Edit the scene or the code while a run is at work, and take the edit back when it has ended."""
+    lost = lose_some(scratch, random)
+    name, old, new = random.choice(
+        [
+            (f"config/scenes/{scratch.scene}.yaml", "duration_periods: 20", "duration_periods: 21"),
+            ("src/roughslip/contact/solve.py", "\n\n\n", "\n\n_EDITED = 1\n\n\n"),
+            ("src/roughslip/store.py", "\n\n\n", "\n\n_EDITED = 1\n\n\n"),
+        ]
+    )
+    file, moment = scratch.folder / name, random.uniform(0.0, _LONGEST)
+    text = file.read_text(encoding="utf-8")
+    process = scratch.start()
+    time.sleep(moment)
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    process.communicate(timeout=600)
+    file.write_text(text, encoding="utf-8")
+    return f"{lost}; {name} edited after {moment:.1f} s, exit {process.returncode}"
 
 
 def damaged_cache(scratch: Scratch, random: Random) -> str:
@@ -120,9 +164,13 @@ def damaged_records(scratch: Scratch, random: Random) -> str:
     return f"{lost}; a record of Snakemake {_damage(random.choice(records), random, keep_time=False)}"
 
 
-def _damage(victim: Path, random: Random, *, keep_time: bool) -> str:
+def _damage(
+    victim: Path, random: Random, *, keep_time: bool, hows: Sequence[str] = ("cut short", "emptied", "flipped")
+) -> str:
     content, before = bytearray(victim.read_bytes()), victim.stat()
-    how = random.choice(["cut short", "emptied", "flipped", "flipped"])
+    how = random.choice(hows)
+    if not content:
+        return "left alone, as it is empty"
     if how == "flipped":
         for _ in range(random.choice([1, 1, 20])):
             content[random.randrange(len(content))] ^= 1 << random.randrange(8)
@@ -158,6 +206,8 @@ def disorder(scratch: Scratch, random: Random) -> str:
 FAULTS: dict[str, Fault] = {
     **{f"kill {whom}": partial(kill, whom=whom) for whom in ("snakemake", "job", "both")},
     "damage": damage,
+    "save over": save_over,
+    "edit during a run": edit_during_a_run,
     "full disk": full_disk,
     "read-only": read_only,
     "records gone": records_gone,

@@ -74,6 +74,10 @@ class Scratch:
         return self.folder / "results" / self.scene
 
     @property
+    def stored(self) -> Path:
+        return self.folder / "results" / "store"
+
+    @property
     def options(self) -> dict:
         """What subprocess takes to run a command in the project."""
         return {"cwd": self.folder, "env": self.environment, "text": True}
@@ -112,7 +116,7 @@ def digests(folder: Path) -> dict[str, str]:
     found = {}
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
-        is_result = not name.startswith("logs/") and not path.name.startswith(".") and path.suffix != ".damaged"
+        is_result = not name.startswith("logs/") and not path.name.startswith(".")
         if path.is_file() and is_result:
             found[name] = "there" if name in TIMED or name.startswith("usage/") else checksum(path)
     return found

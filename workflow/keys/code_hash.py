@@ -10,22 +10,21 @@ from pathlib import Path
 from packaging.requirements import InvalidRequirement, Requirement
 from packaging.utils import canonicalize_name
 
-from roughslip.compilation.source_hash import closure_hash
+from roughslip.compilation.source_hash import FRAME, closure_hash
 from roughslip.errors import InputError
 from roughslip.scene.mistakes import shown
 
 _SHOWN = 3
 _INFO = ".dist-info"
-# The values of a scene are in the slice of a stage, and the classes of its sections only hold them.
-_SCENE = "roughslip.scene"
 
 
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
     """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
 
-    Comments, docstrings, layout and the Python version do not change it. A file that moves changes it.
+    Comments, docstrings, layout and the Python version do not change it, nor do modules of FRAME. A file that moves
+    changes it.
     """
-    digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=_SCENE).encode())
+    digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=FRAME).encode())
     locked = Path(lock).read_text(encoding="utf-8")
     digest.update("\n".join([*_pins(locked), *departures(locked)]).encode())
     return digest.hexdigest()

@@ -39,11 +39,6 @@ def square_of(scene: Scene) -> tuple[GaussianModel, Grid, np.ndarray, Nodes]:
     return model, grid, modes, central_nodes(model.lengths_m, grid)
 
 
-def draw_variables(seed: int, number: int, modes: int) -> np.ndarray:
-    """Return the standard normal xi (modes,) of one sample."""
-    return np.random.default_rng([seed, STREAM, number]).standard_normal(modes)
-
-
 def solve_surfaces(configuration: Values, first: int, last: int) -> dict[str, store.Variable]:
     """Return pressure and gap (samples, penetrations, central nodes) of samples first ... last - 1.
 
@@ -55,7 +50,8 @@ def solve_surfaces(configuration: Values, first: int, last: int) -> dict[str, st
     hardness, influence = elastic.hardness_pa(scene), elastic.influence(scene, grid)
     pressure, gap = np.empty((2, last - first, len(planes), len(nodes.x)), dtype=KEPT)
     for row, number in enumerate(range(first, last)):
-        z = model.heights(heights(modes, draw_variables(scene.seed, number, len(modes))))
+        xi = np.random.default_rng([scene.seed, STREAM, number]).standard_normal(len(modes))
+        z = model.heights(heights(modes, xi))
         for level, solution in enumerate(sweep(influence, z, planes, TOLERANCE, hardness_pa=hardness)):
             pressure[row, level] = solution.pressure[nodes.x, nodes.y]
             gap[row, level] = solution.signed_gap[nodes.x, nodes.y]
@@ -67,9 +63,6 @@ def solve_surfaces(configuration: Values, first: int, last: int) -> dict[str, st
     }
 
 
-# The distribution.
-
-
 def choose_levels(pressure: np.ndarray) -> np.ndarray:
     """Return levels [Pa] of the kept distribution, ascending, from zero to the largest pressure."""
     even = np.linspace(0.0, 1.0, STEPS + 1)
@@ -78,65 +71,43 @@ def choose_levels(pressure: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.quantile(pressure[pressure > 0], probabilities)])
 
 
-def cumulative_shares(pressure: np.ndarray, levels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return shares of pressures (surfaces, nodes) at or below levels (n,), and their clustered standard errors.
-
-    A surface with m of its n nodes below a level adds (m / n)^2 to the sum of squares. Sorted along the nodes, its r-th
-    smallest pressure raises m from r - 1 to r. So sums of squares are sums of (2 r - 1) / n^2 over the ranks.
-    """
-    surfaces, nodes = pressure.shape
-    ranked = np.sort(pressure, axis=1)
-    counts = np.stack([np.searchsorted(np.sort(ranked[:, rank]), levels, side="right") for rank in range(nodes)])
-    share = counts.sum(axis=0) / (nodes * surfaces)
-    squares = (2 * np.arange(nodes) + 1) @ counts / nodes**2
-    return share, np.sqrt(np.maximum(squares / surfaces - share**2, 0.0) / (surfaces - 1))
-
-
 def clustered_mean(values: np.ndarray) -> tuple[float, float]:
     """Return the mean over values (surfaces, nodes) and its clustered standard error."""
     of_surface = values.mean(axis=1, dtype=np.float64)
     return float(of_surface.mean()), float(of_surface.std(ddof=1) / np.sqrt(len(of_surface)))
 
 
-# What is kept.
-
-
-def describe_pressure(pressure: np.ndarray, percentiles: np.ndarray) -> dict[str, store.Variable]:
-    """Return distribution and means of pressures (surfaces, penetrations, nodes) [Pa].
+def gather_surfaces(_: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, store.Variable]:
+    """Return distribution and means of the pressures (surfaces, penetrations, nodes) [Pa] of all batches.
 
     Raises InputError for a penetration without contact or with fewer than two surfaces.
     """
+    pressure = np.concatenate([batch["pressure"] for batch in batches])
     if len(pressure) < 2 or not (pressure > 0).any(axis=(0, 2)).all():
         raise InputError(["a reference needs two surfaces and contact at every penetration: gather more surfaces"])
     table, one = ("penetration", "level"), ("penetration",)
+    levels, rows = [], []
+    for number in range(pressure.shape[1]):
+        nodes = np.ascontiguousarray(pressure[:, number])
+        levels.append(choose_levels(nodes.astype(np.float64)))
+        share, error = np.transpose([clustered_mean(nodes <= level) for level in levels[-1]])
+        rows.append(((share, error), (1.0 - share[0], error[0]), clustered_mean(nodes)))
+    found = {
+        "level": store.Variable(table, np.array(levels), "Pa", "levels from zero to the largest pressure"),
+        "percentile": store.Variable(one, batches[0]["percentile"], "percent", "penetration"),
+        "surfaces": store.Variable((), len(pressure), "1", "surfaces that were solved"),
+        "nodes": store.Variable((), pressure.shape[2], "1", "nodes of a surface whose pressure counts"),
+    }
     numbers = (
         ("cumulative", table, "1", "share of the pressures that are at most the level, zeros included"),
         ("contact_probability", one, "1", "share of the pressures above zero"),
         ("mean_pressure", one, "Pa", "mean pressure, zeros included"),
     )
-    levels, rows = [], []
-    for number in range(pressure.shape[1]):
-        nodes = np.ascontiguousarray(pressure[:, number])
-        levels.append(choose_levels(nodes.astype(np.float64)))
-        share, error = cumulative_shares(nodes, levels[-1])
-        rows.append(((share, error), (1.0 - share[0], error[0]), clustered_mean(nodes)))
-    found = {
-        "level": store.Variable(table, np.array(levels), "Pa", "levels from zero to the largest pressure"),
-        "percentile": store.Variable(one, percentiles, "percent", "penetration"),
-        "surfaces": store.Variable((), len(pressure), "1", "surfaces that were solved"),
-        "nodes": store.Variable((), pressure.shape[2], "1", "nodes of a surface whose pressure counts"),
-    }
     for (name, dimensions, units, title), column in zip(numbers, zip(*rows, strict=True), strict=True):
         values, errors = (np.array(part) for part in zip(*column, strict=True))
         found[name] = store.Variable(dimensions, values, units, title)
         found[f"{name}_standard_error"] = store.Variable(dimensions, errors, units, f"standard error of {name}")
     return found
-
-
-def gather_surfaces(_: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, store.Variable]:
-    """Return the reference of all surfaces."""
-    pressure = np.concatenate([batch["pressure"] for batch in batches])
-    return describe_pressure(pressure, batches[0]["percentile"])
 
 
 if __name__ == "__main__":

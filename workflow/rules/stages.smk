@@ -1,87 +1,57 @@
-# The stages of a scene. A rule is made from the declaration of its stage; those that the declaration does not give whole
-# follow. `scenes` is workflow/study/scenes.py; outputs, log, command and run are workflow/study/commands.py.
-# In:  the scene files; the user's scan.
-# Out: results/<scene>/<result of the stage>, results/<scene>/usage/<job>.json.
-OTHERWISE = {"chaos_strip", "scan", "costs", "report", *plan.stages_of_several_scenes()}  # their rules are written out
+# The stages: one rule each, made from its declaration. What a job reads stands in its key file.
+# In:  results/store/<stage>/<key>/key.json; the records of the jobs before it, as long as it has not ended.
+# Out: results/store/<stage>/<key>/<result of the stage>, usage/<job>.json; results/<scene>/..., published from these.
+RULE_NAMES = {"report": "scene_report", "comparison": "scenes_compared"}
+OVER_PUBLISHED = {"verify", "reference"}  # workflow/rules/several_scenes.smk
 
-for stage in sorted(declarations().keys() - OTHERWISE):
+
+for stage in sorted(declarations().keys() - OVER_PUBLISHED):
 
     rule:
         name:
-            stage
+            RULE_NAMES.get(stage, stage)
         input:
-            **scenes.inputs(stage),
-            key=scenes.key(stage),
+            inputs.of_stage(stage),
         output:
-            **outputs(stage),
+            **outputs(stage, lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene),
         log:
             log(stage),
         resources:
-            mem_mb=scenes.memory(stage),
+            mem_mb=lambda wildcards, attempt, stage=stage: scenes.at_attempt(
+                inputs.entry(stage, wildcards).memory_mb, attempt
+            ),
         params:
-            command=command(stage),
+            scene=lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene,
+            command=lambda wildcards, stage=stage: command(stage).format(wildcards=wildcards),
             caption=declarations()[stage].caption,
+        message:
+            f"{stage}: {{params.scene}}{''.join(f' {{wildcards.{name}}}' for name in declarations()[stage].placeholders)}"
         shell:
             "{params.command} 2> {log:q}"
 
 
-# Training strips are those of the pilot, or of the first batches.
-rule chaos_strip:
+rule publish:
     input:
-        key=scenes.key("chaos_strip"),
-        scan=scenes.made("scan"),
-        contact=scenes.training_strips,
+        inputs.of_scene,
     output:
-        **outputs("chaos_strip"),
+        f"results/{{scene}}/{LISTED}",
     log:
-        log("chaos_strip"),
-    resources:
-        mem_mb=scenes.memory("chaos_strip"),
+        "results/{scene}/logs/publish.log",
+    localrule: True
+    params:
+        key=lambda wildcards: names.publication(wildcards.scene).folder,
     shell:
-        run("chaos_strip")
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
 
 
-# The scan is the user's, or results/<scene>/scan.x3p where the scene has one made.
-rule scan:
+# One file by the name under which people open it.
+rule one_file:
     input:
-        key=scenes.key("scan"),
-        scan=lambda wildcards: scenes.scan_file(wildcards.scene),
+        unpack(inputs.of_scene_file),
     output:
-        **outputs("scan"),
+        "results/{scene}/{file}",
     log:
-        log("scan"),
-    resources:
-        mem_mb=scenes.memory("scan"),
+        "results/{scene}/logs/publish-{file}.log",
+    localrule: True
     shell:
-        run("scan")
-
-
-rule costs:
-    input:
-        key=scenes.key("costs"),
-        records=lambda wildcards: scenes.usage_records(wildcards.scene),
-    output:
-        **outputs("costs"),
-    log:
-        log("costs"),
-    resources:
-        mem_mb=scenes.memory("costs"),
-    shell:
-        run("costs")
-
-
-rule scene_report:
-    input:
-        key=scenes.key("report"),
-        scenes=scenes.made("claims", "costs"),
-        figures=lambda wildcards: scenes.figures(wildcards.scene),
-        surfaces=scenes.made("karhunen_loeve", "chaos_square", "scan"),
-        answer=scenes.made("answer"),
-    output:
-        **outputs("report"),
-    log:
-        log("report"),
-    resources:
-        mem_mb=scenes.memory("report"),
-    shell:
-        run("report", scenes="results/{wildcards.scene}", evidence="", drawn="")
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'

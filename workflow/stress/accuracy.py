@@ -1,4 +1,4 @@
-"""Campaign of accuracies asked of friction: random scenes, each judged by an independent run on finer cells.
+"""Accuracies asked of friction: random scenes, each judged by an independent run on finer cells.
 
 A scene has a random covariance, strip, penetrations and accuracy. The stages choose cells, tolerance and strips, or
 refuse with the nearest accuracy. The judge draws other surfaces, solves them one by one from a cold start on half the
@@ -16,7 +16,6 @@ of its last change. A run whose interval is wider than asked says so, and claims
 
 from __future__ import annotations
 
-import math
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,116 +23,105 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from roughslip.contact.area import contact_shares
-from roughslip.contact.solve import solve
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import influences
 from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
-from roughslip.stages.from_scene import elastic, geometry, surface_model
-from workflow.benchmarks.chain import ROOT, Run, Windows, changed, is_judged, run_chain
-from workflow.stress.runner import Problem, Verdict, choose, log_uniform, unless, verdict_of
+from roughslip.stages.from_scene import geometry, surface_model
+from workflow.benchmarks.chain import ROOT, changed, is_judged, run_chain
+from workflow.monte_carlo.friction import solve_windows
+from workflow.stress.runner import Trial, choose, log_uniform
 
 KINDS: dict[str, dict[str, float]] = {"gaussian": {}, "matern": {"smoothness": 2.5}}
 SHORTEST, FEWEST_WINDOWS = 8, 4  # correlation lengths and windows of a strip
 LEAST_CELLS = 8.0  # in contact, of a window that counts
 LIMIT_S = 3.0  # accuracy.cost_limit_cpu_s
 FEW, MANY = 24, 300  # strips of the judge on both meshes, and on the cells of the scene
-SIGMAS, NORMAL_95 = 4.0, 1.96
+SIGMAS = 4.0
 TOLERANCE = 1e-6  # of the judge
 STREAM = 31  # the second entry of the seeds of its strips
 
 
-def problem(seed: int, number: int) -> Problem:
-    """Return the problem of this number."""
-    values = random_scene(seed, number)
+def attempt(trial: Trial) -> None:
+    """Run the chain of friction on a random scene and compare mean and scatter at every judged penetration."""
+    values = draw_scene(trial.rng)
     asked = values["accuracy"]["friction_mean"]
+    trial.case |= {"kind": values["roughness"]["covariance"], "asked": asked}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "random.yaml")
+        path.write_text(yaml.safe_dump(values), encoding="utf-8")  # JSON writes 2e-06, which is text in YAML
+        trial.answers = (IllPosedError,)
+        scene = load(path, ROOT / "config" / "scenes")
+        run = run_chain(scene, Path(folder))
+    trial.answers = ()
+    judge(trial, run.friction, max(asked, run.half_width), *independent(scene))
 
-    def solved() -> tuple[Scene, Run]:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder, "random.yaml")
-            path.write_text(yaml.safe_dump(values), encoding="utf-8")  # JSON writes 2e-06, which is text in YAML
-            scene = load(path, ROOT / "config" / "scenes")
-            return scene, run_chain(scene, Path(folder))
 
-    names = {"kind": values["roughness"]["covariance"], "asked": asked}
-    return Problem(names, solved, lambda run: judge(run[1], asked, *independent(run[0])), unless(False, IllPosedError))
+def judge(
+    trial: Trial, friction: dict, half_width: float, known: np.ndarray, error: np.ndarray, mesh: np.ndarray
+) -> None:
+    """Check results of stage friction; known, error, mesh : (levels, 2) T, its standard error, what its mesh leaves."""
+    found, percentile = np.log([friction["combined_mean"], friction["combined_std"]]).T, friction["percentile"]
+    (median,) = np.flatnonzero(percentile == 50.0)
+    away = np.abs(found - found[median, 0] - known)
+    limit = SIGMAS * np.hypot(half_width / NORMAL_95, error) + mesh
+    for level in np.flatnonzero(is_judged(percentile)):
+        for which, name in enumerate(("mean", "std")):
+            if (level, which) != (median, 0):
+                trial.check(f"{name} at {percentile[level]:g} %", away[level, which], limit[level, which])
 
 
-def random_scene(seed: int, number: int) -> Values:
-    """Return a scene as a user writes it; all lengths are multiples of the cell."""
-    generator = np.random.default_rng([seed, number])
-    light, deep = (float(one) for one in (generator.integers(20, 40), generator.integers(60, 96)))
-    cells, window = int(generator.integers(8, 15)), 4 * int(generator.integers(3, 9))
-    kind, width = choose(generator, tuple(KINDS)), 2 * int(generator.integers(4, 13))
-    windows = max(-(-SHORTEST * cells // window), FEWEST_WINDOWS) + int(generator.integers(0, 4))
-    h, rms, asked = (float(f"{log_uniform(generator, *ends):.3g}") for ends in ((-6.3, -5.3), (-7.5, -6), (-1.5, -0.5)))
+def draw_scene(rng: np.random.Generator) -> Values:
+    """Draw a scene as a user writes it; all lengths are multiples of the cell."""
+    light, deep = (float(one) for one in (rng.integers(20, 40), rng.integers(60, 96)))
+    cells, window = int(rng.integers(8, 15)), 4 * int(rng.integers(3, 9))
+    kind, width = choose(rng, tuple(KINDS)), 2 * int(rng.integers(4, 13))
+    windows = max(-(-SHORTEST * cells // window), FEWEST_WINDOWS) + int(rng.integers(0, 4))
+    h, rms, asked = (float(f"{log_uniform(rng, *ends):.3g}") for ends in ((-6.3, -5.3), (-7.5, -6), (-1.5, -0.5)))
     lengths = {"width": width, "window": window, "window_spacing": window // 2, "cell": 1}
     lengths |= {"length": windows * window, "margin": 4 * cells, "expansion_spacing": 2}
-    roughness = {"covariance": kind, "rms_height_m": rms, "correlation_length_m": cells * h, **KINDS[kind]}
-    percentiles = {"penetration_percentiles": [light, 50.0, deep]}
     return {
         "extends": "resolved",
         "targets": ["figure3"],
         "friction": {"least_contact_fraction": max(1e-3, LEAST_CELLS / (width * window))},
         "accuracy": {"friction_mean": asked, "friction_std": asked, "cost_limit_cpu_s": LIMIT_S},
-        "roughness": roughness,
-        "strip": {f"{name}_m": count * h for name, count in lengths.items()} | percentiles,
+        "roughness": {"covariance": kind, "rms_height_m": rms, "correlation_length_m": cells * h, **KINDS[kind]},
+        "strip": {f"{name}_m": count * h for name, count in lengths.items()}
+        | {"penetration_percentiles": [light, 50.0, deep]},
     }
-
-
-def judge(run: Run, asked: float, known: np.ndarray, error: np.ndarray, mesh: np.ndarray) -> Verdict:
-    """Return the verdict on the numbers of a run; its residual is the largest difference over the 95 % error.
-
-    known, error, mesh : (levels, 2) T of the independent run, its standard error and what its mesh leaves
-    """
-    found, percentile = (
-        np.log([run.friction["combined_mean"], run.friction["combined_std"]]).T,
-        run.friction["percentile"],
-    )
-    (median,) = np.flatnonzero(percentile == 50.0)
-    away, ours = np.abs(found - found[median, 0] - known), max(asked, run.half_width) / NORMAL_95
-    sigma = np.hypot(ours, error)
-    places = [(level, which) for level in np.flatnonzero(is_judged(percentile)) for which in (0, 1)]
-    places.remove((median, 0))
-    limit = SIGMAS * sigma + mesh
-    conditions = {f"{('mean', 'std')[at[1]]} at {percentile[at[0]]:g} %": (away[at], limit[at]) for at in places}
-    return verdict_of(conditions, max(away[at] * SIGMAS / (limit[at] * NORMAL_95) for at in places))
 
 
 def independent(values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (levels, 2) T of plain runs, its standard error, and what the mesh leaves of it."""
     scene, fine = (scene_of(one) for one in (values, changed(values, strip={"cell_m": values["strip"]["cell_m"] / 2})))
-    percentiles, model = np.array(scene.strip.penetration_percentiles), surface_model.surface_model(fine)
-    planes, median = model.plane_height(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
+    model, median = surface_model.surface_model(fine), scene.strip.penetration_percentiles.index(50.0)
     streams = (np.random.default_rng([scene.seed, STREAM, number]) for number in range(FEW + MANY))
     sample, sample_fine = (model.sampler(geometry.strip_grid(one)) for one in (scene, fine))
-    few = [model.heights(sample_fine(next(streams))) for _ in range(FEW)]
-    many = [field[1::2, 1::2] for field in few] + [model.heights(sample(next(streams))) for _ in range(MANY)]
-    on_cells, on_half = (windows_of(*one, planes) for one in ((scene, many), (fine, few)))
-    of_few = [(mu[:FEW], valid[:FEW]) for mu, valid in on_cells]
-    (many_t, many_g), (few_t, few_g), (half_t, half_g) = (statistics(x, median) for x in (on_cells, of_few, on_half))
+    few = [sample_fine(next(streams)) for _ in range(FEW)]
+    all_ = windows_of(scene, [*(field[1::2, 1::2] for field in few), *map(sample, streams)])
+    on_few = [part[:FEW] for part in all_]
+    (all_t, all_g), (few_t, few_g), (half_t, half_g) = (
+        statistics(*windows, median) for windows in (all_, on_few, windows_of(fine, few))
+    )
     change = half_t - few_t
-    variance = many_g.var(axis=1, ddof=1) / (FEW + MANY) + (half_g - few_g).var(axis=1, ddof=1) / FEW
-    return many_t + change, np.sqrt(variance), np.abs(change) / 2
+    variance = all_g.var(axis=1, ddof=1) / (FEW + MANY) + (half_g - few_g).var(axis=1, ddof=1) / FEW
+    return all_t + change, np.sqrt(variance), np.abs(change) / 2
 
 
-def windows_of(scene: Scene, surfaces: Sequence[np.ndarray], planes: np.ndarray) -> list[Windows]:
-    """By level, friction in units of the shear strength and whether it is defined, of cold solves."""
-    on, lie = elastic.influence(scene, geometry.strip_grid(scene)), geometry.windows(scene)
-    sums = np.empty((2, len(planes), len(surfaces), lie.count))
-    for level, plane in enumerate(planes):
-        for row, heights in enumerate(surfaces):
-            pressure = solve(on, heights - plane, TOLERANCE).pressure
-            sums[:, level, row] = lie.sums(contact_shares(pressure, math.inf)), lie.sums(pressure)
+def windows_of(scene: Scene, fields: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return (strips, levels, windows) friction over the shear strength, and where it is defined, by cold solves."""
+    percentiles = scene.strip.penetration_percentiles
+    area, force = np.concatenate([solve_windows(scene, fields, [one], TOLERANCE) for one in percentiles], axis=2)
     least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
-    return list(zip(*friction_coefficient(*(on.grid.cell_area * sums), 1.0, least), strict=True))
+    return friction_coefficient(area, force, 1.0, least)
 
 
-def statistics(levels: Sequence[Windows], median: int) -> tuple[np.ndarray, np.ndarray]:
-    """T (levels, 2) and the influences g (levels, strips, 2) of its strips."""
-    t = np.array([np.log([mu[valid].mean(), mu[valid].std()]) for mu, valid in levels])
-    g = np.array([influences(*windows) for windows in levels])
+def statistics(mu: np.ndarray, valid: np.ndarray, median: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return T (levels, 2) and the influences g (levels, strips, 2) of its strips."""
+    levels = [(mu[:, level], valid[:, level]) for level in range(mu.shape[1])]
+    t = np.array([np.log([one[counts].mean(), one[counts].std()]) for one, counts in levels])
+    g = np.array([influences(*one) for one in levels])
     return t - t[median, 0], g - g[median, :, :1]

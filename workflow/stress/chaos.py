@@ -1,4 +1,4 @@
-"""Campaign of polynomial chaos: random pressures at a node, expanded from random surfaces or along a strip.
+"""Polynomial chaos: random pressures at a node, expanded from random surfaces or along a strip.
 
 No contact is solved: the pressure is the positive part of a known response to Gaussian variables, the gap its negative
 part. Pressures and gaps have units of 1e-9 to 1e9.
@@ -10,37 +10,34 @@ RISK (Massart, Ann. Probab. 18 (1990) 1269). No expansion of them may be further
 
 Every other problem is an expansion along a strip, fitted to the nodes of many short strips and judged on one long
 strip. The response is a known function of height, slope and mean of the heights, computed here by plain differences.
-The judge does not ask for what K independent samples cannot show. They miss an event with a probability of RISK if its
-own probability is at most 1 - RISK^(1/K). The mean square error therefore leaves out the worst points of that share.
-The stated error is an estimate from N - A degrees of freedom, with N points and A terms. For normal residuals it is too
-low by a factor of (N - A) over the RISK quantile of chi-squared with a probability of RISK. The judge allows TWICE
-that, since residuals of bent functions are not normal.
+K independent samples miss an event with a probability of RISK if its own probability is at most 1 - RISK^(1/K). The
+mean square error therefore leaves out the worst points of that share. The stated error is an estimate from N - A
+degrees of freedom, with N points and A terms. For normal residuals it is too low by a factor of (N - A) over the RISK
+quantile of chi-squared with a probability of RISK. The judge allows TWICE that, since residuals of bent functions are
+not normal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from math import comb
 
 import numpy as np
 from scipy.stats import chi2, ks_2samp
 
 from roughslip.chaos.functionals import Stencil, local_functionals
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
-from roughslip.chaos.pressure import KINDS, Kind, PressureTarget
-from roughslip.chaos.strip import StripExpansion, fit_strip
+from roughslip.chaos.local import Samples, fit_local
+from roughslip.chaos.pressure import KINDS, PressureTarget
+from roughslip.chaos.strip import fit_strip
 from roughslip.errors import ConvergenceError, IllPosedError
-from workflow.stress.runner import Conditions, Problem, Verdict, choose, log_uniform, unless, verdict_of
+from workflow.stress.runner import Trial, choose, log_uniform
 
 RISK, TWICE = 1e-6, 2.0
-
-CONTACTS = ("none", "one", "few", "half", "most", "all")
+# Shares of samples in contact, between two ends of a share; `none`, `one` and `all` are exact.
+CONTACTS = {"none": (), "one": (), "few": (0.005, 0.1), "half": (0.2, 0.8), "most": (0.9, 0.99), "all": ()}
 CONTACT_SHARES = (0.05, 0.05, 0.2, 0.45, 0.15, 0.1)
 SHAPES = ("root", "linear")  # of pressure over response: of Hertz contact, and of a single cell
 RESPONSES = ("linear", "quadratic", "kink", "exponential")
 COPIES, COPY_SHARES = (1, 3, 1000), (0.85, 0.1, 0.05)  # how often each surface occurs
-
 MOST_SURFACES, MOST_TERMS = 1000, 60
 FRESH = 20_000
 FAR = 30.0  # times the largest pressure of as many other surfaces
@@ -51,62 +48,60 @@ TERMS = (1, 9, 45, 165)  # of degree 0 to 3 in the eight functionals
 LONG = 2000
 
 
-def problem(seed: int, number: int) -> Problem:
-    """Return the problem of this number."""
-    return (strip_problem if number % 2 else node_problem)(seed, number)
+def attempt(trial: Trial) -> None:
+    """Expand at a node or along a strip."""
+    (attempt_strip if trial.number % 2 else attempt_node)(trial)
 
 
-def node_problem(seed: int, number: int) -> Problem:
-    """Draw surfaces, of which each may occur several times, and how their pressure follows from v variables.
+def attempt_node(trial: Trial) -> None:
+    """Expand the pressure at a node from surfaces, of which each may occur several times.
 
     An error is no answer where half of many distinct surfaces are in contact and the response scatters.
     """
-    generator = np.random.default_rng([seed, number, 0])
-    contact = choose(generator, CONTACTS, CONTACT_SHARES)
-    variables, degree = int(generator.integers(1, 9)), int(generator.integers(1, 5))
-    while comb(variables + degree, degree) > MOST_TERMS:
+    rng, drawn_slope, own, other = (np.random.default_rng([trial.seed, trial.number, k]) for k in range(4))
+    contact = choose(rng, tuple(CONTACTS), CONTACT_SHARES)
+    variables, degree = int(rng.integers(1, 9)), int(rng.integers(1, 5))
+    while math.comb(variables + degree, degree) > MOST_TERMS:
         degree -= 1
-    kind, shape, form = choose(generator, KINDS), choose(generator, SHAPES), choose(generator, RESPONSES)
-    copies, nodes = choose(generator, COPIES, COPY_SHARES), choose(generator, (1, 1, 3))
-    count, drift = round(log_uniform(generator, 1, np.log10(MOST_SURFACES))), float(generator.uniform(0, 1))
-    scatter = choose(generator, (0.0, 1e-3, 0.1, 0.3, 1.0))  # standard deviation of the response given the variables
-    unit_p, unit_g = log_uniform(generator, -9, 9), log_uniform(generator, -9, 9)  # [Pa], [m]
-    guess = log_uniform(generator, -0.5, 0.5)  # stiffness of the gap that is given, over the true one
-    cell = 0.3 * unit_p if shape == "linear" else 0.0
-    target = (
-        PressureTarget(kind, guess * unit_p / unit_g)
-        if kind == "trial_pressure"
-        else PressureTarget(kind, guess * unit_p**2 / unit_g, cell)
-    )
-    slope = np.random.default_rng([seed, number, 1]).standard_normal(variables)
+    terms = math.comb(variables + degree, degree)
+    kind, shape, form = choose(rng, KINDS), choose(rng, SHAPES), choose(rng, RESPONSES)
+    copies, nodes = choose(rng, COPIES, COPY_SHARES), choose(rng, (1, 1, 3))
+    count, drift = round(log_uniform(rng, 1, np.log10(MOST_SURFACES))), float(rng.uniform(0, 1))
+    scatter = choose(rng, (0.0, 1e-3, 0.1, 0.3, 1.0))  # standard deviation of the response given the variables
+    unit_p, unit_g = log_uniform(rng, -9, 9), log_uniform(rng, -9, 9)  # [Pa], [m]
+    guess = log_uniform(rng, -0.5, 0.5)  # stiffness of the gap that is given, over the true one
+    power = 1 if kind == "trial_pressure" else 2
+    cell = 0.3 * unit_p if shape == "linear" and power == 2 else 0.0
+    target = PressureTarget(kind, guess * unit_p**power / unit_g, cell)
+    slope = drawn_slope.standard_normal(variables)
     slope /= np.linalg.norm(slope)
-    distinct, own = math.ceil(count / copies), np.random.default_rng([seed, number, 2])
+    distinct = math.ceil(count / copies)
     u = own.standard_normal((distinct, nodes, variables))
     u[:, 1:] = np.sqrt(0.5) * (u[:, :1] + u[:, 1:])  # Neighbours are like the node in the centre.
     distance2 = np.linspace(0.0, 1.0, nodes) if nodes > 1 else np.zeros(1)
     response = response_of(form, slope, u) + scatter * own.standard_normal((distinct, 1)) - drift * distance2
-    plane = _plane(generator, contact, np.unique(np.repeat(response, copies, axis=0)[:count]))
+    raised = -contact_level(rng, contact, np.unique(np.repeat(response, copies, axis=0)[:count]))
 
     def pressure_of(response: np.ndarray) -> np.ndarray:
-        pressed = np.maximum(response + plane, 0.0)
+        pressed = np.maximum(response + raised, 0.0)
         return unit_p * (np.sqrt(pressed) if shape == "root" else pressed)
 
-    parts = (u, pressure_of(response), unit_g * np.maximum(-response - plane, 0.0))
+    parts = (u, pressure_of(response), unit_g * np.maximum(-response - raised, 0.0))
     variables_, pressure, gap = (np.repeat(part, copies, axis=0)[:count] for part in parts)
-    samples = Samples(variables_, distance2, pressure, gap)
-
-    def judged(found: LocalExpansion) -> Verdict:
-        other = np.random.default_rng([seed, number, 3])
-        fresh = other.standard_normal((FRESH, variables))
-        true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
-        return judge_node(found, np.random.default_rng([number, 4]), fresh, true, float(pressure.max()), distinct)
-
-    names = {"contact": contact, "shape": shape, "response": form, "copies": copies, "surfaces": count}
-    names |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
-    clear = contact == "half" and copies == 1 and scatter >= 0.1
-    enough = count >= max(25 * comb(variables + degree, degree), 200)
-    is_answer = unless(clear and enough, IllPosedError, ConvergenceError)
-    return Problem(names, lambda: fit_local(samples, degree, target), judged, is_answer)
+    trial.case |= {"contact": contact, "shape": shape, "response": form, "copies": copies, "surfaces": count}
+    trial.case |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
+    clear = contact == "half" and copies == 1 and scatter >= 0.1 and count >= max(25 * terms, 200)
+    trial.answers = () if clear else (IllPosedError, ConvergenceError)
+    found = fit_local(Samples(variables_, distance2, pressure, gap), degree, target)
+    fresh = other.standard_normal((FRESH, variables))
+    true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
+    drawn, means = found.draw(np.random.default_rng([trial.number, 4]), FRESH), found.mean_pressure_at(fresh)
+    assert all(np.isfinite(part).all() for part in (drawn, means, found.score, found.cross_validated)), "not finite"
+    distance = float(ks_2samp(drawn, true, method="asymp").statistic)
+    trial.check("the distribution", distance, sampling_error(distinct) + 2 * sampling_error(FRESH))
+    trial.check("p >= 0", -min(drawn.min(), means.min()))
+    trial.check("the largest pressure", drawn.max(), FAR * max(float(true.max()), float(pressure.max())))
+    trial.check("errors are not negative", -min(found.score, found.cross_validated))
 
 
 def response_of(form: str, slope: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -122,17 +117,11 @@ def response_of(form: str, slope: np.ndarray, u: np.ndarray) -> np.ndarray:
     return along
 
 
-def _plane(generator: np.random.Generator, contact: str, levels: np.ndarray) -> float:
-    """Return what the response, of these levels, is raised by, so that the named share of samples is in contact."""
-    match contact:
-        case "none":
-            return float(-levels[-1] - 1)
-        case "one":
-            return float(-levels[-2:].mean())
-        case "all":
-            return float(1 - levels[0])
-    least, most = {"few": (0.005, 0.1), "half": (0.2, 0.8), "most": (0.9, 0.99)}[contact]
-    return float(-np.quantile(levels, 1 - generator.uniform(least, most)))
+def contact_level(rng: np.random.Generator, contact: str, levels: np.ndarray) -> float:
+    """Return the level of the response, of these levels, above which the named share of samples is in contact."""
+    if CONTACTS[contact]:
+        return float(np.quantile(levels, 1 - rng.uniform(*CONTACTS[contact])))
+    return float({"none": levels[-1] + 1, "one": levels[-2:].mean(), "all": levels[0] - 1}[contact])
 
 
 def sampling_error(count: int) -> float:
@@ -140,52 +129,25 @@ def sampling_error(count: int) -> float:
     return math.sqrt(math.log(2 / RISK) / (2 * count))
 
 
-def judge_node(
-    expansion: LocalExpansion,
-    generator: np.random.Generator,
-    fresh: np.ndarray,
-    true: np.ndarray,
-    highest: float,
-    distinct: int,
-) -> Verdict:
-    """Return whether pressures of an expansion have the distribution of those of other surfaces.
-
-    fresh, true : variables (FRESH, v) and pressures (FRESH,) [Pa] of other surfaces
-    highest : [Pa] of the samples, of which so many are distinct
-    """
-    drawn, means = expansion.draw(generator, FRESH), expansion.mean_pressure_at(fresh)
-    if not all(np.isfinite(part).all() for part in (drawn, means, expansion.score, expansion.cross_validated)):
-        return Verdict(math.inf, ("pressures are not finite",))
-    distance = float(ks_2samp(drawn, true, method="asymp").statistic)
-    limit = sampling_error(distinct) + 2 * sampling_error(FRESH)
-    conditions: Conditions = {
-        "the distribution": (distance, limit),
-        "p >= 0": (-min(drawn.min(), means.min()), 0),
-        "the largest pressure": (drawn.max(), FAR * max(float(true.max()), highest)),
-        "errors are not negative": (-min(expansion.score, expansion.cross_validated), 0),
-    }
-    return verdict_of(conditions, distance / limit)
-
-
-def strip_problem(seed: int, number: int) -> Problem:
-    """Draw nodes of short strips and the response that gives their target at one or several planes.
+def attempt_strip(trial: Trial) -> None:
+    """Expand the target along a strip at one or several planes, and check it along a long strip.
 
     Heights are white noise averaged over three nodes along the strip. An error is no answer where distinct samples are
     many, rows are five and planes are within the heights.
     """
-    generator = np.random.default_rng([seed, number, 9])
-    degree = int(generator.integers(0, 4))
-    count = min(math.ceil(TERMS[degree] * log_uniform(generator, -0.3, 2)) + int(generator.integers(0, 6)), 3000)
-    kind, rows = choose(generator, KINDS), int(generator.integers(1, 9))
-    bend = choose(generator, (0.0, 0.0, 0.1, 1.0))  # how far the response is from a polynomial of degree 2
-    planes = generator.choice([-30.0, -2.0, -0.8, 0.0, 0.8, 30.0], int(generator.integers(1, 4)))
-    height_unit, pressure_unit = log_uniform(generator, -9, 9), log_uniform(generator, -9, 9)  # [m], [Pa]
-    copies = choose(generator, (1, 2, 3), (0.8, 0.15, 0.05))
+    rng = np.random.default_rng([trial.seed, trial.number, 9])
+    degree = int(rng.integers(0, 4))
+    count = min(math.ceil(TERMS[degree] * log_uniform(rng, -0.3, 2)) + int(rng.integers(0, 6)), 3000)
+    kind, rows = choose(rng, KINDS), int(rng.integers(1, 9))
+    bend = choose(rng, (0.0, 0.0, 0.1, 1.0))  # how far the response is from a polynomial of degree 2
+    planes = rng.choice([-30.0, -2.0, -0.8, 0.0, 0.8, 30.0], int(rng.integers(1, 4)))
+    height_unit, pressure_unit = log_uniform(rng, -9, 9), log_uniform(rng, -9, 9)  # [m], [Pa]
+    copies = choose(rng, (1, 2, 3), (0.8, 0.15, 0.05))
     power = 1 if kind == "trial_pressure" else 2
     distinct = max(count // copies, 1)
 
     def heights(stream: int, strips: int, nodes: int) -> np.ndarray:
-        white = np.random.default_rng([seed, number, stream]).standard_normal((strips, nodes + 2, rows))
+        white = np.random.default_rng([trial.seed, trial.number, stream]).standard_normal((strips, nodes + 2, rows))
         return height_unit * (white[:, :-2] + white[:, 1:-1] + white[:, 2:]) / math.sqrt(3)
 
     def values(z: np.ndarray) -> np.ndarray:
@@ -198,59 +160,31 @@ def strip_problem(seed: int, number: int) -> Problem:
     short = heights(1, distinct, 2 * REACH + 1)
     parts = local_functionals(short, STENCIL)[:, :, REACH].transpose(1, 2, 0), values(short)[:, 0]
     functionals, known = (np.repeat(part, copies, axis=0) for part in parts)
-    target = PressureTarget(kind, pressure_unit**power / height_unit)
-
-    def judged(found: tuple[StripExpansion, dict[str, np.ndarray]]) -> Verdict:
-        long = heights(2, 1, LONG)
-        pressure = found[0].pressure(long[0])[:, REACH:-REACH]
-        if not (np.isfinite(pressure).all() and (pressure >= 0).all()):
-            return Verdict(math.inf, ("pressures are negative or not finite",))
-        stated, ours = found[1]["leave_one_out"], (pressure**power).transpose(1, 2, 0)
-        return judge_strip(ours, values(long)[0], known, stated, distinct, distinct - TERMS[degree], kind)
-
-    names = {"kind": kind, "rows": rows, "samples": count, "degree": degree, "bend": bend, "copies": copies}
-    names |= {"planes": ",".join(map(str, planes))}
+    trial.case |= {"kind": kind, "rows": rows, "samples": count, "degree": degree, "bend": bend, "copies": copies}
+    trial.case["planes"] = ",".join(map(str, planes))
     well_posed = count >= 8 * TERMS[degree] and copies == 1 and rows >= 5 and max(np.abs(planes)) < 1.0
-    solve: Callable = lambda: fit_strip(functionals, known, degree, STENCIL, target)  # noqa: E731
-    return Problem(names, solve, judged, unless(well_posed, IllPosedError, ConvergenceError))
-
-
-def judge_strip(
-    ours: np.ndarray,
-    true: np.ndarray,
-    known: np.ndarray,
-    stated: np.ndarray,
-    distinct: int,
-    freedom: int,
-    kind: Kind,
-) -> Verdict:
-    """Compare positive parts of the target along a long strip, with the weights of the fit.
-
-    ours, true : (nodes, rows, levels) of the expansion, and the true target
-    known : (samples, rows, levels) the fitted target, of which so many samples are distinct
-    stated : (rows, levels) [-] leave-one-out errors of the expansion, of these degrees of freedom
-    """
-    squares = (ours - np.maximum(true, 0.0)) ** 2
+    trial.answers = () if well_posed else (IllPosedError, ConvergenceError)
+    target = PressureTarget(kind, pressure_unit**power / height_unit)
+    found, quality = fit_strip(functionals, known, degree, STENCIL, target)
+    long, stated = heights(2, 1, LONG), quality["leave_one_out"]
+    pressure, true = found.pressure(long[0])[:, REACH:-REACH], values(long)[0]
+    assert ((pressure >= 0) & (pressure < math.inf)).all(), "pressures that are negative or not finite"
+    squares = ((pressure**power).transpose(1, 2, 0) - np.maximum(true, 0.0)) ** 2
     seen = math.ceil(RISK ** (1 / distinct) * len(squares))  # A share of the worst may be unknown to the samples.
+    freedom = distinct - TERMS[degree]
     factor = TWICE * freedom / float(chi2.ppf(RISK, freedom)) if freedom > 0 else math.inf
-    conditions: Conditions = {}
     for place in np.ndindex(*stated.shape):
-        fitted = known[(slice(None), *place)]
-        weights, fresh = (_weights(kind, part, fitted) for part in (fitted, true[(slice(None), *place)]))
-        mean = np.average(fitted, weights=weights)
-        variance = float(np.average((fitted - mean) ** 2, weights=weights))
-        error = float(np.sort(squares[(slice(None), *place)] * fresh)[:seen].sum() / fresh.sum())
+        fitted, fresh = known[(slice(None), *place)], true[(slice(None), *place)]
+        of_fit, of_fresh = (weights_of(power, part, fitted) for part in (fitted, fresh))
+        mean = np.average(fitted, weights=of_fit)
+        variance = float(np.average((fitted - mean) ** 2, weights=of_fit))
+        error = float(np.sort(squares[(slice(None), *place)] * of_fresh)[:seen].sum() / of_fresh.sum())
         allowed = factor * stated[place] * variance + (1e-11 * np.max(np.abs(fitted))) ** 2
-        conditions[f"error in row {place[0]}, penetration {place[1]}"] = (error, allowed)
-    return verdict_of(conditions)
+        trial.check(f"error in row {place[0]}, penetration {place[1]}", error, allowed)
 
 
-def _weights(kind: Kind, target: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return weights: 1 in contact, 1 / (1 + (w / w_0)^2) out of it with w_0 = 0.3 of the mean in contact.
-
-    For a trial pressure all are 1.
-    """
-    if kind == "trial_pressure":
+def weights_of(power: int, target: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return 1 in contact, 1 / (1 + (w / w_0)^2) out of it with w_0 = 0.3 of the mean in contact; 1 for pressures."""
+    if power == 1:
         return np.ones(len(target))
-    scale = 0.3 * known[known > 0].mean()
-    return np.where(target > 0, 1.0, 1 / (1 + (target / scale) ** 2))
+    return np.where(target > 0, 1.0, 1 / (1 + (target / (0.3 * known[known > 0].mean())) ** 2))

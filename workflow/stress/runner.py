@@ -1,33 +1,32 @@
-"""Campaigns of random problems: what a problem is, the row that comes of it, and the command that runs them.
+"""Campaigns of random problems, each judged by code that the solver lacks, and the command that runs them.
 
-A row is `{stage, case, outcome, residual}`, and `why` where it is a failure. The case is `key=value` pairs; its number
-and the seed of the campaign make the problem again. The outcome is one of
+A subject is a module with one function `attempt(trial)`: it draws a problem, names it, solves it and checks the answer.
+Seed and number make a problem again, alone. Its row is `{stage, case, outcome, residual}`, and `why` where it failed.
+The outcome is one of
 
-- `converged`: the judge accepts the answer,
-- `false claim`: the judge finds a condition that the answer breaks; always a failure,
-- the name of an exception: a failure unless it is a typed error that answers the problem.
-
-A plain loop over numbers draws the problems: judges hold at a stated risk for independent draws alone, and any number
-is solved again without those before it. Processes share the numbers:
+- `converged`: every check holds; the residual is the largest value over its limit,
+- `false claim`: the answer breaks a check; always a failure,
+- the name of an exception: a failure unless it is a typed error that the problem allows and that says what to try.
 
     python -m workflow.stress.runner --seed today --share 0.1 -j 2 --output results/stress.json
     python -m workflow.stress.runner oscillator --seed 20261 --only 1830
+
+Problems are independent draws in given shares, for which alone the risks of judges hold; Hypothesis draws otherwise.
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
-import json
 import math
 import re
 import sys
 import warnings
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections import Counter
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,135 +34,80 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import RoughslipError
-from workflow.evidence.rows import Row, case, fields, map_parallel
+from roughslip.stages.runtime.parent import die_with_parent
 
 # Problems of a whole campaign; the slow ones first, so that processes end together.
 CAMPAIGNS = {"accuracy": 100, "oscillator": 2000, "contact": 10_000, "chaos": 2000, "surface": 2000, "friction": 2000}
 SEED = 20261
-CHUNK = 5  # problems that a process takes at a time
-LISTED = 50  # failures that are printed
-
+CHUNK, LISTED = 5, 50  # problems that a process takes at a time, and failures that are printed
 CONVERGED, FALSE_CLAIM = "converged", "false claim"
-ADVICE = re.compile(
-    r"\b(take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut|try|make|let)\b", re.IGNORECASE
-)
+VERBS = "take|lower|use|ask|penetrate|expand|give|solve|lengthen|space|add|choose|cut|try|make|let"
+ADVICE = re.compile(rf"\b({VERBS})\b", re.IGNORECASE)
 
+Row = dict[str, Any]
 Choice = TypeVar("Choice")
-Conditions = dict[str, tuple[float, float]]  # by name, a value and the limit that it must not exceed
 
 
-def log_uniform(generator: np.random.Generator, low: float, high: float) -> float:
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """Draw a number between two powers of ten, given by their exponents."""
-    return float(10 ** generator.uniform(low, high))
+    return float(10 ** rng.uniform(low, high))
 
 
-def choose(
-    generator: np.random.Generator, choices: Sequence[Choice], shares: Sequence[float] | np.ndarray | None = None
-) -> Choice:
-    """Draw one of the choices with these probabilities, which are equal if not given."""
-    return choices[int(generator.choice(len(choices), p=shares))]
+def choose(rng: np.random.Generator, choices: Sequence[Choice], shares: Sequence[float] | None = None) -> Choice:
+    """Draw one of the choices in these shares, which are equal if not given."""
+    return choices[int(rng.choice(len(choices), p=None if shares is None else np.divide(shares, np.sum(shares))))]
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """What a judge finds: a relative residual [-] of its own, and the conditions that the answer breaks."""
+class Trial:
+    """A problem from its draw to its judgement.
 
-    residual: float
-    broken: tuple[str, ...] = ()
-
-
-def verdict_of(conditions: Conditions, residual: float | None = None) -> Verdict:
-    """Return the verdict on conditions: a line for each whose value exceeds its limit or is not a number.
-
-    residual : [-] if not given, the largest value over its limit; a limit of zero asks for an exact answer and does
-        not enter
-    """
-    broken = tuple(
-        f"{name}: {float(value):.3e} for {float(limit):.3e}"
-        for name, (value, limit) in conditions.items()
-        if not value <= limit
-    )
-    if residual is None:
-        residual = max((float(value / limit) for value, limit in conditions.values() if limit > 0), default=0.0)
-    return Verdict(residual, broken)
-
-
-@dataclass(frozen=True)
-class Problem:
-    """A random problem. case : its numbers and words; solve, judge : give the answer and the verdict on it
-
-    is_answer : whether a typed error answers the problem, because it has no solution or none that can be found
+    case : its words and numbers
+    answers : typed errors that answer it, because it has no solution or none that can be found
+    residual, broken : the largest value over its limit, and the checks that the answer breaks
     """
 
-    case: Mapping[str, object]
-    solve: Callable[[], Any]
-    judge: Callable[[Any], Verdict]
-    is_answer: Callable[[RoughslipError], bool]
+    def __init__(self, seed: int, number: int) -> None:
+        self.seed, self.number, self.rng = seed, number, np.random.default_rng([seed, number])
+        self.case: dict[str, object] = {}
+        self.answers: tuple[type[RoughslipError], ...] = ()
+        self.residual, self.broken = 0.0, list[str]()
+
+    def check(self, name: str, value: float, limit: float = 0.0) -> None:
+        """Check that a value is a number of at most the limit; zero asks for an exact answer."""
+        if not value <= limit:
+            self.broken.append(f"{name}: {float(value):.3e} for {float(limit):.3e}")
+        if limit > 0:
+            self.residual = max(self.residual, float(value / limit))
 
 
-def unless(well_posed: bool, *errors: type[RoughslipError]) -> Callable[[RoughslipError], bool]:
-    """Answers are these errors, if they say what to try and the problem is not well posed."""
-    return lambda error: isinstance(error, errors) and has_advice(error) and not well_posed
-
-
-def has_advice(error: RoughslipError) -> bool:
-    """Whether the message of an error says what to try."""
-    return ADVICE.search(str(error)) is not None
-
-
-def row_of(stage: str, number: int, drawn: Callable[[], Problem]) -> Row:
-    """Draw and solve a problem with every warning an error, judge the answer, and return the row."""
-    problem, residual, why = None, math.nan, ""
+def row_of(stage: str, seed: int, number: int) -> Row:
+    """Attempt a problem with every warning an error, and return its row."""
+    trial, outcome = Trial(seed, number), CONVERGED
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            problem = drawn()
-            verdict = problem.judge(problem.solve())
-            outcome, residual = FALSE_CLAIM if verdict.broken else CONVERGED, verdict.residual
-            why = "; ".join(verdict.broken)
+            import_module(f"workflow.stress.{stage}").attempt(trial)
+        except AssertionError as error:
+            trial.broken.append(str(error))
         except Exception as error:  # Any exception but an answer is a failure, which the row names.
-            outcome, residual = type(error).__name__, getattr(error, "residual", math.nan)
-            if not (isinstance(error, RoughslipError) and problem and problem.is_answer(error)):
-                why = str(error) or repr(error)
-    names = {"number": number, "tolerance": 1} | dict(problem.case if problem else {})
-    short = {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in names.items()}
-    row = {"stage": stage, "case": case(**short), "outcome": outcome}
-    return row | {"residual": float(residual) if math.isfinite(residual) else None} | ({"why": why} if why else {})
+            outcome = type(error).__name__
+            if not (isinstance(error, trial.answers) and ADVICE.search(str(error))):
+                trial.broken.append(str(error) or repr(error))
+    if trial.broken and outcome == CONVERGED:
+        outcome = FALSE_CLAIM
+    named = {"number": number, **trial.case}.items()
+    case = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}" for name, value in named)
+    residual = trial.residual if outcome in (CONVERGED, FALSE_CLAIM) and math.isfinite(trial.residual) else None
+    row = {"stage": stage, "case": case, "outcome": outcome, "residual": residual}
+    return row | ({"why": "; ".join(trial.broken)} if trial.broken else {})
 
 
-def failures(rows: Iterable[Row]) -> list[Row]:
-    """Return the rows that a campaign must not have."""
-    return [row for row in rows if "why" in row]
-
-
-def summary(rows: Iterable[Row]) -> list[dict[str, Any]]:
-    """Return counts of outcomes and the largest residual over its tolerance, by stage."""
-    stages: dict[str, list[Row]] = defaultdict(list)
-    for row in rows:
-        stages[row["stage"]].append(row)
-    found = []
-    for stage, members in stages.items():
-        right = [row for row in members if row["outcome"] == CONVERGED and row["residual"] is not None]
-        worst = max((row["residual"] / float(fields(row["case"])["tolerance"]) for row in right), default=None)
-        outcomes = dict(sorted(Counter(row["outcome"] for row in members).items()))
-        counts = {"problems": len(members), "outcomes": outcomes, "worst_residual_over_tolerance": worst}
-        found.append({"stage": stage, **counts, "failures": len(failures(members))})
-    return found
-
-
-def write(path: Path, rows: Sequence[Row], seeds: Mapping[str, int]) -> None:
-    """Write seeds, summary and rows, each row on a line of its own, in one step."""
-    head = {"seeds": seeds, "problems": len(rows), "failures": len(failures(rows))}
-    lines = [json.dumps(head, allow_nan=False)[:-1] + ","]
-    for name, entries, end in (("summary", summary(rows), ","), ("rows", rows, "}")):
-        lines += [f'"{name}": [', ",\n".join(json.dumps(entry, allow_nan=False) for entry in entries), f"]{end}"]
-    store.write_text(path, "\n".join(lines) + "\n")
-
-
-def solved(task: tuple[str, int, int]) -> Row:
-    """Return the row of the problem of (stage, seed, number)."""
-    stage, seed, number = task
-    return row_of(stage, number, partial(import_module(f"workflow.stress.{stage}").problem, seed, number))
+def summary(stage: str, rows: Sequence[Row]) -> dict[str, Any]:
+    """Return counts of outcomes and failures, and the largest value of an accepted answer over its limit."""
+    worst = max((row["residual"] for row in rows if row["outcome"] == CONVERGED), default=None)
+    counts = {"problems": len(rows), "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items()))}
+    failures = sum("why" in row for row in rows)
+    return {"stage": stage, **counts, "worst_residual_over_tolerance": worst, "failures": failures}
 
 
 def main() -> int:
@@ -176,22 +120,27 @@ def main() -> int:
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     parser.add_argument("--output", type=Path, help="the JSON file")
     given = parser.parse_args()
-    if not set(given.campaigns) <= set(CAMPAIGNS):
-        parser.error(f"campaigns are {', '.join(CAMPAIGNS)}")
+    if unknown := set(given.campaigns) - set(CAMPAIGNS):
+        parser.error(f"no campaign {', '.join(unknown)}: take some of {', '.join(CAMPAIGNS)}")
     if not 0 < given.share <= 1:
         parser.error(f"--share is above 0 and at most 1, not {given.share}")
     seed = int(f"{datetime.date.today():%Y%m%d}") if given.seed == "today" else int(given.seed)
     stages = given.campaigns or list(CAMPAIGNS)
     numbers = {stage: given.only or range(max(1, round(given.share * CAMPAIGNS[stage]))) for stage in stages}
-    rows = map_parallel(solved, [(s, seed, n) for s in stages for n in numbers[s]], given.jobs, CHUNK)
+    tasks = [(stage, seed, number) for stage in stages for number in numbers[stage]]
+    with ProcessPoolExecutor(given.jobs, get_context("spawn"), die_with_parent) as pool:
+        rows = list(pool.map(row_of, *zip(*tasks, strict=True), chunksize=CHUNK))
+    found = [summary(stage, [row for row in rows if row["stage"] == stage]) for stage in stages]
+    wrong = [(task, row) for task, row in zip(tasks, rows, strict=True) if "why" in row]
     if given.output:
-        write(given.output, rows, dict.fromkeys(stages, seed))
-    for found in summary(rows):
-        counts = ", ".join(f"{count} {name}" for name, count in found["outcomes"].items())
-        print(f"{found['stage']}, seed {seed}: {counts}; {found['failures']} failures")
-    wrong = failures(rows)
-    for row in wrong[:LISTED]:
-        print(f"{row['stage']} {row['outcome']}: {row['case']}: {row['why']}")
+        head = {"seeds": dict.fromkeys(stages, seed), "problems": len(rows), "failures": len(wrong)}
+        store.write_json(given.output, {**head, "summary": found, "rows": rows})
+    for one in found:
+        counts = ", ".join(f"{count} {name}" for name, count in one["outcomes"].items())
+        print(f"{one['stage']}, seed {seed}: {counts}; {one['failures']} failures")
+    for (stage, _, number), row in wrong[:LISTED]:
+        print(f"{row['outcome']}: {row['case']}: {row['why']}")
+        print(f"    alone: python -m workflow.stress.runner {stage} --seed {seed} --only {number}")
     return 1 if wrong else 0
 
 

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from workflow.study.publish import LISTED
+
 MOST_WARNINGS = 5  # of a scene; the others are on its page
 
 
@@ -22,11 +24,12 @@ def print_closing(workflow: Any, jobs: Iterable[Any]) -> None:
 
 
 def closing_lines(results: Iterable[str]) -> list[str]:
-    """Lines for each scene whose sum of costs is among the results of a run, by their names; then the pages."""
+    """Lines for each scene that a run published, by their names; then the pages."""
     files = [Path(file) for file in results]
-    folders = sorted({file.parent for file in files if file.match("results/*/costs.json")})
+    folders = sorted({file.parent for file in files if file.match(f"results/*/{LISTED}")})
     lines = [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
-    return [*lines, *(f"page: {file}" for file in sorted(files) if file.name == "report.html")]
+    pages = [*(folder / "report.html" for folder in folders), *(file for file in files if file.name == "report.html")]
+    return [*lines, *(f"page: {file}" for file in sorted(pages) if "store" not in file.parts)]
 
 
 def _answer(folder: Path) -> list[str]:

@@ -2,66 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import PurePosixPath
 from typing import Any
 
 from snakemake.io import report
-from snakemake.utils import format
 
-from roughslip.scene.declarations import Stage, declarations
+from roughslip.scene.declarations import declarations
+from workflow.keys.names import STORE
 
 CAPTION = "../report/caption.rst"  # from a file of rules
 
-# With `exec` the stage is a child of Snakemake itself and ends with it. Paths are in the environment: in the command
-# they would re-run all jobs when the tree is moved or .venv is made again.
-_PYTHON = 'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages'
 
+def command(stage: str) -> str:
+    """The shell command of a stage, without its log. Its key file says which files it reads and writes.
 
-def run(stage: str, **given: str) -> str:
-    """The shell command of a stage, for a rule whose inputs and outputs have the names of the stage's options.
-
-    given : by option, what the command takes in place of the input of that name
+    With `exec` the stage is a child of Snakemake itself and ends with it. Paths are in the environment: in the command
+    they would differ when the tree is moved or .venv is made again.
     """
-    return f"{_pattern(stage, **given)} 2> {{log:q}}"
+    options = " ".join(f"--{name} {{wildcards.{name}}}" for name in declarations()[stage].placeholders)
+    key = f"{STORE}/{stage}/{{wildcards.key}}/key.json"
+    return f'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.{stage} --key {key} {options}'.rstrip()
 
 
-def command(stage: str) -> Callable[..., str]:
-    """A parameter function: the same without the log, for rules in a loop.
+def outputs(stage: str, category: Any) -> dict[str, Any]:
+    """Files that a stage writes, by option, and its record of cost. A picture also goes to Snakemake's report.
 
-    Snakemake evaluates shell commands when the loop has ended, so there they cannot name the stage.
+    category : function of the wildcards, for the report
     """
-    pattern = _pattern(stage)
-    return lambda wildcards, input, output: format(pattern, wildcards=wildcards, input=input, output=output)
-
-
-def _pattern(stage: str, **given: str) -> str:
     declared = declarations()[stage]
-    options = {"key": "{input.key:q}"}
-    options |= {name: f"{{input.{name}:q}}" for name in declared.options} | given
-    options |= {name: f"{{wildcards.{name}}}" for name in declared.placeholders}
-    options |= {name: f"{{output.{name}:q}}" for name in (*declared.results, "usage")} | given
-    return f"{_PYTHON}.{stage} {' '.join(f'--{name} {value}' for name, value in options.items())}"
-
-
-def outputs(stage: str, folder: str = "results/{scene}") -> dict[str, Any]:
-    """Files that a stage writes, by option, and its record of cost. A picture also goes to Snakemake's report."""
-    declared = declarations()[stage]
+    folder = f"{STORE}/{stage}/{{key}}"
     files: dict[str, Any] = {name: f"{folder}/{file}" for name, file in declared.results.items()}
     if declared.caption:
-        files["png"] = report(files["png"], caption=CAPTION, category=PurePosixPath(folder).name)
-    return files | {"usage": f"{folder}/usage/{job_name(declared)}.json"}
+        files["png"] = report(files["png"], caption=CAPTION, category=category)
+    return files | {"usage": f"{folder}/usage/{declared.job_name()}.json"}
 
 
-def log(stage: str, folder: str = "results/{scene}") -> str:
+def log(stage: str) -> str:
     """The log of a job."""
-    return f"{folder}/logs/{job_name(declarations()[stage])}.log"
-
-
-def job_name(stage: Stage, **values: object) -> str:
-    """The name of a job, for its record of cost and its log: its stage, and the design and range of its samples.
-
-    values : of the placeholders in the name of the result; without them they stay as they are
-    """
-    name = "-".join((stage.name, *(f"{{{part}}}" for part in stage.placeholders)))
-    return name.format(**values) if values else name
+    return f"{STORE}/{stage}/{{key}}/logs/{declarations()[stage].job_name()}.log"

@@ -22,7 +22,7 @@ _WITHOUT_VALUE = (
     "--nolock",
     "--printshellcmds",
 )
-FOLDERS = ("reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
+FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
 
 
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:

@@ -1,32 +1,30 @@
-"""What the rules ask of the scenes: which exist, which files a stage of one reads, and its key file."""
+"""What the rules ask of the scenes: which exist, without mistakes, which stages they need, and their batches."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from roughslip.compilation import source_hash
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import SHARES
 from roughslip.scene import plan, strict_yaml
+from roughslip.scene.auto import AUTO
 from roughslip.scene.declarations import declarations
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import inherited, load
 from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
-from workflow.keys.key_files import is_dry_run, key_input, write_key
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
-from workflow.study.commands import job_name
 from workflow.study.surface_check import check_scan, scene_warnings, surface_mistake
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
+OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "store")
 EVIDENCE = ("evidence_drawn", *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")))
-RULES = frozenset({*declarations(), "scene_report", "report_of_the_default_scenes", "clean_unused", *EVIDENCE})
+RULES = frozenset({*declarations(), *EVIDENCE, *OF_SEVERAL})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
@@ -108,74 +106,16 @@ class Scenes:
         """Stages that the targets of the scene need."""
         return frozenset(plan.stages_needed(self.valid[name]))
 
-    def key_file(self, name: str, stage: str, record: str = "") -> str:
-        """Path of a stage's key file, after all key files of the scene are written; in a dry run perhaps of its draft.
+    def memory(self, name: str, stage: str) -> int:
+        """Megabytes of the largest job of a stage of a scene."""
+        jobs = self.jobs(name, stage)
+        count = max((job["last"] - job["first"] for job in jobs if job), default=0)
+        count *= memory.samples_of_a_share(self.valid[name], stage)
+        return memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
 
-        record : the record of cost of the job that reads it
-        """
-        self._write_keys(name)
-        return key_input(f"results/{name}/keys/{stage}.json", record)
-
-    def write_keys(self) -> None:
-        """Write all key files of the scenes asked for. Raises InputError where they cannot be written."""
-        for name in self.asked:
-            try:
-                self._write_keys(name)
-            except OSError as error:
-                raise InputError(f"results/{name}/keys: cannot be written to ({error.strerror})") from None
-
-    @cache  # noqa: B019
-    def _write_keys(self, name: str) -> None:
-        """All at once: Snakemake lists the folder when it meets the first, and takes later ones for missing."""
-        for stage in (*self.stages(name), *plan.stages_of_several_scenes()):
-            part, given = plan.slice_for(self.valid[name], stage), {}
-            if stage == "costs":
-                part |= {"not_needed": plan.skip_reasons(self.valid[name]), "warnings": self.warnings(name)}
-            if stage == "sweep" and (variants := self.variants.get(name)):
-                own = {key: get(self.valid[name], key) for key in next(iter(variants.values()))}
-                part["variants"] = list({name: own, **variants}.items())
-            if stage == "report":
-                part["captions"] = plan.captions()
-            if stage == "strip_allocation":
-                from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
-
-                given["bounds"] = BOUNDS
-            write_key(
-                f"results/{name}/keys/{stage}.json",
-                part,
-                module=f"roughslip.stages.{stage}",
-                source_root=self.root / "src",
-                lock=self.root / "requirements.lock",
-                given=given,
-            )
-        if not is_dry_run():
-            source_hash.keep()
-
-    def key(self, stage: str) -> Callable[[Any], str]:
-        """An input function: the stage's key file for the scene of the wildcards."""
-
-        def key_file(wildcards: Any) -> str:
-            record = (
-                f"results/{wildcards.scene}/usage/{job_name(declarations()[stage], **dict(wildcards.items()))}.json"
-            )
-            return self.key_file(wildcards.scene, stage, record)
-
-        return key_file
-
-    def memory(self, stage: str) -> Callable[..., int]:
-        """A resource function: megabytes of a job of the stage for the scene of the wildcards.
-
-        More at each attempt, but not more than there is: no node would take that, and not every job died of its memory.
-        """
-
-        def mem_mb(wildcards: Any, attempt: int) -> int:
-            count = int(wildcards.last) - int(wildcards.first) if hasattr(wildcards, "first") else 0
-            name = wildcards.scene if hasattr(wildcards, "scene") else self.default[0]
-            count *= memory.samples_of_a_share(self.valid[name], stage)
-            needed = memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
-            return max(needed, min(attempt * needed, self.memory_mb))
-
-        return mem_mb
+    def at_attempt(self, memory_mb: int, attempt: int) -> int:
+        """Megabytes of a job: more at each attempt, but not more than there is, as not every job died of its memory."""
+        return max(memory_mb, min(attempt * memory_mb, self.memory_mb))
 
     def _too_large(self, name: str) -> list[str]:
         """A line for the stage that takes the most, where that is more than there is."""
@@ -218,39 +158,8 @@ class Scenes:
             for first, last in self.batches(name, stage, design)
         ]
 
-    def results(self, name: str, *stages: str, below: str = "") -> list[str]:
-        """The results of these stages, as far as the scene runs them.
-
-        below : scene key of a number of samples, for the batches that begin below it alone
-        """
-        return [
-            f"results/{name}/{declarations()[stage].result.format(**job)}"
-            for stage in stages
-            for job in self.jobs(name, stage)
-            if not below or job["first"] < get(self.valid[name], below)
-        ]
-
-    def made(self, *stages: str, below: str = "") -> Callable[[Any], list[str]]:
-        """An input function: the results of these stages in the scene of the wildcards, as `results` lists them."""
-        return lambda wildcards: self.results(wildcards.scene, *stages, below=below)
-
-    def training_strips(self, wildcards: Any) -> list[str]:
-        """An input function: the results that hold training strips, of the pilot or of the first batches."""
-        pilot = self.results(wildcards.scene, "strip_pilot")
-        return pilot or self.results(wildcards.scene, "contact_strip", below="strip.training_samples")
-
-    def inputs(self, stage: str) -> dict[str, Callable[[Any], list[str]]]:
-        """Input functions of a stage by the options of its command, for inputs that other stages make."""
-        one = declarations()[stage]
-        options = {**one.inputs, **one.optional, **one.many, **one.collects}
-        return {option: self.made(*made_by.split()) for option, made_by in options.items()}
-
-    def figures(self, name: str) -> list[str]:
-        """The figures of the scene."""
-        return [f"results/{name}/{figure}.png" for figure in plan.figures(self.valid[name])]
-
     def scan_file(self, name: str) -> str:
-        """The scan that the scene reads."""
+        """The user's scan that the scene reads."""
         return _scan_file(self.root, get(self.valid[name], "roughness.scan.file"))
 
     def _surface_mistakes(self, name: str) -> list[str]:
@@ -279,45 +188,6 @@ class Scenes:
         own = inherited(name, self.root / "config" / "scenes") if takes_curve else []
         return [*own, *scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
 
-    def products(self, name: str) -> list[str]:
-        """What the scene leaves for its user. Named one by one, so that one that got lost is made again."""
-        needed = [declarations()[stage] for stage in sorted(self.stages(name))]
-        return [f"results/{name}/{file}" for stage in needed for file in stage.results.values() if "/" not in file]
-
-    def all_of(self, name: str) -> list[str]:
-        """What the scene's own target asks for: its products, and of every job the record, so that one whose result
-        got lost or damaged runs again."""
-        variants = self.variants.get(name, {})
-        page = [f"results/{name}/{file}" for file in declarations()["sweep"].results.values() if variants]
-        return [
-            *self.products(name),
-            *self.all_records(name),
-            *(file for one in variants for file in self.all_of(one)),
-            *page,
-        ]
-
-    def all_records(self, name: str) -> list[str]:
-        """The records of cost of every job of the scene."""
-        return self._records(name, self.stages(name))
-
-    def usage_records(self, name: str) -> list[str]:
-        """The records of cost of every job up to figures and claims."""
-        return self._records(name, self.stages(name).difference(plan.stages_after_costs()))
-
-    def _records(self, name: str, stages: frozenset[str]) -> list[str]:
-        return [record for stage in sorted(stages) for record in self.records(name, stage)]
-
-    def records(self, name: str, stage: str) -> list[str]:
-        """The records of cost of the jobs of a stage."""
-        declared = declarations()[stage]
-        return [f"results/{name}/usage/{job_name(declared, **job)}.json" for job in self.jobs(name, stage)]
-
-    def files(self, name: str, stage: str) -> list[str]:
-        """Every file that the jobs of a stage write, and their records of cost."""
-        made = declarations()[stage].results.values()
-        files = [f"results/{name}/{file.format(**job)}" for job in self.jobs(name, stage) for file in made]
-        return [*files, *self.records(name, stage)]
-
 
 def checked(name: str, folder: Path) -> dict[str, Any]:
     """The scene of that name as a run takes it, from the folder of the scene files: its scan, too, has to be there.
@@ -341,12 +211,10 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
 
 
 def not_writable(name: str) -> list[Path]:
-    """The folders that stand in the way of a scene's results, if there are any.
-
-    Snakemake would end with a traceback where it is to remove what it makes anew.
-    """
+    """The folders that stand in the way of a scene's results, if there are any."""
     results = Path("results")
-    folders = (results, results / name, *(results / name / inner for inner in plan.result_folders()))
+    below = {Path(stage.result).parent.as_posix() for stage in declarations().values()} | {"keys", "logs", "usage"}
+    folders = (results, results / "store", results / name, *(results / name / inner for inner in sorted(below - {"."})))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 

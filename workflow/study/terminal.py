@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ class OwnErrors(DefaultFormatter):
     """
 
     is_interrupted = False
+    scene_of: Callable[[str], str]
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record says anything new: after Ctrl-C no job's error does."""
@@ -39,8 +41,9 @@ class OwnErrors(DefaultFormatter):
     def format_job_error(self, msg: dict[str, Any]) -> str:
         """The stated error behind the name of its scene."""
         stated = stated_error(msg["log"])
-        folder = Path(*msg["log"][:1]).parent.parent.name
-        return f"{folder}: {stated} [{msg['log'][0]}]" if stated else super().format_job_error(msg)
+        folder = Path(*msg["log"][:1]).parent.parent
+        name = self.scene_of(folder.as_posix()) if "store" in folder.parts else folder.name
+        return f"{name}: {stated} [{msg['log'][0]}]" if stated else super().format_job_error(msg)
 
 
 def stated_error(logs: list[str]) -> str:
@@ -50,11 +53,15 @@ def stated_error(logs: list[str]) -> str:
     return f"{found[1]}: {found[2].strip()}" if found else ""
 
 
-def show_own_errors() -> None:
-    """Let Snakemake's handler for the terminal show a line an error, unless --verbose asks for all."""
+def show_own_errors(scene_of: Callable[[str], str]) -> None:
+    """Let Snakemake's handler for the terminal show a line an error, unless --verbose asks for all.
+
+    scene_of : name of the scene that has a folder of the store
+    """
     for handler in logger.handlers:
         shown = handler.formatter
         if handler.name == "DefaultStreamHandler" and isinstance(shown, DefaultFormatter):
             own = OwnErrors(shown.quiet, shown.show_failed_logs)
+            own.scene_of = scene_of
             handler.setFormatter(own)
             handler.addFilter(own.filter)

@@ -6,37 +6,46 @@ import shutil
 import sys
 from pathlib import Path
 
-from workflow.recovery.integrity import jobs_of
+from roughslip.errors import InputError
+from workflow.keys.names import STORE, Names
 from workflow.study.options import FOLDERS
+from workflow.study.publish import is_current
 from workflow.study.scenes import Scenes
 
 
-def unused(scenes: Scenes) -> list[Path]:
-    """Folders of scenes that are gone, and files and records of jobs that a scene has no more; all below results.
+def unused(names: Names) -> list[Path]:
+    """Folders of scenes that are gone, and folders of the store that no scene names.
 
-    A scene with a mistake keeps all that it has. What another scene shares stays there.
+    Raises InputError where a scene has a mistake: what it names is not known.
     """
-    found: list[Path] = []
-    for folder in sorted(path for path in Path("results").glob("*") if (path / "usage").is_dir()):
-        name = folder.name
-        if name in scenes.valid:
-            files = {file for stage in scenes.stages(name) for file in scenes.files(name, stage)}
-            others = sorted({path.as_posix() for path in (folder / "usage").glob("*.json")} - files)
-            found += [Path(file) for job in jobs_of(others) for file in job.made if file not in files]
-            found += map(Path, others)
-        elif name not in (*scenes.names, *FOLDERS):
-            found.append(folder)
-    return found
+    scenes = names.scenes
+    if bad := sorted(set(scenes.names) - scenes.valid.keys()):
+        raise InputError(f"clean_unused: nothing is removed while scenes have mistakes: {', '.join(bad)}")
+    used = {Path(file).parts[:4] for name in scenes.valid for file in names.published(name).values()}
+    used |= {Path(names.publication(name).folder).parts for name in scenes.valid}
+    results = Path("results")
+    gone = [path for path in sorted(results.glob("*")) if path.is_dir() and path.name not in {*scenes.names, *FOLDERS}]
+    stored = sorted(path for path in Path(STORE).glob("*/*") if path.is_dir())
+    return [*gone, *(path for path in stored if path.parts not in used and not _is_joint(path))]
+
+
+def _is_joint(folder: Path) -> bool:
+    """Whether a folder of the store holds what belongs to several scenes and is published, or Monte Carlo solves."""
+    files = [file for file in folder.glob("*") if file.name != "key.json" and file.is_file()]
+    return folder.parent.name.endswith("_solves") or any(is_current(Path("results", file.name), file) for file in files)
 
 
 def main() -> int:
-    """Remove it, with a line for each file or folder."""
-    for path in unused(Scenes(Path(__file__).resolve().parents[2], words=[])):
-        print(f"removed: {path}", flush=True)
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path)
-        else:
-            path.unlink(missing_ok=True)
+    """Remove it, with a line for each folder; exit 1 with a line where a scene has a mistake."""
+    root = Path(__file__).resolve().parents[2]
+    try:
+        folders = unused(Names(Scenes(root, words=[]), root, writes=False))
+    except InputError as error:
+        print(f"clean_unused: error: {error}", file=sys.stderr)
+        return 1
+    for folder in folders:
+        print(f"removed: {folder}", flush=True)
+        shutil.rmtree(folder)
     return 0
 
 

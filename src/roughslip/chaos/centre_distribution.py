@@ -107,7 +107,10 @@ def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], 
         for row, pressure in enumerate(pressures.T):
             below[row] += np.searchsorted(pressure, levels, side="right") - out_of_contact[row]
     if not contacts.all():
-        raise IllPosedError(f"{expansion.method}: a refit is never in contact; take more samples")
+        raise IllPosedError(
+            f"{expansion.method}: a refit to {len(values)} samples is never in contact: take more samples or a deeper "
+            "penetration; scene keys: square.latin_hypercube_samples, square.penetration_percentile"
+        )
     curves = below / contacts[:, None]
     return curves[1:] - curves[0]
 
@@ -135,13 +138,13 @@ class EdgeCorrection:
         Quantiles of one go to those of the other, linearly between them; a monotone map keeps the order of draws.
         """
         count = np.count_nonzero(self.cells)
-        cells, points = (np.sort(one, axis=None)[-count:] for one in (self.cells, self.points))
+        cells, points = (np.sort(pressures, axis=None)[-count:] for pressures in (self.cells, self.points))
         moved = pressure + np.interp(pressure, cells, points - cells)
         return np.where(pressure > 0, np.maximum(moved, 0.0), 0.0)
 
     def contact(self) -> Row:
         """Contact probability of points over that of cells, with its 95 % interval from the scatter over surfaces."""
-        cells, points = (np.count_nonzero(one, axis=1) for one in (self.cells, self.points))
+        cells, points = (np.count_nonzero(pressures, axis=1) for pressures in (self.cells, self.points))
         ratio = float(points.sum() / cells.sum())
         half = NORMAL_95 * float(np.sqrt(np.sum((points - ratio * cells) ** 2.0)) / cells.sum())
         return ratio, ratio - half, ratio + half
@@ -162,7 +165,7 @@ def moved_local(
     Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
     """
     drawn = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)
-    pressures = np.stack([edges.without(group).apply(one) for group, one in enumerate(drawn[1:])])
+    pressures = np.stack([edges.without(group).apply(row) for group, row in enumerate(drawn[1:])])
     curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
     multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
     shares = jackknife_deviations(np.mean(pressures > 0, axis=1))
@@ -207,8 +210,8 @@ class Reference:
         No probability counts as smaller than one in a block of draws, below which it is not known.
         """
         tail = (self.cumulative >= self.tail_from) & (self.cumulative <= TAIL[1])
-        one, other = (np.maximum(curve[tail], 1 / BLOCK) for curve in (first, second))
-        return float(np.max(np.abs(np.log10(one / other)))) if tail.any() else float("nan")
+        first_tail, second_tail = (np.maximum(curve[tail], 1 / BLOCK) for curve in (first, second))
+        return float(np.max(np.abs(np.log10(first_tail / second_tail)))) if tail.any() else float("nan")
 
 
 def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:
@@ -244,7 +247,7 @@ def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, ref
     distance, tail = reference.distance(pressure), reference.tail_error(curve, reference.cumulative)
     error = NORMAL_95 / np.sqrt(reference.contacts)
     far = np.quantile(np.max(np.abs(moved), axis=1), 0.95) + error / 2
-    far_tail = np.quantile([reference.tail_error(one, curve) for one in curves], 0.95)
+    far_tail = np.quantile([reference.tail_error(replicate, curve) for replicate in curves], 0.95)
     far_tail += error / np.log(10) / np.sqrt(reference.tail_from)
     return {
         "cumulative": (curve, *np.quantile(curves, TAILS, axis=0)),

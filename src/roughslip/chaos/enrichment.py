@@ -18,6 +18,7 @@ from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import GROUPS, LocalExpansion, Member, Samples, jackknife_deviations
 from roughslip.chaos.sampling import sobol
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
+from roughslip.probability.pilot import refusal, widened
 from roughslip.validation import whole_at_least
 
 QUANTILE = 0.95  # of the error over the scatter of the training surfaces
@@ -101,19 +102,20 @@ def miscalibration(expansion: LocalExpansion, samples: Samples, levels: np.ndarr
     """
     central = np.abs(samples.distance2) < 1e-9
     group = samples.group
-    found = np.empty((GROUPS, len(levels)))
+    differences = np.empty((GROUPS, len(levels)))
     for number, member in enumerate(expansion.without):
         pressure = np.sort(samples.pressure[group == number][:, central], axis=None)
         variables = samples.variables[group == number][:, central].reshape(-1, expansion.indices.shape[1])
         predicted = cumulative(expansion, member, hermite_basis(variables, expansion.indices), levels)
-        found[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
-    return found
+        differences[number] = np.searchsorted(pressure, levels, side="right") / len(pressure) - predicted
+    return differences
 
 
 def enrich(
     solve: Callable[[int, int], Samples],
     fit: Callable[[Samples], tuple[LocalExpansion, Samples]],
-    asked: float,
+    accuracy: float,
+    share: float = 1.0,
     *,
     least: int,
     most: int,
@@ -123,15 +125,18 @@ def enrich(
 
     solve : returns the surfaces [first, last) of a design that can be extended
     fit : returns the expansion of given surfaces, and these in its variables; IllPosedError asks for more surfaces
-    asked : [-] largest Kolmogorov error, in (0, 1)
+    accuracy : [-] largest Kolmogorov error of the pressure, in (0, 1)
+    share : of it, for the expansion
     least, most : first and largest number of surfaces
     seed : of the draws that estimate the error
 
     No surface is solved twice. Raises ParameterError for numbers out of range, ConvergenceError where `most` surfaces
     do not reach the error.
     """
-    if not 0 < real("error asked for", asked) < 1:
-        raise ParameterError(f"the error asked for must lie between 0 and 1, not {asked}")
+    if not 0 < real("error asked for", accuracy) < 1:
+        raise ParameterError(f"the error asked for must lie between 0 and 1, not {accuracy}")
+    if not 0 < real("share for the expansion", share) <= 1:
+        raise ParameterError(f"the share for the expansion must lie above 0 and not above 1, but is {share}")
     if not GROUPS <= whole_at_least("least number of surfaces", least, 0) <= whole_at_least("most surfaces", most, 0):
         raise ParameterError(f"between {GROUPS} and {most} surfaces are needed to begin with, not {least}")
     samples = solve(0, least)
@@ -143,19 +148,23 @@ def enrich(
             error = cdf_error(expansion, fitted, np.random.default_rng(seed))
         except IllPosedError as ill_posed:
             history.append((count, float("nan")))
-            reason = str(ill_posed)
+            reason = str(ill_posed).partition(": ")[0]  # without its advice, such as more samples
         else:
             history.append((count, error.total))
-            if error.total <= asked:
+            if error.total <= share * accuracy:
                 return Enriched(error, tuple(history))
             reason = f"its error is {error.scatter:.2g} from their scatter and {error.bias:.2g} from bias"
         if 2 * count > most:
+            errors = [error for _, error in history if np.isfinite(error)]
+            nearest = widened({"pressure": min(errors) / share}, 1.005) if errors else None
+            advice = (
+                "against scatter take fewer variables or a lower degree, against bias more variables, a higher degree "
+                "or the other target, without contact a deeper penetration: of "
+                f"{most} surfaces at most, {count} do not give the distribution, as {reason}; scene keys: "
+                "expansion.variables, expansion.degree, expansion.target, square.penetration_percentile"
+            )
             raise ConvergenceError(
-                f"{count} surfaces do not give the distribution to within {asked:g}: {reason}. More than {most} are "
-                "not solved: ask for a larger error; against scatter take fewer variables or a lower degree, against "
-                "bias more variables, a higher degree or the other target",
-                residual=history[-1][1],
-                work=count,
+                refusal({"pressure": accuracy}, nearest, advice), residual=history[-1][1], work=count
             )
         samples = _joined(samples, solve(count, 2 * count))
 

@@ -22,10 +22,11 @@ import scipy.linalg
 from scipy.special import ndtri
 
 from roughslip.chaos.regression import Factor, factorised
+from roughslip.chaos.remedies import FEWER_MODES, MORE_SURFACES
 from roughslip.chaos.single_index import Link, fit_link, knots_for, sensitivity_along, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_GROUPS as GROUPS
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 LEAST_CONTACTS = 20  # at every node; with fewer the error of a probability is unknown
 DEGREE = 24  # of the polynomials for shares of the variance; they contain all but 1e-4 of it
@@ -87,17 +88,17 @@ def fit_field(xi: np.ndarray, state: np.ndarray, contact: np.ndarray | None = No
     """
     if xi.ndim != 2 or state.ndim != 2 or len(xi) != len(state):
         raise ParameterError(f"variables {xi.shape} and states {state.shape} must be tables with a row a surface")
-    if not (np.isfinite(xi).all() and np.isfinite(state).all()):
-        raise ParameterError("variables and states must be finite")
+    xi, state = finite("xi", xi), finite("state", state)
     surfaces, nodes = state.shape
     knots = knots_for(surfaces)
     basis = np.column_stack([np.ones(surfaces), xi])
-    factor, inverses = factorised(basis), _group_inverses(basis)
+    factor, inverses = factorised(basis, FEWER_MODES), _group_inverses(basis)
     contacts = np.count_nonzero(state > 0, axis=0)
     if contacts.min() < LEAST_CONTACTS:
         raise IllPosedError(
-            f"a node is in contact on {contacts.min()} of {surfaces} surfaces; {LEAST_CONTACTS} are needed for an "
-            "error of its probability: take more samples or a deeper penetration"
+            f"node {np.argmin(contacts)} is in contact on {contacts.min()} of {surfaces} surfaces; {LEAST_CONTACTS} "
+            "are needed for an error of its probability: take more samples or a deeper penetration; scene keys: "
+            "expansion.samples, square.penetration_percentile"
         )
     direction, without = np.empty((xi.shape[1], nodes)), np.empty((GROUPS, xi.shape[1], nodes))
     index, values = np.empty((surfaces, nodes)), np.empty((3, len(knots), nodes))
@@ -114,7 +115,7 @@ def fit_field(xi: np.ndarray, state: np.ndarray, contact: np.ndarray | None = No
         plain = responses - responses.mean(axis=1, keepdims=True)
         statistics[:, :, block] = _statistics(control.mean, control.deviation, plain)
         missed[block] = np.mean(control.deviation[1] ** 2, axis=0) / np.mean(plain[1] ** 2, axis=0)
-    probability, mean, deviation = (Statistic(*one) for one in statistics)
+    probability, mean, deviation = (Statistic(*parts) for parts in statistics)
     return FieldExpansion(direction, without, index, Link(knots, values), probability, mean, deviation, missed)
 
 
@@ -149,7 +150,7 @@ def left_out_index(factor: Factor, basis: np.ndarray, scores: np.ndarray) -> tup
     length += left_out**2 * np.sum(moves**2, axis=1)[:, None]
     norm = np.linalg.norm(slope, axis=0)
     if not (np.all(norm > 0) and np.all(length > 0)):
-        raise IllPosedError("a state does not depend on the modes: take more samples or other modes")
+        raise IllPosedError(f"the state of a node does not depend on any of {len(slope)} modes: {MORE_SURFACES}")
     return slope / norm, along / np.sqrt(length)
 
 
@@ -159,7 +160,7 @@ def _group_inverses(basis: np.ndarray) -> np.ndarray:
 
 
 def _inverse(basis: np.ndarray) -> np.ndarray:
-    factor = factorised(basis)
+    factor = factorised(basis, FEWER_MODES)
     root = scipy.linalg.solve_triangular(factor.r, np.eye(len(factor.r)), check_finite=False) / factor.norms[:, None]
     return np.asarray(root @ root.T)
 
@@ -181,12 +182,15 @@ def _statistics(mean: np.ndarray, deviation: np.ndarray, plain: np.ndarray) -> n
     """
     variance = mean[2] - mean[1] ** 2
     if not np.all(variance > 0):
-        raise IllPosedError("at a node the variance of the pressure is not positive: take more samples")
+        raise IllPosedError(
+            f"the variance of the pressure at a node is estimated as {variance.min():.3g} Pa^2, and must be positive: "
+            f"{MORE_SURFACES}"
+        )
     root = np.sqrt(variance)
 
-    def squares(one: np.ndarray) -> np.ndarray:
-        of_root = (one[2] - 2 * mean[1] * one[1]) / (2 * root)
-        return np.stack([np.mean(part**2, axis=0) for part in (one[0], one[1], of_root)])
+    def squares(deviations: np.ndarray) -> np.ndarray:
+        of_root = (deviations[2] - 2 * mean[1] * deviations[1]) / (2 * root)
+        return np.stack([np.mean(part**2, axis=0) for part in (deviations[0], deviations[1], of_root)])
 
     surfaces = deviation.shape[1]
     controlled, alone = squares(deviation), squares(plain)
@@ -225,7 +229,7 @@ def mode_shares(expansion: FieldExpansion, leading: int) -> ModeShares:
     weights = np.sum(coefficients[1:] ** 2, axis=0)
     weights /= weights.sum()
     members = [expansion.direction, *expansion.without]
-    shares = np.array([[one @ weights for one in sensitivity_along(d, coefficients)] for d in members])
+    shares = np.array([[indices @ weights for indices in sensitivity_along(d, coefficients)] for d in members])
     first, total = shares[0]
     first_error, total_error = np.sqrt((GROUPS - 1) * np.var(shares[1:], axis=0))
     joint = share_of_modes(expansion.direction, coefficients, leading)
@@ -294,15 +298,15 @@ class _NearestStates(NamedTuple):
         last = len(self.known) - self.near
         first = np.clip(np.count_nonzero(self.known < index, axis=0) - self.near // 2, 0, last)
         rows = first + np.arange(self.near)[:, None]
-        found = np.take_along_axis(self.state, rows, axis=0)
+        states = np.take_along_axis(self.state, rows, axis=0)
         moved = self.link(index)[0] - self.link(np.take_along_axis(self.known, rows, axis=0))[0]
-        highest = (found > 0) & (first == last)  # elsewhere as many neighbours lie above as below
-        return np.sort(found + np.where(highest, moved, 0.0), axis=0)
+        highest = (states > 0) & (first == last)  # elsewhere as many neighbours lie above as below
+        return np.sort(states + np.where(highest, moved, 0.0), axis=0)
 
 
 def _expected_load(expansion: FieldExpansion, index: np.ndarray) -> np.ndarray:
     """Mean of E[p | t] over the nodes : (fields,) [Pa]."""
-    return np.array([expansion.expected_pressure(one).mean() for one in index])
+    return np.array([expansion.expected_pressure(field_index).mean() for field_index in index])
 
 
 def _blocks(nodes: int) -> Iterator[slice]:

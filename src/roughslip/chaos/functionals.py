@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.validation import finite, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
@@ -108,8 +108,8 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
 
     Method: Gram-Schmidt with reorthogonalisation; twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980).
     """
-    if count < 1 or not np.isfinite(candidates).all():
-        raise ParameterError(f"{count} directions of finite candidates were asked for: at least 1, and no NaN")
+    whole_at_least("count of directions", count, 1)
+    candidates = finite("candidates", candidates, 2)
     directions = np.empty((0, candidates.shape[1]))
     for candidate in candidates:
         row = candidate
@@ -121,7 +121,8 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
         if len(directions) == count:
             return directions
     raise IllPosedError(
-        f"only {len(directions)} of the {count} variables asked for are independent: ask for fewer variables"
+        f"only {len(directions)} of the {count} variables asked for are independent: take fewer variables, or more "
+        "modes; scene keys: expansion.variables, square.modes"
     )
 
 
@@ -143,12 +144,16 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
         raise IllPosedError(
-            "a local functional vanishes on every sample, because the strip is too narrow: use a wider one"
+            f"the local functional {NAMES[np.argmin(scale)]} vanishes on all {len(samples)} samples, because the strip "
+            "is too narrow: use a wider one; scene key: strip.width_m"
         )
     try:
         factor = scipy.linalg.cholesky(covariance / np.outer(scale, scale), lower=True)
     except np.linalg.LinAlgError:
         factor = np.zeros_like(covariance)
     if np.min(np.diag(factor)) <= INDEPENDENT:
-        raise IllPosedError("the local functionals depend on each other: use a wider strip or more training samples")
+        raise IllPosedError(
+            f"the local functionals of {len(samples)} samples depend on each other: use a wider strip or more training "
+            "samples; scene keys: strip.width_m, strip.training_samples"
+        )
     return scipy.linalg.solve_triangular(factor, np.diag(1.0 / scale), lower=True)

@@ -32,7 +32,7 @@ def multi_indices(variables: int, degree: int) -> np.ndarray:
     if terms > MOST_TERMS:
         raise ParameterError(
             f"degree {degree} in {variables} variables has {terms} terms, more than {MOST_TERMS}: lower the degree or "
-            "use fewer variables"
+            "use fewer variables; scene keys: expansion.degree, expansion.variables"
         )
     products = (combinations_with_replacement(range(variables), total) for total in range(degree + 1))
     factors = (np.array(product, dtype=np.int64) for product in chain.from_iterable(products))
@@ -210,14 +210,14 @@ def _add_terms(
                     coefficients[row + 2, n],
                     coefficients[row + 3, n],
                 )
-                found = sums[n, first:end]
+                row_of_sums = sums[n, first:end]
                 for k in range(width):
-                    found[k] += (c0 * t0[k] + c1 * t1[k]) + (c2 * t2[k] + c3 * t3[k])
+                    row_of_sums[k] += (c0 * t0[k] + c1 * t1[k]) + (c2 * t2[k] + c3 * t3[k])
         for row in range(terms - terms % 4, terms):
             for n in range(expansions):
-                found = sums[n, first:end]
+                row_of_sums = sums[n, first:end]
                 for k in range(width):
-                    found[k] += coefficients[row, n] * block[row, k]
+                    row_of_sums[k] += coefficients[row, n] * block[row, k]
 
 
 @gate
@@ -250,7 +250,7 @@ def sobol_indices(
     size = np.max(np.abs(coefficients), initial=0.0)
     variance = float(np.where(indices.any(axis=1), (coefficients / (size or 1.0)) ** 2, 0.0).sum()) * float(size) ** 2
     if variance == 0:
-        raise IllPosedError("the expansion is constant: there is no variance to share")
+        raise IllPosedError("the expansion is constant, without a variance to share: take one that varies")
     complete = multi_indices(indices.shape[1], int(indices.sum(axis=1).max()))
     points = np.random.default_rng(0).standard_normal((4 * len(complete), indices.shape[1]))
     to_coefficients = np.linalg.pinv(hermite_basis(points, complete))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
+from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 
@@ -54,14 +55,14 @@ def without_two(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
     group. Raises as `without_one`.
     """
     groups, terms = sides.shape
-    found = np.empty((1 + groups, 1 + groups, terms))
-    found[0] = found[:, 0] = without_one(matrices, sides)
+    solutions = np.empty((1 + groups, 1 + groups, terms))
+    solutions[0] = solutions[:, 0] = without_one(matrices, sides)
     for g in range(groups):
         rest, right = matrices.sum(axis=0) - matrices[g], sides.sum(axis=0) - sides[g]
-        found[g + 1, g + 1] = found[0, g + 1]
+        solutions[g + 1, g + 1] = solutions[0, g + 1]
         for h in range(g + 1, groups):
-            found[g + 1, h + 1] = found[h + 1, g + 1] = solve_definite(rest - matrices[h], right - sides[h])
-    return found
+            solutions[g + 1, h + 1] = solutions[h + 1, g + 1] = solve_definite(rest - matrices[h], right - sides[h])
+    return solutions
 
 
 def solve_definite(matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
@@ -72,9 +73,7 @@ def solve_definite(matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
             raise np.linalg.LinAlgError
         factor = scipy.linalg.cho_factor(matrix / np.outer(norms, norms), check_finite=False)
     except np.linalg.LinAlgError as error:
-        raise IllPosedError(
-            "the samples leave a coefficient undetermined: take more samples, fewer variables or a lower degree"
-        ) from error
+        raise IllPosedError(f"the samples leave a coefficient undetermined: {FEWER_TERMS}") from error
     return np.asarray(scipy.linalg.cho_solve(factor, side / norms, check_finite=False)) / norms
 
 
@@ -98,11 +97,11 @@ def left_out_predictions(rows: np.ndarray, coefficients: np.ndarray, group: np.n
 
     Returns s : (..., K) without the group of the sample; from `without_two`, s[g] is also without group g - 1.
     """
-    found = np.empty((*coefficients.shape[:-2], len(rows)))
+    predictions = np.empty((*coefficients.shape[:-2], len(rows)))
     for h in range(coefficients.shape[-2] - 1):
         members = np.flatnonzero(group == h)
-        found[..., members] = coefficients[..., h + 1, :] @ rows[members].T
-    return found
+        predictions[..., members] = coefficients[..., h + 1, :] @ rows[members].T
+    return predictions
 
 
 def lowest_in_contact(predicted: np.ndarray, target: np.ndarray, contact: np.ndarray) -> float:
@@ -168,11 +167,11 @@ class ResidualScatter:
         """
         place, far = self._place(predicted)
         e = target - self.centre(predicted)[:, None]
-        probabilities, found = np.linspace(0, 1, QUANTILES), np.empty(e.shape)
+        probabilities, cumulative = np.linspace(0, 1, QUANTILES), np.empty(e.shape)
         for row in range(len(predicted)):
             quantiles = (1 - far[row]) * self.quantiles[place[row] - 1] + far[row] * self.quantiles[place[row]]
-            found[row] = np.interp(e[row], quantiles, probabilities, left=0.0, right=1.0)
-        return found
+            cumulative[row] = np.interp(e[row], quantiles, probabilities, left=0.0, right=1.0)
+        return cumulative
 
     def _place(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Index of the place above each prediction, and the relative distance [-] from the place below."""
@@ -200,13 +199,16 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     if len(predicted) < LEAST_SAMPLES:
         raise IllPosedError(
             f"{len(predicted)} samples in or near contact are too few to estimate the scatter of the target; "
-            f"{LEAST_SAMPLES} are needed: take more samples or a deeper penetration"
+            f"{LEAST_SAMPLES} are needed: {MORE_CONTACT}"
         )
     order = np.argsort(predicted, kind="stable")
     s, t = predicted[order], target[order]
     knots = np.quantile(s, np.linspace(0, 1, SPLINE_PIECES + 1))
     if not np.all(np.diff(knots) > 0):
-        raise IllPosedError("predictions are all alike: the expansion explains nothing; take other variables")
+        raise IllPosedError(
+            f"at least one in {SPLINE_PIECES} predictions are alike, so the expansion explains too little: take more "
+            "variables or a higher degree; scene keys: expansion.variables, expansion.degree"
+        )
     padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     design = scipy.interpolate.BSpline.design_matrix(s, padded, 3).toarray()
     coefficients = np.linalg.lstsq(design, t, rcond=None)[0]

@@ -33,6 +33,7 @@ from roughslip.chaos.left_out import (
 )
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import Fit, least_squares
+from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION
 from roughslip.chaos.sampling import sobol_places
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate
@@ -71,7 +72,10 @@ class Samples:
         if self.distance2.shape != shape[1:]:
             raise ParameterError(f"{len(self.distance2)} distances were given for {shape[1]} nodes")
         if np.any(self.pressure < 0) or np.any(self.gap[self.pressure == 0] < 0):
-            raise ParameterError("pressures must not be negative, nor gaps where there is no pressure")
+            raise ParameterError(
+                "pressures must not be negative, nor gaps where there is no pressure; least are "
+                f"{self.pressure.min():.3g} Pa and {self.gap.min():.3g} m"
+            )
 
     @cached_property
     def group(self) -> np.ndarray:
@@ -163,15 +167,15 @@ class LocalExpansion:
         count : surfaces drawn, of which n are in contact; draws as of `draw`
         """
         places = sobol_places(generator, count, 1 + self.indices.shape[1])
-        found = []
+        in_contact = []
         for block in np.array_split(places, -(-count // BLOCK)):
             variables = ndtri(block[:, 1:])
             predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
             near = np.flatnonzero(predicted > self.lowest)
             pressure = self.whole.draw(predicted[near], block[near, 0], self.target)
             contact = pressure > 0
-            found.append((variables[near[contact]], pressure[contact]))
-        variables, pressures = zip(*found, strict=True)
+            in_contact.append((variables[near[contact]], pressure[contact]))
+        variables, pressures = zip(*in_contact, strict=True)
         return np.concatenate(variables), np.concatenate(pressures)
 
 
@@ -241,10 +245,10 @@ def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
     surfaces, _, count = samples.variables.shape
     if len(np.unique(samples.group)) < GROUPS:
         raise IllPosedError(
-            f"{surfaces} surfaces are too few to leave out {GROUPS} groups that differ: take more samples"
+            f"{surfaces} surfaces are too few to leave out {GROUPS} groups that differ: {MORE_SURFACES}"
         )
     if not np.any(samples.pressure > 0):
-        raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
+        raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}")
     indices = multi_indices(count, degree)
     if samples.odd.size:
         indices = even_terms(indices, samples.odd)
@@ -261,7 +265,7 @@ def _share_missed(values: np.ndarray, predicted: np.ndarray, weights: np.ndarray
     if not missed <= variance:
         raise IllPosedError(
             f"{terms} terms predict left-out surfaces worse than a mean does, they miss {missed / variance:.2g} "
-            "variances: take more samples, other or fewer variables, or a lower degree"
+            f"variances: {FEWER_TERMS}"
         )
     return float(missed / variance)
 
@@ -279,7 +283,7 @@ def _balance(
         return 1.0
     expected = float(target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM)).sum())
     if not expected > 0:
-        raise IllPosedError("the expansion is nowhere in contact; take more samples or a deeper penetration")
+        raise IllPosedError(f"the expansion is nowhere in contact: {MORE_CONTACT}")
     return float(pressure.sum() / (expected / SCORED))
 
 
@@ -334,7 +338,7 @@ def best_gap_stiffness(
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
     if not variance[0] > 0 and not variance[2] > 0:
-        raise IllPosedError("the target is the same on every sample, so there is nothing to expand: use its value")
+        raise IllPosedError(f"the target is the same on every sample: {OTHER_PENETRATION}")
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

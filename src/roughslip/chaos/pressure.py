@@ -25,8 +25,9 @@ from typing import Literal
 import numpy as np
 
 from roughslip.chaos.regression import Fit, least_squares
-from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.validation import finite, gate
+from roughslip.chaos.remedies import MORE_CONTACT
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite, gate, not_negative, positive
 
 Kind = Literal["trial_pressure", "squared_pressure"]
 KINDS: tuple[Kind, ...] = ("trial_pressure", "squared_pressure")
@@ -57,14 +58,11 @@ class PressureTarget:
     hardness_pa: float = math.inf
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise ParameterError(f"target {self.kind!r} is not known: {', '.join(KINDS)}")
-        if not (math.isfinite(real("stiffness of the gap", self.gap_stiffness)) and self.gap_stiffness > 0):
-            raise ParameterError(f"the stiffness of the gap must be positive and finite, not {self.gap_stiffness}")
-        if not (math.isfinite(real("cell pressure", self.cell_pressure_pa)) and self.cell_pressure_pa >= 0):
-            raise ParameterError(f"the cell pressure must be finite and not negative, not {self.cell_pressure_pa} Pa")
+        unit = "Pa/m" if self.kind == "trial_pressure" else "Pa^2/m"
+        positive("PressureTarget.gap_stiffness", self.gap_stiffness, unit)
+        not_negative("PressureTarget.cell_pressure_pa", self.cell_pressure_pa, "Pa")
         if not self.hardness_pa > 0:
-            raise ParameterError(f"the hardness must be positive, not {self.hardness_pa} Pa")
+            raise ParameterError(f"PressureTarget.hardness_pa must be positive, not {self.hardness_pa} Pa")
 
     @gate
     def values(self, pressure: np.ndarray, gap: np.ndarray) -> np.ndarray:
@@ -87,7 +85,7 @@ class PressureTarget:
             return np.ones_like(target)
         contact = target > 0
         if not np.any(contact):
-            raise IllPosedError("no sample is in contact: take more samples or a deeper penetration")
+            raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}")
         scale = OUTSIDE_SCALE * np.mean(target[contact])
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
@@ -155,7 +153,8 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
     if count <= terms:
         raise IllPosedError(
             f"{count} of {len(pressure)} samples are in contact; eq. (11) needs more than the {terms} coefficients: "
-            "take more samples, a deeper penetration or the expansion that uses every sample"
+            "take more samples, a deeper penetration or a lower degree; scene keys: square.latin_hypercube_samples, "
+            "square.penetration_percentile, expansion.degree"
         )
     target = np.log(pressure[contact]) if logarithm else pressure[contact]
     return least_squares(basis[contact], target)

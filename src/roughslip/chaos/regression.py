@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg
 
 from roughslip.chaos.left_out import numbered
+from roughslip.chaos.remedies import FEWER_TERMS, OTHER_PENETRATION
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate
 
@@ -19,8 +20,6 @@ LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the roundin
 # Samples that differ by no more than this share of the root mean square of every term are taken as one point. Copies
 # in single precision differ by less.
 SAME_POINT = 1e-5
-
-REMEDY = "take more samples, fewer variables or a lower degree"
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     effective = float(weights.sum() ** 2 / np.sum(weights**2))
     if min(samples, effective) <= terms:
         raise IllPosedError(
-            f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {REMEDY}"
+            f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {FEWER_TERMS}"
         )
     root = np.sqrt(weights)
     factor = factorised(root[:, None] * basis)
@@ -74,7 +73,7 @@ def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | N
     residual = root * target - q @ projected
     variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
     if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-        raise IllPosedError("the target is the same on every sample, so there is nothing to expand: use its value")
+        raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}")
     left_out = float(np.sum((residual / factor.freedom) ** 2) / weights.sum()) + within
     return Fit(
         coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
@@ -102,26 +101,29 @@ class Factor:
     freedom: np.ndarray
 
 
-def factorised(basis: np.ndarray) -> Factor:
-    """Factorise a (weighted) basis : (K, P).
+def factorised(basis: np.ndarray, remedy: str = FEWER_TERMS) -> Factor:
+    """Factorise a (weighted) basis : (K, P). remedy : what an error says to try
 
     Raises IllPosedError where the samples are not more than the terms, a column vanishes, the condition number exceeds
     WORST_CONDITION, or a single sample determines a coefficient.
     """
     samples, terms = basis.shape
     if samples <= terms:
-        raise IllPosedError(f"{samples} samples are too few for {terms} coefficients: {REMEDY}")
+        raise IllPosedError(f"{samples} samples are too few for {terms} coefficients: {remedy}")
     norms = np.linalg.norm(basis, axis=0)
     if not np.all(norms > 0):
-        raise IllPosedError(f"a term of the basis vanishes on every sample: {REMEDY}")
+        raise IllPosedError(f"a term of the basis vanishes on every sample: {remedy}")
     q, r = orthonormal(basis / norms)
     singular = scipy.linalg.svdvals(r, check_finite=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     if condition > WORST_CONDITION:
-        raise IllPosedError(f"condition number {condition:.1e} of {samples} samples for {terms} terms: {REMEDY}")
+        raise IllPosedError(
+            f"condition number {condition:.1e} of {samples} samples for {terms} terms, more than "
+            f"{WORST_CONDITION:.0e}: {remedy}"
+        )
     freedom = 1.0 - np.einsum("kp,kp->k", q, q)
     if np.min(freedom) < LEAST_FREEDOM:
-        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {REMEDY}")
+        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {remedy}")
     return Factor(q, r, norms, condition, freedom)
 
 

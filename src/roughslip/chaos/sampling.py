@@ -6,6 +6,8 @@ refused.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.special import ndtri
 
@@ -15,6 +17,7 @@ from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
 _SOBOL_BITS = 30
+SWAPS = 20  # of the values of pairs, for their distance by chance
 
 
 @gate
@@ -58,10 +61,11 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
     _check(samples, variables)
     if variables > MOST_SOBOL_VARIABLES:
         raise ParameterError(
-            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design"
+            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design; "
+            "scene key: expansion.design"
         )
     if samples > 2**_SOBOL_BITS:
-        raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}")
+        raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}: take fewer")
     sequence = qmc.Sobol(variables, scramble=True, bits=_SOBOL_BITS, rng=generator)
     # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
     return sequence.random_base2((samples - 1).bit_length())[:samples] + 0.5 ** (_SOBOL_BITS + 1)
@@ -152,7 +156,7 @@ def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120
     Raises as cumulative_given_contact, and ParameterError for infinite pressures.
     """
     if np.isinf(pressure).any():
-        raise ParameterError("quantiles need finite pressures")
+        raise ParameterError("pressures must be finite for quantiles: leave out infinite ones")
     tail = np.geomspace(lowest, 0.5, count)
     probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
     return np.unique(np.quantile(_ascending(pressure[pressure > 0], of=pressure), probabilities))
@@ -179,6 +183,20 @@ def _ascending(values: np.ndarray, of: np.ndarray) -> np.ndarray:
         raise ParameterError("pressures must not be NaN")
     if values.size == 0:
         raise IllPosedError(
-            "no sample is in contact: there is no distribution given contact; take a deeper penetration"
+            "no sample is in contact, so there is no distribution given contact: take more samples or a deeper "
+            "penetration; scene keys: square.monte_carlo_samples, square.penetration_percentile"
         )
     return np.sort(values, axis=None)
+
+
+def distance_beyond_chance(first: np.ndarray, second: np.ndarray, rng: np.random.Generator) -> float:
+    """Kolmogorov distance of two samples whose values come in pairs, less what few pairs give by chance.
+
+    first, second : (n,). Chance swaps the values of pairs; squares of distances add.
+    """
+    by_chance = []
+    for swapped in rng.random((SWAPS, len(first))) < 0.5:
+        pair = np.where(swapped, second, first), np.where(swapped, first, second)
+        by_chance.append(kolmogorov_distance(*pair))
+    beyond = kolmogorov_distance(first, second) ** 2 - float(np.mean(np.square(by_chance)))
+    return math.sqrt(max(0.0, beyond))

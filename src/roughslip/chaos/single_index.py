@@ -22,8 +22,10 @@ from scipy.special import ndtri
 
 from roughslip.chaos.hermite import hermite_polynomials
 from roughslip.chaos.regression import LEAST_FREEDOM, WORST_CONDITION
+from roughslip.chaos.remedies import MORE_SURFACES
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_SAMPLES as LEAST_SAMPLES
+from roughslip.validation import finite
 
 # With 6, 10, 16 and 20 knots, left-out surfaces of the resolved square (percentile 50, 2000 samples) miss 0.137, 0.119,
 # 0.119 and 0.119 of Var p, and 0.287, 0.258, 0.256 and 0.256 of the variance of contact.
@@ -73,7 +75,7 @@ def knots_for(samples: int) -> np.ndarray:
     Raises IllPosedError for fewer than LEAST_SAMPLES samples.
     """
     if samples < LEAST_SAMPLES:
-        raise IllPosedError(f"{samples} samples are too few for a link, which takes {LEAST_SAMPLES}: take more samples")
+        raise IllPosedError(f"{samples} samples are too few for a link, which takes {LEAST_SAMPLES}: {MORE_SURFACES}")
     last = ndtri(1.0 - TAIL / samples)
     return np.linspace(-last, last, min(KNOTS, samples // PER_KNOT))
 
@@ -115,8 +117,7 @@ def fit_link(index: np.ndarray, responses: np.ndarray, knots: np.ndarray) -> tup
     """
     if index.ndim != 2 or responses.shape[1:] != index.shape:
         raise ParameterError(f"responses {responses.shape} do not match indices {index.shape}")
-    if not (np.isfinite(index).all() and np.isfinite(responses).all()):
-        raise ParameterError("indices and responses must be finite")
+    index, responses = finite("index", index), finite("responses", responses)
     nodes, size = index.shape[1], len(knots)
     cell, share = cells(knots, index)
     here = cell * nodes + np.arange(nodes)
@@ -134,7 +135,7 @@ def fit_link(index: np.ndarray, responses: np.ndarray, knots: np.ndarray) -> tup
     gram[:, every[:-1], after] = gram[:, after, every[:-1]] = total(share * (1.0 - share))[:-1].T
     extreme = np.linalg.eigvalsh(gram)
     if not np.all(extreme[:, 0] * WORST_CONDITION > extreme[:, -1]):
-        raise IllPosedError("between two knots a link is undetermined: take more samples")
+        raise IllPosedError(f"between two of {size} knots a link is undetermined: {MORE_SURFACES}")
     inverse = np.linalg.inv(gram)
     sides = np.stack([hats(values) for values in responses])
     link = Link(knots, np.einsum("nij,rjn->rin", inverse, sides))
@@ -143,7 +144,7 @@ def fit_link(index: np.ndarray, responses: np.ndarray, knots: np.ndarray) -> tup
     low, corner, high = (inverse[node, cell + i, cell + j] for i, j in ((0, 0), (0, 1), (1, 1)))
     freedom = 1.0 - ((1.0 - share) ** 2 * low + 2 * share * (1.0 - share) * corner + share**2 * high)
     if np.min(freedom) < LEAST_FREEDOM:
-        raise IllPosedError("a single sample determines a value of a link: take more samples")
+        raise IllPosedError(f"a single one of {len(index)} samples determines a value of a link: {MORE_SURFACES}")
     left_out = (responses - link(index)) / freedom
     towards = (inverse @ moments).T
     moved = (1.0 - share) * towards[cell, node] + share * towards[cell + 1, node]
@@ -181,7 +182,7 @@ def share_of_modes(direction: np.ndarray, coefficients: np.ndarray, modes: int) 
 def _shares(squares: np.ndarray, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     variance = np.sum(coefficients[1:] ** 2, axis=0)
     if not np.all(variance > 0):
-        raise IllPosedError("the expansion is constant: there is no variance to share")
+        raise IllPosedError("the expansion is constant, without a variance to share: take one that varies")
     first, without = np.zeros(squares.shape), np.zeros(squares.shape)
     for h in coefficients[:0:-1]:  # Horner
         first, without = squares * (h**2 + first), (1.0 - squares) * (h**2 + without)

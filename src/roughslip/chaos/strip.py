@@ -115,7 +115,8 @@ def fit_strip(
             try:
                 fit = least_squares(basis, values, target.weights(values))
             except IllPosedError as error:
-                raise IllPosedError(f"row {row} of the strip, penetration {level}: {error}") from error
+                where = f"row {row} of the strip, penetration {level} (both from 0 on)"
+                raise IllPosedError(f"{where}: {error}") from error
             coefficients[row, :, level] = fit.coefficients
             for name, array in quality.items():
                 array[row, level] = getattr(fit, name)
@@ -135,19 +136,22 @@ def predictions_of_left_out_strips(
     """
     strips = len(np.unique(strip))
     if strips < 2:
-        raise ParameterError("at least two training strips are needed to leave strips out: train with more strips")
+        raise ParameterError(
+            f"at least two training strips are needed to leave strips out, not {strips}: train with more; scene key: "
+            "strip.training_samples"
+        )
     groups = min(GROUPS, strips)
     group = np.unique(strip, return_inverse=True)[1] % groups
     _, rows, levels = target_values.shape
-    found = np.empty((levels, len(strip), rows))
+    predictions = np.empty((levels, len(strip), rows))
     for row in range(rows):
         basis = hermite_basis(functionals[:, row] @ expansion.whiten[row].T, expansion.indices)
         for level in range(levels):
             values = target_values[:, row, level]
             weights = expansion.target.weights(values)
             without = without_one(*group_sums(basis, weights, weights * values, group, groups))
-            found[level, :, row] = left_out_predictions(basis, without, group)
-    return found
+            predictions[level, :, row] = left_out_predictions(basis, without, group)
+    return predictions
 
 
 def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,12 +12,22 @@ import hashlib
 import json
 import os
 import sys
+from collections.abc import Collection
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 from roughslip.atomic_write import write_if_changed
 
+# What surrounds a stage and changes none of its numbers: values of a scene are in the key of a stage, and these modules
+# hold, check, refuse and report.
+FRAME = (
+    "roughslip.scene",
+    "roughslip.errors",
+    "roughslip.public_names",
+    "roughslip.validation",
+    *(f"roughslip.stages.runtime.{name}" for name in ("command", "parent", "record", "usage")),
+)
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 
 _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
@@ -50,12 +60,12 @@ def compiled_folder() -> Path:
     return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "numba")
 
 
-def closure(module_name: str, source_root: Path, without: str = "") -> list[Path]:
+def closure(module_name: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
     """Files of the package that importing a module can execute: its own, those it imports, and every parent package.
 
     module_name : dotted name of the module, such as roughslip.stages.contact_strip
     source_root : folder that holds the package
-    without : dotted name of a subpackage that is left out, with what only it imports
+    without : dotted names of modules and subpackages that are left out, with what only they import
 
     Imports inside functions and under TYPE_CHECKING count, and a public name of a package counts as the module that
     `__init__.pyi` gives for it. `importlib.import_module` is not seen. Raises ModuleNotFoundError for a module of the
@@ -66,7 +76,7 @@ def closure(module_name: str, source_root: Path, without: str = "") -> list[Path
     pending = [(module_name, "the caller")]
     while pending:
         module, importer = pending.pop()
-        if module in found or (without and f"{module}.".startswith(f"{without}.")):
+        if module in found or f"{module}.".startswith(tuple(f"{name}." for name in without)):
             continue
         file = _module_file(module, source_root)
         if file is None:
@@ -91,7 +101,7 @@ def _public_names(package: str, root: Path) -> list[tuple[str, tuple[str, ...]]]
     return absolute_imports(file, package) if file.is_file() else []
 
 
-def closure_hash(module_name: str, source_root: Path, without: str = "") -> str:
+def closure_hash(module_name: str, source_root: Path, without: Collection[str] = ()) -> str:
     """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`.
 
     Templates of a package in the closure count as code.

@@ -95,11 +95,11 @@ def solve_at(
         return _bounded(pressure, gap, hardness_pa, stiffness, at, precision, low, high)
 
     problem = Problem(influence, interference, hardness_pa)
-    found = conjugate_gradients.solve(problem, tolerance, nested.guess(problem), enough)
-    decided = enough(found.pressure, found.gap)
-    pressure = point_pressures(found.pressure, nodes) if points else found.pressure[nodes]
+    iterate = conjugate_gradients.solve(problem, tolerance, nested.guess(problem), enough)
+    decided = enough(iterate.pressure, iterate.gap)
+    pressure = point_pressures(iterate.pressure, nodes) if points else iterate.pressure[nodes]
     pressure = np.where(high > 0, pressure, 0.0)
-    return NodePressures(pressure, low, high, found.products, "bounded" if decided else "fft")
+    return NodePressures(pressure, low, high, iterate.products, "bounded" if decided else "fft")
 
 
 @compiled()
@@ -117,8 +117,8 @@ def _bounded(
     up, down = kernels.gap_errors(pressure, gap, cap)
     p, w, known = pressure.reshape(-1), gap.reshape(-1), True
     for n in range(at.size):
-        least = p[at[n]] - stiffness * (w[at[n]] + up)
-        low[n] = min(max(least, 0.0), cap)
-        high[n] = min(max(least + stiffness * (up + down), 0.0), cap)
+        minimum = p[at[n]] - stiffness * (w[at[n]] + up)
+        low[n] = min(max(minimum, 0.0), cap)
+        high[n] = min(max(minimum + stiffness * (up + down), 0.0), cap)
         known &= ((low[n] > 0) | (high[n] == 0)) & (high[n] - low[n] <= precision * high[n])
     return known

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 # Force of a square flat punch over pi E* penetration edge: the capacitance of the unit square over 4 pi eps_0,
 # Read, J. Comput. Phys. 133 (1997) 1.
@@ -25,9 +25,7 @@ class _Problem:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0):
-                raise ParameterError(f"{field.name} must be positive and finite, not {value}")
+            positive(field.name, getattr(self, field.name))
 
 
 @gate

@@ -30,8 +30,8 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, i
     Only nodes of positive interference enter. B has positive entries, so B p > 0 once any node is pressed. Where
     u_bar <= 0 the gap B p - u_bar is then positive, and p = 0.
     """
-    pressure, factors, found = _pressures(influence.coefficients, interference)
-    if not found:
+    pressure, factors, is_solved = _pressures(influence.coefficients, interference)
+    if not is_solved:
         gap = influence.apply(pressure) - interference
         raise _failure(relative_residual(gap, pressure, influence.diagonal, interference), factors)
     return pressure, factors
@@ -40,19 +40,19 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, i
 def solve_small(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int, int]:
     """The same on a mesh of a few hundred nodes at most, in one compiled call, where no interference need be positive.
 
-    Returns pressure and gap B p - u_bar, both (nx, ny) [Pa] and [m], the relative residual of elastic contact, the
-    number of Cholesky factors, and that of nodes of positive interference. Raises ConvergenceError.
+    Returns pressure and gap B p - u_bar, both (nx, ny) [Pa] and [m], and the relative residual of elastic contact. Then
+    come the number of Cholesky factors and that of nodes of positive interference. Raises ConvergenceError.
     """
-    pressure, gap, square, factors, nodes, found = _small(influence.mirrored, influence.coefficients, interference)
-    if not found:
+    pressure, gap, square, factors, nodes, is_solved = _small(influence.mirrored, influence.coefficients, interference)
+    if not is_solved:
         raise _failure(math.sqrt(square), factors)
     return pressure, gap, math.sqrt(square), factors, nodes
 
 
 def _failure(residual: float, factors: int) -> ConvergenceError:
     return ConvergenceError(
-        "no set of pressed nodes has pressures and gaps of the right sign; try cells nearer to square, or heights"
-        " perturbed by their rounding error",
+        "no set of pressed nodes has pressures and gaps of the right sign: try other heights, such as these with a "
+        "rounding error added; scene key: seed",
         residual,
         factors,
     )
@@ -65,12 +65,12 @@ def _small(
     nodes = int(np.count_nonzero(interference > 0))
     if nodes == 0:
         return np.zeros(interference.shape), 0.0 - interference, 0.0, 0, 0, True
-    pressure, factors, found = _pressures(coefficients, interference)
+    pressure, factors, is_solved = _pressures(coefficients, interference)
     gap = np.empty_like(pressure)
     direct_sum(mirrored, np.flatnonzero(pressure), pressure, gap)
     gap -= interference
     square = square_ratio(gap, pressure, coefficients[0, 0], interference, np.inf)
-    return pressure, gap, square, factors, nodes, found
+    return pressure, gap, square, factors, nodes, is_solved
 
 
 @compiled()
@@ -79,11 +79,11 @@ def _pressures(coefficients: np.ndarray, interference: np.ndarray) -> tuple[np.n
     load = np.empty(i.size)
     for k in range(i.size):
         load[k] = interference[i[k], j[k]]
-    solution, factors, found = complementary_solution(gathered(coefficients, i, j), load)
+    solution, factors, is_solved = complementary_solution(gathered(coefficients, i, j), load)
     pressure = np.zeros(interference.shape)
     for k in range(i.size):
         pressure[i[k], j[k]] = solution[k]
-    return pressure, factors, found
+    return pressure, factors, is_solved
 
 
 @compiled()
@@ -104,7 +104,7 @@ def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.nda
     slack = 10 * n * np.finfo(np.float64).eps * np.max(np.abs(load))
     x, pressed = _gauss_seidel(matrix, load)
     violating = np.empty(n, dtype=np.bool_)
-    fewest, patience, factors = n + 1, PATIENCE, 0
+    minimum, patience, factors = n + 1, PATIENCE, 0
     while factors < 100 + 10 * n:
         factors += 1
         if not _solve_on(np.flatnonzero(pressed), matrix, load, x):
@@ -115,8 +115,8 @@ def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.nda
         count = int(np.count_nonzero(violating))
         if count == 0:
             return np.maximum(x, 0.0), factors, True
-        if count < fewest:
-            fewest, patience = count, PATIENCE
+        if count < minimum:
+            minimum, patience = count, PATIENCE
         elif patience > 0:
             patience -= 1
         if patience == 0:

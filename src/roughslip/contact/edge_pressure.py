@@ -38,10 +38,10 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     rise_x = np.maximum(squared[x + 2, y + 1], squared[x, y + 1]) - own  # towards the inside, where the field is smooth
     rise_y = np.maximum(squared[x + 1, y + 2], squared[x + 1, y]) - own
     rise = np.hypot(np.maximum(rise_x, 0.0), np.maximum(rise_y, 0.0))
-    found = pressure[x, y].astype(np.float64)
+    at_nodes = pressure[x, y].astype(np.float64)
     near = own < ROOT[-1] ** 2 * rise
-    found[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
-    return found
+    at_nodes[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
+    return at_nodes
 
 
 def check_nodes(nodes: tuple[np.ndarray, np.ndarray], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
@@ -50,5 +50,5 @@ def check_nodes(nodes: tuple[np.ndarray, np.ndarray], shape: tuple[int, ...]) ->
     if x.ndim != 1 or x.shape != y.shape or {x.dtype.kind, y.dtype.kind} - {"i", "u"}:
         raise ParameterError(f"nodes must be two rows of whole numbers, not {x.shape} and {y.shape} of {x.dtype}")
     if x.size and not (min(x.min(), y.min()) >= 0 and x.max() < shape[0] and y.max() < shape[1]):
-        raise ParameterError(f"nodes must lie on the mesh of {shape[0]} x {shape[1]}")
+        raise ParameterError(f"nodes must lie on the mesh of {shape[0]} x {shape[1]} nodes, with indices from 0 on")
     return x, y

@@ -27,7 +27,7 @@ from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 # Cells on either side of the centre of the patch behind `approximate_inverse`, which has 5 x 5 cells. Convolutions of
 # the iterative solver on 24 rough surfaces, relative to those without any approximate inverse: 0.59 with 3 x 3 cells,
@@ -53,11 +53,8 @@ class Material:
     poisson_ratio: float
 
     def __post_init__(self) -> None:
-        real("Young's modulus", self.young_modulus_pa)
-        real("Poisson's ratio", self.poisson_ratio)
-        if not (math.isfinite(self.young_modulus_pa) and self.young_modulus_pa > 0):
-            raise ParameterError(f"Young's modulus must be positive and finite, not {self.young_modulus_pa} Pa")
-        if not -1 < self.poisson_ratio <= 0.5:
+        positive("Young's modulus", self.young_modulus_pa, "Pa")
+        if not -1 < real("Poisson's ratio", self.poisson_ratio) <= 0.5:
             raise ParameterError(f"Poisson's ratio must lie in (-1, 0.5], not {self.poisson_ratio}")
 
     @property
@@ -79,8 +76,7 @@ def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     Method: Love, Phil. Trans. R. Soc. A 228 (1929) 377. The integral is a sum over the four edges. An edge contributes
     its distance times int ds / r = 2 artanh(length / sum of the distances to its ends), Love's logarithms in pairs.
     """
-    if not (math.isfinite(plane_strain_modulus_pa) and plane_strain_modulus_pa > 0):
-        raise ParameterError(f"the plane-strain modulus must be positive and finite, not {plane_strain_modulus_pa} Pa")
+    positive("the plane-strain modulus", plane_strain_modulus_pa, "Pa")
     x = (np.arange(grid.nx) * grid.dx)[:, None]
     y = (np.arange(grid.ny) * grid.dy)[None, :]
     across_x = _opposite_edges(x, y, grid.dx, grid.dy)

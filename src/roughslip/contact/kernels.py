@@ -167,10 +167,10 @@ def clipped_step(
 def on_bounds(pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: float, cap: float) -> np.ndarray:
     """Pressures, those on a bound that approach it: p - w / B_00 <= 0, or >= cap; arguments as of `assess`."""
     result = np.empty_like(pressure)
-    p, w, found = pressure.reshape(-1), gap.reshape(-1), result.reshape(-1)
+    p, w, trial = pressure.reshape(-1), gap.reshape(-1), result.reshape(-1)
     for k in range(p.size):
         target = p[k] - (w[k] + offset) / diagonal
-        found[k] = 0.0 if target <= 0 else (cap if target >= cap else p[k])
+        trial[k] = 0.0 if target <= 0 else (cap if target >= cap else p[k])
     return result
 
 
@@ -178,13 +178,13 @@ def on_bounds(pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: fl
 def room(pressure: np.ndarray, step: np.ndarray, cap: float) -> float:
     """How many times a step fits between the bounds."""
     nx, ny = pressure.shape
-    most = 0.0
+    maximum = 0.0
     for i in range(nx):
         for j in range(ny):
             t = step[i, j]
             if t != 0:
-                most = max(most, -t / pressure[i, j] if t < 0 else t / (cap - pressure[i, j]))
-    return 1 / most
+                maximum = max(maximum, -t / pressure[i, j] if t < 0 else t / (cap - pressure[i, j]))
+    return 1 / maximum
 
 
 @compiled()
@@ -203,14 +203,14 @@ def move(
     Pressures that the step takes to a bound, but for its rounding, are on the bound. So are pressures of no weight
     against the gap. Short steps would never take them off, and the plane under a load is a mean over nodes in contact.
     """
-    least = NEGLIGIBLE / diagonal
+    minimum = NEGLIGIBLE / diagonal
     p, w, t, lifted = pressure.reshape(-1), gap.reshape(-1), step.reshape(-1), product.reshape(-1)
     rounding = 2.0 * np.finfo(step.dtype).eps
     nearly = cap * (1.0 - rounding)
     for k in range(p.size):
         trial = p[k] + factor * t[k]
         at = cap if trial >= nearly else trial
-        p[k] = at if at > max(rounding * p[k], least * (w[k] + offset)) else 0.0
+        p[k] = at if at > max(rounding * p[k], minimum * (w[k] + offset)) else 0.0
         w[k] += factor * lifted[k]
 
 
@@ -297,7 +297,7 @@ def stencil_product(
     w10, w11, w12 = stencil[3, 2], stencil[3, 3], stencil[3, 4]
     w20, w21, w22 = stencil[4, 2], stencil[4, 3], stencil[4, 4]
     rows = max(1, LANES // ny)
-    found = np.empty(rows * width, stencil.dtype)
+    sums = np.empty(rows * width, stencil.dtype)
     for first in range(0, nx, rows):
         end = min(first + rows, nx)
         if not nodes[first:end].any():
@@ -313,7 +313,7 @@ def stencil_product(
         e = flat[start - 2 - 2 * width : start + length + 2 - 2 * width]
         f = flat[start - 2 + 2 * width : start + length + 2 + 2 * width]
         for k in range(length):
-            found[k] = (
+            sums[k] = (
                 (w00 * c[k + 2] + w01 * (c[k + 1] + c[k + 3]) + w02 * (c[k] + c[k + 4]))
                 + (w10 * (a[k + 2] + b[k + 2]) + w11 * ((a[k + 1] + a[k + 3]) + (b[k + 1] + b[k + 3])))
                 + (w12 * ((a[k] + a[k + 4]) + (b[k] + b[k + 4])) + w20 * (e[k + 2] + f[k + 2]))
@@ -325,7 +325,7 @@ def stencil_product(
         for i in range(first, end):
             row, wanted, base = result[i], nodes[i], (i - first) * width
             for j in range(ny):
-                row[j] = found[base + j] if wanted[j] else result.dtype.type(0.0)
+                row[j] = sums[base + j] if wanted[j] else result.dtype.type(0.0)
 
 
 @gate

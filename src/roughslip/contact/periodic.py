@@ -22,8 +22,8 @@ import math
 import numpy as np
 from scipy.special import erf
 
-from roughslip.errors import ParameterError
 from roughslip.grid import Grid
+from roughslip.validation import positive
 
 # erf(6) = 1 to rounding, and so is 1 - exp(-6^2).
 REACH = 6.0
@@ -49,8 +49,7 @@ def periodic_symbol(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     a product of two sums along the axes, in place of the slowly converging, alternating sum over G. X and Y are
     positive (see influence), so every term of the quadrature is.
     """
-    if not (math.isfinite(plane_strain_modulus_pa) and plane_strain_modulus_pa > 0):
-        raise ParameterError(f"the plane-strain modulus must be positive and finite, not {plane_strain_modulus_pa} Pa")
+    positive("the plane-strain modulus", plane_strain_modulus_pa, "Pa")
     # Below the first s every mode but the mean has X Y < exp(-REACH^2). Above the last X = Y = 1, and 1/s remains.
     lowest = math.pi / max(grid.nx * grid.dx, grid.ny * grid.dy) / REACH
     highest = 2 * REACH / min(grid.dx, grid.dy)

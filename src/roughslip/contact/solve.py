@@ -152,14 +152,14 @@ def _solve(
     box = _box(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
         part = np.ascontiguousarray(interference[box])
-        found, kind = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, start.on(box))
+        iterate, kind = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, start.on(box))
         pressure = np.zeros(touching.shape)
-        pressure[box] = found.pressure
+        pressure[box] = iterate.pressure
         gap = influence.apply(pressure) - interference
     else:
-        found, kind = _iterate(Problem(influence, interference, hardness_pa), tolerance, start)
-        pressure, gap = found.pressure, found.gap
-    how = found.products, "fft", found.pressure.size, kind
+        iterate, kind = _iterate(Problem(influence, interference, hardness_pa), tolerance, start)
+        pressure, gap = iterate.pressure, iterate.gap
+    how = iterate.products, "fft", iterate.pressure.size, kind
     return _checked(pressure, gap, 0.0, how, influence, interference, hardness_pa, tolerance)
 
 
@@ -205,10 +205,10 @@ def solve_load(
         initial_pressure = initial_pressure / initial_pressure.max()
         initial_pressure *= pressure_sum / initial_pressure.sum()
     problem = Problem(influence, heights - highest, hardness_pa, pressure_sum)
-    found, kind = _iterate(problem, tolerance, _Start(initial_pressure))
-    how = found.products, "fft", heights.size, kind
-    interference, plane = problem.interference - found.plane, highest + found.plane
-    return _checked(found.pressure, found.gap, plane, how, influence, interference, hardness_pa, tolerance)
+    iterate, kind = _iterate(problem, tolerance, _Start(initial_pressure))
+    how = iterate.products, "fft", heights.size, kind
+    interference, plane = problem.interference - iterate.plane, highest + iterate.plane
+    return _checked(iterate.pressure, iterate.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
 def _sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
@@ -275,7 +275,7 @@ def sweep(
     _check_free(influence)
     heights = _field("heights", heights, influence)
     if not all(math.isfinite(real("the height of a plane", plane)) for plane in planes):
-        raise ParameterError(f"the planes must be at finite heights, not {list(planes)} m")
+        raise ParameterError(f"the planes must be at finite heights, not {list(map(float, planes))} m")
     _check(tolerance, hardness_pa)
     solutions: dict[float, ContactSolution] = {}
     above: list[ContactSolution] = []
@@ -291,7 +291,7 @@ def _extrapolated(above: Sequence[ContactSolution], heights: np.ndarray, plane: 
     """Pressure and displacement at a plane, linearly from two planes above it, or those of one."""
     if not above:
         return _Start(None)
-    fields = [(one.pressure, one.signed_gap + heights - one.plane) for one in above]
+    fields = [(solution.pressure, solution.signed_gap + heights - solution.plane) for solution in above]
     if len(above) == 1:
         return _Start(*fields[0])
     share = (above[1].plane - plane) / (above[0].plane - above[1].plane)
@@ -302,8 +302,8 @@ def _extrapolated(above: Sequence[ContactSolution], heights: np.ndarray, plane: 
 def _iterate(problem: Problem, tolerance: float, start: _Start) -> tuple[conjugate_gradients.Solution, str]:
     """Solve by conjugate gradients. Returns the solution and the kind of start."""
     if start.pressure is not None and start.pressure.any():
-        found = conjugate_gradients.solve(problem, tolerance, start.pressure, displacement=start.displacement)
-        return found, "given"
+        iterate = conjugate_gradients.solve(problem, tolerance, start.pressure, displacement=start.displacement)
+        return iterate, "given"
     guess = nested.guess(problem)
     return conjugate_gradients.solve(problem, tolerance, guess), "zero" if guess is None else "nested"
 
@@ -326,7 +326,8 @@ def _checked(
     residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
     if not residual <= tolerance:
         raise ConvergenceError(
-            f"the contact residual is above the tolerance {tolerance:.1e}; rounding allows about 1e-14",
+            f"the contact residual is above the tolerance {tolerance:.1e}, and rounding allows about 1e-14: try a "
+            "larger tolerance; scene key: numerics.contact_tolerance",
             residual,
             how[0],
         )
@@ -363,7 +364,7 @@ def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None
         return None
     pressure = _field("initial pressure", values, influence)
     if (pressure < 0).any():
-        raise ParameterError("the initial pressure must not be negative")
+        raise ParameterError(f"the initial pressure must not be negative, not {pressure.min():.3g} Pa")
     return pressure
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from string import ascii_lowercase
 
 import numpy as np
 import seaborn as sns
@@ -14,7 +15,7 @@ from matplotlib.lines import Line2D
 from roughslip.figures.figure3 import PANELS as FRICTION
 from roughslip.figures.figure3 import PENETRATION
 from roughslip.figures.figure_map import LABELS
-from roughslip.figures.style import Arrays, Look, draw_curve, draw_points, heads, panels, with_ends, with_interval_names
+from roughslip.figures.style import Arrays, Look, draw_curve, draw_points, head, panels, with_ends, with_interval_names
 
 Results = Mapping[str, Arrays]  # by scene
 
@@ -66,8 +67,8 @@ def _by_penetration(name: str, label: str, factor: float = 1.0) -> Callable[[Axe
 
 def _modes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     """Sobol' indices of the modes with others, with two standard errors."""
-    for scene, one in results.items():
-        share, error = 100 * one["sobol_total"], 200 * one["sobol_total_error"]
+    for scene, result in results.items():
+        share, error = 100 * result["sobol_total"], 200 * result["sobol_total_error"]
         ends = share, share - error, share + error
         draw_curve(axes, np.arange(1, len(share) + 1), ends, {"color": looks[scene]["color"]})
     axes.set(xlabel="mode", ylabel="share of the variance [%]", ylim=(0, None))
@@ -106,9 +107,9 @@ def _loss(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
 def _map(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     """Where stick-slip is as likely as not, on the maps of the same parameters as that of the first scene."""
     names = [list(map(str, result["map_parameters"])) for result in results.values()]
-    for one, (scene, result) in zip(names, results.items(), strict=True):
+    for parameters, (scene, result) in zip(names, results.items(), strict=True):
         probability = result["probability"]
-        if one == names[0] and probability.min() < 0.5 < probability.max():
+        if parameters == names[0] and probability.min() < 0.5 < probability.max():
             axes.contour(result["map_x"], result["map_y"], probability.T, [0.5], colors=[looks[scene]["color"]])
     axes.set(xlabel=LABELS[names[0][0]], ylabel=LABELS[names[0][1]])
 
@@ -156,17 +157,17 @@ def comparison(results: Mapping[str, Results]) -> Figure:
     shown = [panel for panel in COMPARED if panel.figure in results]
     columns = min(COLUMNS, len(shown))
     figure, grid = panels(columns, -(-len(shown) // columns), 4.0)
-    scenes = list(dict.fromkeys(scene for found in results.values() for scene in found))
+    scenes = list(dict.fromkeys(scene for by_scene in results.values() for scene in by_scene))
     looks: dict[str, Look] = {
         scene: {"color": colour, "marker": marker, "ms": 4}
         for scene, (colour, marker) in zip(scenes, LOOKS, strict=False)
     }
     every = list(np.ravel(grid))
-    for panel, axes in zip(shown, every, strict=False):
+    for panel, axes, letter in zip(shown, every, ascii_lowercase, strict=False):
         panel.draw(axes, results[panel.figure], looks)
+        head(axes, letter, panel.title)
     for axes in every[len(shown) :]:
         axes.remove()
-    heads(every, *(panel.title for panel in shown))
     handles = [Line2D([], [], label=scene, **look) for scene, look in looks.items()]
     figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
     sns.despine(figure)

@@ -50,7 +50,7 @@ def figure2(result: Arrays) -> Figure:
     Monte Carlo and the Latin hypercube samples of one design, and the expansions fitted to these at surfaces in contact
     """
     figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
-    variants = [str(one) for one in result["variant"]]
+    variants = [str(variant) for variant in result["variant"]]
     curves = {"monte_carlo": with_ends(result, "cumulative", _methods(result).index("monte_carlo"))}
     curves["latin_hypercube"] = with_ends(result, "design_cumulative")
     curves |= {name: with_ends(result, "given_cumulative", row) for row, name in enumerate(variants)}
@@ -107,7 +107,7 @@ def _distributions(linear: Axes, logarithmic: Axes, result: Arrays, curves: dict
             shown = [np.where(value > floor, value, np.nan), *(np.maximum(end, floor) for end in ends)]
             draw_curve(axes, pressure, shown, look | {"label": label}, alpha=0.15)
     solved = curves["monte_carlo"][0]
-    first, last = (min(int(np.searchsorted(solved, one)), len(pressure) - 1) for one in (LOWEST / 3, 0.999))
+    first, last = (min(int(np.searchsorted(solved, end)), len(pressure) - 1) for end in (LOWEST / 3, 0.999))
     linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
     linear.set_xlim(0, pressure[last])
     logarithmic.set(xscale="log", yscale="log", ylim=(LOWEST, 1.2), xlabel=f"pressure at the centre [{name}]")

@@ -53,15 +53,15 @@ PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "vari
 def figure3(result: Arrays) -> Figure:
     """The paper's panels (a) mean and (b) standard deviation against penetration, by source; then their ratio."""
     figure, axes = panels(3, 1, 4.0)
-    for one, (name, title) in zip(axes, PANELS.items(), strict=True):
+    for panel, (name, title) in zip(axes, PANELS.items(), strict=True):
         for row, source in enumerate(map(str, result["source"]) if name in BY_SOURCE else ()):
             label, colour, marker = SOURCES[source]
             look = {"color": colour, "marker": marker, "ls": "none", "ms": 4, "label": label}
-            draw_curve(one, result["percentile"], with_ends(result, name, row), look)
+            draw_curve(panel, result["percentile"], with_ends(result, name, row), look)
         both = {"color": "0.15", "marker": "_", "ms": 7, "label": "combined", "lw": 0.7}
         both["ls"] = "none" if name in BY_SOURCE else "-"
-        draw_points(one, result["percentile"], with_ends(result, f"combined_{name}"), both)
-        one.set(xlabel=PENETRATION, ylabel=title, ylim=(0, None))
+        draw_points(panel, result["percentile"], with_ends(result, f"combined_{name}"), both)
+        panel.set(xlabel=PENETRATION, ylabel=title, ylim=(0, None))
     look = {"color": "0.15", "lw": 1.2, "label": "$\\mu_{fit}$"}
     draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
     legend_above(axes[0])

@@ -25,8 +25,8 @@ def figure_field(result: Arrays) -> Figure:
     figure, grid = panels(3, 3, 4.0)
     unit, name = pressure_unit(max(float(result[name].max()) for name in ("mean", "deviation")))
     labels = (100.0, "probability of contact [%]"), (unit, f"mean [{name}]"), (unit, f"standard deviation [{name}]")
-    for axes, one, (factor, label) in zip(grid[0], MAPS, labels, strict=True):
-        _map(axes, result, factor * result[one], label, "viridis")
+    for axes, quantity, (factor, label) in zip(grid[0], MAPS, labels, strict=True):
+        _map(axes, result, factor * result[quantity], label, "viridis")
     _map(grid[1, 0], result, result["mean_gain"], "times fewer solves for the mean", "cividis")
     _map(grid[1, 1], result, 100 * (1 - result["missed"]), "share of that of the pressure [%]", "cividis")
     _modes(grid[1, 2], result)
@@ -35,11 +35,11 @@ def figure_field(result: Arrays) -> Figure:
     unit, name = pressure_unit(peak)
     for axes, field in zip(grid[2], fields, strict=True):
         _map(axes, result, unit * np.maximum(field, 0.0), f"pressure [{name}]", "magma", (0.0, unit * peak))
-    errors = [100 * float(np.median(result[f"{one}_error"] / result[one])) for one in MAPS]
+    errors = [100 * float(np.median(result[f"{statistic}_error"] / result[statistic])) for statistic in MAPS]
     names = ("contact probability", "mean pressure", "standard deviation")
     heads(
         grid.ravel(),
-        *(f"{one}, ±{error:.1f} %" for one, error in zip(names, errors, strict=True)),
+        *(f"{statistic}, ±{error:.1f} %" for statistic, error in zip(names, errors, strict=True)),
         *("gain of the expansion", "variance explained", "modes of the variance"),
         *FIELDS.values(),
     )

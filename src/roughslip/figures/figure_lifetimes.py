@@ -72,7 +72,7 @@ def _lifetimes(axes: Axes, result: Arrays) -> None:
         if axes.get_xlim()[0] <= float(result[name]) <= axes.get_xlim()[1]:
             axes.axvline(float(result[name]), color="0.3", lw=0.9, ls=style)
     axes.set_ylim(low, high)
-    handles = [Line2D([], [], color=f"C{row}", lw=1.5, label=f"std {one:.3g}") for row, one in enumerate(deviations)]
+    handles = [Line2D([], [], color=f"C{row}", lw=1.5, label=f"std {std:.3g}") for row, std in enumerate(deviations)]
     handles += [
         Line2D([], [], color="0.3", marker="o", ms=3.5, lw=1.1, label="stick-slip"),
         Line2D([], [], color="0.3", marker="s", ms=3.5, lw=1.1, ls="--", label="steady sliding"),

@@ -90,8 +90,8 @@ def head(axes: Axes, letter: str, text: str) -> None:
 
 def heads(axes: Iterable[Axes], *texts: str) -> None:
     """Letters in their order, and a title for each panel."""
-    for one, letter, text in zip(axes, "abcdefghi", texts, strict=False):
-        head(one, letter, text)
+    for panel, letter, text in zip(axes, "abcdefghi", texts, strict=False):
+        head(panel, letter, text)
 
 
 def with_ends(result: Arrays, name: str, index: Any = ..., factor: float = 1.0) -> list[np.ndarray]:

@@ -5,7 +5,7 @@ from roughslip.friction.correlation import autocorrelation as autocorrelation
 from roughslip.friction.correlation import correlation_fit as correlation_fit
 from roughslip.friction.marginal import BetaFit as BetaFit
 from roughslip.friction.marginal import fit_beta as fit_beta
-from roughslip.friction.paths import prepare as prepare
+from roughslip.friction.paths import path_sampler as path_sampler
 from roughslip.friction.paths import sample_path as sample_path
 from roughslip.friction.process import FrictionProcess as FrictionProcess
 from roughslip.friction.process import average_beta as average_beta

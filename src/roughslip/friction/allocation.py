@@ -23,8 +23,8 @@ J. Roy. Stat. Soc. 97 (1934) 558. With more levels see Giles, Acta Numerica 24 (
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,6 +35,7 @@ from roughslip.friction.combination import ORDERS
 from roughslip.friction.level import Level
 from roughslip.friction.statistics import margin_of, require_scatter
 from roughslip.probability.estimate import variance_margin
+from roughslip.probability.pilot import Accuracy, Pilot
 
 PERCENTILES = (20.0, 95.0)
 """Penetrations at which the accuracy holds. Below, a few windows that hardly touch decide."""
@@ -98,6 +99,12 @@ class SampleLimits:
     limit: float
     minimum: int = 2
 
+    def raised(self, strips: int, many: int, limit: float) -> SampleLimits:
+        """Limits with more strips to begin with, as far as those of the control allow, and perhaps a lower cost."""
+        many_range = (max(self.many[0], min(many, self.many[1])), self.many[1])
+        strip_range = (max(self.strips[0], strips), self.strips[1])
+        return replace(self, strips=strip_range, many=many_range, limit=min(limit, self.limit))
+
 
 def half_width(sigma: float, mesh: tuple[float, float]) -> float:
     """Of the 95 % interval of a normal variable of deviation sigma and two uniform ones of half widths `mesh`."""
@@ -107,9 +114,9 @@ def half_width(sigma: float, mesh: tuple[float, float]) -> float:
     return float(brentq(lambda width: _outside(width, sigma, mesh), 0.0, most, xtol=1e-9 * most + 1e-15))
 
 
-def mesh_alone(one: ErrorSources) -> float:
+def mesh_alone(source: ErrorSources) -> float:
     """Half width that remains with any number of strips."""
-    return half_width(0.0, one.mesh)
+    return half_width(0.0, source.mesh)
 
 
 def _outside(width: float, sigma: float, mesh: tuple[float, float]) -> float:
@@ -176,7 +183,8 @@ def error_sources(
             if percentile == 50.0 and which == 0:
                 continue
             on_solved, on_others, on_control = (
-                one[:, which] - of_mean[:, 0] for one, of_mean in zip(parts[percentile], parts[50.0], strict=True)
+                influence[:, which] - of_mean[:, 0]
+                for influence, of_mean in zip(parts[percentile], parts[50.0], strict=True)
             )
             left, explained = np.var(on_solved, ddof=1), np.var(on_control, ddof=1)
             if others:
@@ -199,7 +207,7 @@ def _slope(values: np.ndarray, of: np.ndarray) -> np.ndarray:
     return (deviation * values).sum(axis=0) / spread
 
 
-def allocate(errors: Sequence[ErrorSources], asked: dict[str, float], limits: SampleLimits) -> Allocation | None:
+def allocate(errors: Sequence[ErrorSources], asked: Accuracy, limits: SampleLimits) -> Allocation | None:
     """The cheapest numbers of strips with half widths of at most `asked`; None where there are none within the limit.
 
     errors : from `error_sources`; asked : largest half width by statistic
@@ -208,9 +216,9 @@ def allocate(errors: Sequence[ErrorSources], asked: dict[str, float], limits: Sa
     if not strips.size:
         return None
     many = np.maximum(float(limits.minimum) * strips, limits.many[0])
-    for one in errors:
-        left = _variances_within(asked[one.statistic], one, strips) - one.solved / strips
-        needed = np.divide(one.control, left, out=np.full(len(strips), np.inf), where=left > 0)
+    for source in errors:
+        left = _variances_within(asked[source.statistic], source, strips) - source.solved / strips
+        needed = np.divide(source.control, left, out=np.full(len(strips), np.inf), where=left > 0)
         many = np.maximum(many, np.ceil(needed))
     cost = limits.costs[0] * strips + limits.costs[1] * many
     cost[many > limits.many[1]] = np.inf
@@ -229,44 +237,62 @@ class Option:
     limits: SampleLimits
 
 
-def cheapest(options: Sequence[Option], asked: dict[str, float]) -> tuple[Option, Allocation] | None:
+def cheapest(options: Sequence[Option], asked: Accuracy) -> tuple[Option, Allocation] | None:
     """The option of the least cost that reaches what is asked, if one does.
 
     Other strips serve the asked numbers alone, and solved ones all that is shown of friction. So solved ones alone are
     taken where they cost at most COARSE_MUST_SAVE more.
     """
-    found = [(option, chosen) for option in options if (chosen := allocate(option.errors, asked, option.limits))]
-    return min(found, key=lambda one: one[1].cost / (1.0 if one[0].others else 1.0 + COARSE_MUST_SAVE), default=None)
+    reached = [(option, chosen) for option in options if (chosen := allocate(option.errors, asked, option.limits))]
+    return min(
+        reached, key=lambda pair: pair[1].cost / (1.0 if pair[0].others else 1.0 + COARSE_MUST_SAVE), default=None
+    )
 
 
-def nearest(options: Sequence[Option], asked: dict[str, float]) -> dict[str, float]:
-    """The accuracies nearest to those asked that `cheapest` reaches, all in the same ratio, to 1 %.
+def strip_pilot(options: Sequence[Option], asked: Accuracy, cell_m: float) -> Pilot[tuple[Option, Allocation]]:
+    """The option and the numbers of strips that an accuracy of friction takes. cell_m : [m] edge of a cell"""
 
-    Raises IllPosedError where there is none below 100 %.
+    def advice() -> str:
+        worst = max(options[0].errors, key=lambda source: mesh_alone(source) / asked[source.statistic])
+        alone = mesh_alone(worst)
+        if alone >= asked[worst.statistic]:
+            which = f"{worst.statistic} at {worst.percentile:g} %"
+            return f"take strip.cell_m = {cell_m / 2:g} or less, as the mesh alone leaves {alone:.2g} of {which}"
+        unlimited = [replace(option, limits=replace(option.limits, limit=math.inf)) for option in options]
+        if (at_any_cost := cheapest(unlimited, asked)) is not None:
+            return f"raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost[1].cost)}"
+        return "widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
+
+    return Pilot(asked, lambda accuracy: cheapest(options, accuracy), advice)
+
+
+def with_more_strips(
+    options: Sequence[Option],
+    asked: Accuracy,
+    needed: Iterable[int],
+    ratio: float,
+    limit: float,
+) -> tuple[Option, Allocation] | None:
+    """The largest of the numbers of strips needed that costs at most `limit` [s] in all; None where none does.
+
+    ratio : strips of the control for each of these, at least
     """
-    low, high = 1.0, 1.0 / max(asked.values())
-
-    def scaled(factor: float) -> dict[str, float]:
-        return {name: float(f"{factor * value:.3g}") for name, value in asked.items()}
-
-    if cheapest(options, scaled(high)) is None:
-        raise IllPosedError(
-            "no accuracy of friction below 100 % is reached: take larger windows, or more cost or strips"
-        )
-    while high > 1.002 * low:
-        factor = math.sqrt(low * high)
-        low, high = (low, factor) if cheapest(options, scaled(factor)) else (factor, high)
-    return scaled(1.005 * high)  # three digits round by at most half of 1 %
+    for strips in sorted(needed, reverse=True):
+        many = math.ceil(ratio * strips)
+        more = [replace(option, limits=option.limits.raised(strips, many, limit)) for option in options]
+        if (chosen := cheapest(more, asked)) is not None:
+            return chosen
+    return None
 
 
-def _variances_within(asked: float, one: ErrorSources, strips: np.ndarray) -> np.ndarray:
+def _variances_within(asked: float, source: ErrorSources, strips: np.ndarray) -> np.ndarray:
     """The largest variance for each number of strips; not above it between the POINTS where it is solved for.
 
     With the margin c, c sigma is concave in c: sqrt(asked^2 - (c mesh)^2) / 1.96 but for the shape of the mesh's part.
     """
-    margin = one.margin(strips)
+    margin = source.margin(strips)
     points = np.linspace(margin.min(), margin.max(), POINTS if len(strips) > 1 else 1)
-    scaled = [c * math.sqrt(max(0.0, _variance_within(asked / c, one.mesh))) for c in points]
+    scaled = [c * math.sqrt(max(0.0, _variance_within(asked / c, source.mesh))) for c in points]
     return np.asarray((np.interp(margin, points, scaled) / margin) ** 2)
 
 

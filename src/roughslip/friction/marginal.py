@@ -308,17 +308,17 @@ def fit_candidates(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> di
     """
     standard, _, _ = standard_quantiles(mu, valid, weights)
     moved = np.sqrt(np.mean((standard[1:] - standard[0]) ** 2, axis=1))
-    found = {}
+    candidates = {}
     for family in FAMILIES:
         table = _table(family)
         correlation = standard @ table.T / len(PROBABILITIES)
         best = np.argmax(correlation, axis=1)
         largest = np.take_along_axis(correlation, best[:, None], axis=1)[:, 0]
-        found[family] = Candidate(
+        candidates[family] = Candidate(
             skewness=Estimate.from_rows((SKEWNESS if len(table) > 1 else np.zeros(1))[best]),
             distance=Estimate.of_distance(np.sqrt(np.maximum(0.0, 1.0 - largest**2)), moved),
         )
-    return found
+    return candidates
 
 
 @lru_cache(maxsize=len(FAMILIES))

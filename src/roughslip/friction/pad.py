@@ -63,7 +63,7 @@ def _distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.nd
     """Distances of points on two intervals `edge` long, a lag apart, and the weights of a mean over pairs."""
     low, high, step = lag - edge, lag + edge, scale / FINEST
     graded = step * (2.0 ** np.arange(math.ceil(math.log2(2.0 + high / step))) - 1.0)
-    ends = np.unique([low, lag, high, *(one for one in (*graded, *-graded) if low < one < high)])
+    ends = np.unique([low, lag, high, *(lag_m for lag_m in (*graded, *-graded) if low < lag_m < high)])
     half = np.diff(ends)[:, None] / 2.0
     x = (ends[:-1, None] + half * (1.0 + NODE)).ravel()
     return x, (half * WEIGHT).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
@@ -78,16 +78,16 @@ def influence_covariance(area: np.ndarray, force: np.ndarray, weights: np.ndarra
     Raises IllPosedError where no block carries force.
     """
     blocks = area.shape[1]
-    of_a, of_f = (np.fft.rfft(one, 2 * blocks, axis=1) for one in (area, force))
+    of_a, of_f = (np.fft.rfft(values, 2 * blocks, axis=1) for values in (area, force))
     products = (np.abs(of_a) ** 2, 2.0 * (of_a * of_f.conj()).real, np.abs(of_f) ** 2)
-    sums = [np.fft.irfft(one, axis=1)[:, :blocks] / (blocks - np.arange(blocks)) for one in products]
+    sums = [np.fft.irfft(product, axis=1)[:, :blocks] / (blocks - np.arange(blocks)) for product in products]
     return _of_products(sums, area, force, weights)
 
 
 def adjacent_variance(area: np.ndarray, force: np.ndarray, weights: np.ndarray, blocks: int) -> np.ndarray:
     """Variance (1 + R,) [1/Pa^2] of the mean influence of so many adjacent blocks, as measured at every place."""
-    a, f = (window_sums(one, blocks, 1) / blocks for one in (area, force))
-    squares = [np.mean(one, axis=1, keepdims=True) for one in (a * a, 2.0 * a * f, f * f)]
+    a, f = (window_sums(values, blocks, 1) / blocks for values in (area, force))
+    squares = [np.mean(product, axis=1, keepdims=True) for product in (a * a, 2.0 * a * f, f * f)]
     return np.maximum(_of_products(squares, area, force, weights)[:, 0], 0.0)
 
 
@@ -96,7 +96,7 @@ def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray
     if area.shape != force.shape or area.ndim != 2:
         raise ParameterError(f"area {area.shape} and force {force.shape} of blocks must both be (strips, blocks)")
     strips = weights.sum(axis=1)[:, None]
-    aa, af, ff = (resampled(weights, one) / strips for one in products)
+    aa, af, ff = (resampled(weights, product) / strips for product in products)
     of_strips = np.stack((area.mean(axis=1), force.mean(axis=1)), axis=1)
     mean_a, mean_f = (resampled(weights, of_strips) / strips).T[:, :, None]
     if not (mean_f > 0.0).all():
@@ -106,12 +106,12 @@ def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray
 
 
 def pad_scatter(
-    covariance: np.ndarray, one: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
+    covariance: np.ndarray, adjacent: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
 ) -> np.ndarray:
     """Variance (1 + R, WINDOWS) [1/Pa^2] of pads from what the blocks of strips show, for tau = 1.
 
     covariance : (1 + R, B) from `influence_covariance`
-    one : (1 + R,) of a single window, from `adjacent_variance`
+    adjacent : (1 + R,) of a single window, from `adjacent_variance`
     block_m, width_m, window_m : length of a block, width of the strip, length of a window
 
     A pad is a square, or as long as a window and narrower. A single window keeps its variance; that of larger pads
@@ -131,10 +131,10 @@ def pad_scatter(
         length = min(max(math.sqrt(area), window_m), count * window_m)
         pads.append([*mean_powers(surface, length, area / length), block_m * width_m / area])
     modelled = shares @ np.array(pads).T
-    if not ((modelled[:, 0] > 0.0) & (one > 0.0)).all():
+    if not ((modelled[:, 0] > 0.0) & (adjacent > 0.0)).all():
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
     fallen = np.maximum(modelled / modelled[:, :1], LEAST_SHARE / WINDOWS)
-    return np.asarray(one[:, None] * fallen)
+    return np.asarray(adjacent[:, None] * fallen)
 
 
 def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:
@@ -168,11 +168,11 @@ def percentile_of_pressure(percentiles: np.ndarray, pressure: np.ndarray, wanted
         slope = (score[near] - score[next_to]) / (log_p[0, near] - log_p[0, next_to])
         beyond = score[near] + 1.2 * slope * (wanted - log_p[0, near])
         steps = max(math.ceil(abs(beyond - score[near]) / 0.5), 1)
-        add = 100.0 * ndtr(np.linspace(score[near], beyond, steps + 1)[1:])
+        add = np.sort(100.0 * ndtr(np.linspace(score[near], beyond, steps + 1)[1:]))
         raise IllPosedError(
             f"load.nominal_pressure_pa = {wanted_pa:.4g} lies outside the solved penetrations, "
             f"{math.exp(log_p[0, 0]):.4g} to {math.exp(log_p[0, -1]):.4g} Pa at "
-            f"penetrations from {q[0]:g} to {q[-1]:g} %: add about {', '.join(f'{one:.3g}' for one in sorted(add))} to "
+            f"penetrations from {q[0]:g} to {q[-1]:g} %: add about {', '.join(f'{level:.3g}' for level in add)} to "
             + ("strip.penetration_percentiles" if deeper else "strip.light_percentiles, solve more strips")
             + ", or change the load"
         )

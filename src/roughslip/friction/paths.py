@@ -130,7 +130,7 @@ Paths = Recursion | Spectrum  # of one process at one spacing
 
 
 @gate
-def prepare(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
+def path_sampler(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
     """Paths with nodes at 0, spacing_m, ... that reach to length_m or further.
 
     method : recursion has no end and keeps a piece at a time; spectral draws the whole path at once, as the paper does.
@@ -154,13 +154,14 @@ def sample_path(
     process : marginal and correlation length
     spacing_m, nodes : distance of the nodes [m] and their number, at least 2
     seed : numbers, which give one path each
-    method : as of `prepare`, and its errors
+    method : as of `path_sampler`, and its errors
 
-    By recursion, the beginning of the path without end that `prepare` gives for this seed.
+    By recursion, the beginning of the path without end that `path_sampler` gives for this seed.
     """
     if whole("the nodes of a friction path", nodes) < 2:
         raise ParameterError(f"a friction path has at least 2 nodes, not {nodes}")
-    pieces, found = iter(prepare(process, spacing_m, (nodes - 1) * spacing_m, method).realisation(seed)), [np.empty(0)]
-    while sum(map(len, found)) < nodes:
-        found.append(next(pieces))
-    return np.concatenate(found)[:nodes]
+    paths, values = path_sampler(process, spacing_m, (nodes - 1) * spacing_m, method), [np.empty(0)]
+    pieces = iter(paths.realisation(seed))
+    while sum(map(len, values)) < nodes:
+        values.append(next(pieces))
+    return np.concatenate(values)[:nodes]

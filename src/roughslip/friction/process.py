@@ -60,10 +60,10 @@ class FrictionProcess:
 
 
 @gate
-def average_beta(one: BetaDistribution, windows: float) -> BetaDistribution:
+def average_beta(window: BetaDistribution, windows: float) -> BetaDistribution:
     """Beta distribution with the first four moments of the mean of independent ones.
 
-    one : the distribution of one
+    window : the distribution of a single one
     windows : n, at least 1; correlated windows count as fewer, not a whole number
 
     Raises ParameterError for n below 1.
@@ -76,12 +76,12 @@ def average_beta(one: BetaDistribution, windows: float) -> BetaDistribution:
     if not (math.isfinite(real("the number of windows in parallel", windows)) and windows >= 1.0):
         raise ParameterError(f"{windows} windows in parallel: at least 1")
     if windows == 1:
-        return one
-    mean, std, skewness, excess = beta_moments(one.a, one.b)
+        return window
+    mean, std, skewness, excess = beta_moments(window.a, window.b)
     s, e = skewness**2 / windows, excess / windows
     total = 6.0 * (2.0 + e - s) / (3.0 * s - 2.0 * e)
     share = math.copysign(math.sqrt(s / (s + 16.0 * (total + 1.0) / (total + 2.0) ** 2)), skewness)
     shapes = 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
-    width = one.scale * std / math.sqrt(windows) / beta_moments(*shapes)[1]
-    start = one.lower + one.scale * mean - width * shapes[0] / total
+    width = window.scale * std / math.sqrt(windows) / beta_moments(*shapes)[1]
+    start = window.lower + window.scale * mean - width * shapes[0] / total
     return BetaDistribution(*shapes, start, start + width)

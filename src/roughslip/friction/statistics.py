@@ -109,7 +109,7 @@ def resampled_quantiles(
     places = strip * BLOCKS + np.arange(strip.size) // length
     in_blocks = resampled(weights, np.bincount(places, minlength=len(mu) * BLOCKS).reshape(-1, BLOCKS))
     reached = np.cumsum(in_blocks, axis=1)
-    return np.stack([values[_ranked(*one, strip, length)] for one in zip(ranks, weights, reached, strict=True)])
+    return np.stack([values[_ranked(*row, strip, length)] for row in zip(ranks, weights, reached, strict=True)])
 
 
 def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -135,7 +135,7 @@ def _ranked(ranks: np.ndarray, counts: np.ndarray, reached: np.ndarray, strip: n
 
     reached : how often the replicate counts the windows up to the end of each block of this length
     """
-    found = np.empty(ranks.size, np.int64)
+    places = np.empty(ranks.size, np.int64)
     window, total, block = -1, 0, 0
     for n in range(ranks.size):
         while reached[block] < ranks[n]:
@@ -144,8 +144,8 @@ def _ranked(ranks: np.ndarray, counts: np.ndarray, reached: np.ndarray, strip: n
         while total < ranks[n]:
             window += 1
             total += counts[strip[window]]
-        found[n] = window
-    return found
+        places[n] = window
+    return places
 
 
 @compiled()

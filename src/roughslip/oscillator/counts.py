@@ -96,12 +96,16 @@ def counts_by_period(
     ParameterError with excitation, and as `simulate` does.
     """
     if oscillator.q > 0.0:
-        raise ParameterError("with excitation cycles do not repeat: use ensemble_counts")
+        raise ParameterError(
+            f"an excitation of {oscillator.excitation_force_n:g} N does not let cycles repeat: count them by "
+            "ensemble_counts, or without excitation; scene keys: ensemble.count_by_period, "
+            "oscillator.excitation_force_n"
+        )
     ratios = np.atleast_1d(np.asarray(damping_ratios, dtype=np.float64))
-    found = [
+    runs = [
         _of_one(replace(oscillator, damping_ratio=float(ratio)), law, duration_periods, options) for ratio in ratios
     ]
-    motions, cycles, micro_slips, last = zip(*found, strict=True)
+    motions, cycles, micro_slips, last = zip(*runs, strict=True)
     return Counts(
         damping_ratios=ratios,
         cycles=np.array(cycles),

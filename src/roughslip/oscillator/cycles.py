@@ -18,13 +18,18 @@ from scipy.special import log_ndtr, ndtr
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin, student_95
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
 NO_SCATTER = 1e-12  # of the mean, or of the scatter of all runs: what rounding leaves where there is none
 NULLS = 399
 FEWEST_EVENTS = 100
+MORE_CYCLES = (
+    "run longer, more realisations or a lower damping; scene keys: ensemble.duration_periods, ensemble.realisations, "
+    "oscillator.damping_ratio"
+)
+_ONE_POINT = "every run sticks again at the same point, X = {:.6g} m: the friction has no scatter to judge"
 
 
 @dataclass(frozen=True)
@@ -55,11 +60,14 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     """
     if stochastic.ndim != 2 or deterministic.shape != stochastic.shape[1:]:
         raise ParameterError(f"counts {deterministic.shape} and {stochastic.shape} are not of the same damping ratios")
-    if not (np.isfinite(deterministic).all() and np.isfinite(stochastic).all()):
-        raise ParameterError("counts of cycles must be finite")
+    finite("deterministic", deterministic)
+    finite("stochastic", stochastic)
     realisations = len(stochastic)
     if realisations < FEWEST_REALISATIONS:
-        raise IllPosedError(f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}")
+        raise IllPosedError(
+            f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}; scene key: "
+            "ensemble.realisations"
+        )
     mean = stochastic.mean(axis=0)
     error = stochastic.std(axis=0, ddof=1) / np.sqrt(realisations)
     difference = deterministic - mean
@@ -102,15 +110,16 @@ def reattachment_statistics(
     ParameterError for input that is not finite or does not match; IllPosedError where fewer than FEWEST_REALISATIONS
     runs stick again, or where the points of a resampled ensemble do not scatter.
     """
-    if position.ndim != 1 or position.shape != realisation.shape or not np.isfinite(position).all():
-        raise ParameterError("reattachment points must be finite, each with its realisation")
+    finite("position", position, 1)
+    if position.shape != realisation.shape:
+        raise ParameterError(f"{position.size} reattachment points need as many realisations, not {realisation.shape}")
     owners, owner = np.unique(realisation, return_inverse=True)
     runs = len(owners)
     if runs < FEWEST_REALISATIONS:
-        raise IllPosedError(f"only {runs} runs stick again: lower the damping, run longer or run more realisations")
+        raise IllPosedError(f"only {runs} runs stick again, of at least {FEWEST_REALISATIONS}: {MORE_CYCLES}")
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
-        raise IllPosedError("every run sticks again at the same point: the friction has no scatter")
+        raise IllPosedError(_ONE_POINT.format(centre))
     ascending = np.argsort(position, kind="stable")
     values, owner = (position[ascending] - centre) / scale, owner[ascending]
     drawn = generator.multinomial(runs, np.full(runs, 1 / runs), size=REPLICATES)
@@ -120,12 +129,12 @@ def reattachment_statistics(
     moments[:, 0] = centre + scale * moments[:, 0]
     moments[:, 1] *= scale
     of_mean, of_scale = float(interval_margin(runs)), float(interval_margin(runs, SCALE_FREEDOM))
-    found = (
+    estimates = (
         Estimate.from_rows(moments[:, 0], of_mean),
         Estimate.of_scale(moments[:, 1], of_scale),
         *(Estimate.from_rows(rows, of_scale) for rows in moments[:, 2:].T),
     )
-    mean, std, skewness, kurtosis = (np.array([one.value, one.low, one.high]) for one in found)
+    mean, std, skewness, kurtosis = (np.array([estimate.value, estimate.low, estimate.high]) for estimate in estimates)
     return Reattachment(mean, std, skewness, kurtosis, distance, len(position), runs)
 
 
@@ -138,7 +147,9 @@ def _moments(values: np.ndarray, owner: np.ndarray, counts: np.ndarray) -> np.nd
     m1, m2, m3, m4 = totals / n
     variance = m2 - m1**2
     if np.any(variance <= NO_SCATTER):
-        raise IllPosedError("almost every run sticks again at the same point: run more realisations")
+        raise IllPosedError(
+            "almost every run sticks again at the same point: run more realisations; scene key: ensemble.realisations"
+        )
     third = m3 - 3 * m1 * m2 + 2 * m1**3
     fourth = m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
     return np.stack([m1, np.sqrt(variance), third / variance**1.5, fourth / variance**2 - 3], axis=1)
@@ -204,15 +215,18 @@ def normality(position: np.ndarray, realisation: np.ndarray, generator: np.rando
     A. Darling (J. Am. Stat. Assoc. 49 (1954) 765) of the standardised events, which has no tables for dependent ones,
     against NULLS ensembles of the same numbers of events a run.
     """
-    if position.ndim != 1 or position.shape != realisation.shape or not np.isfinite(position).all():
-        raise ParameterError("reattachment points must be finite, each with its realisation")
+    finite("position", position, 1)
+    if position.shape != realisation.shape:
+        raise ParameterError(f"{position.size} reattachment points need as many realisations, not {realisation.shape}")
     n = position.size
     if n < FEWEST_EVENTS:
-        raise IllPosedError(f"{n} events are too few for a test of normality: run at least {FEWEST_EVENTS} cycles")
+        raise IllPosedError(
+            f"{n} reattachments are too few for a test of normality, of at least {FEWEST_EVENTS}: {MORE_CYCLES}"
+        )
     centred = position - position.mean()
     deviation = math.sqrt(float(np.mean(centred**2)))
     if not deviation > 1e-12 * abs(float(position.mean())):
-        raise IllPosedError("every run sticks again at the same point: the friction has no scatter")
+        raise IllPosedError(_ONE_POINT.format(float(position.mean())))
     values = centred / deviation
     _, owner, lengths = np.unique(realisation, return_inverse=True, return_counts=True)
     by_run = np.argsort(owner, kind="stable")

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from roughslip.compilation.cache import compiled
-from roughslip.errors import ParameterError, real
+from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
 from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope
-from roughslip.validation import gate
+from roughslip.validation import gate, not_negative, positive
 
 
 @gate
@@ -41,12 +41,9 @@ class Oscillator:
     excitation_frequency_rad_per_s: float = 0.0
 
     def __post_init__(self) -> None:
-        positive = ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n")
-        for name, number in vars(self).items():
-            value = real(f"Oscillator.{name}", number)
-            if not (math.isfinite(value) and value >= 0.0 and (value > 0.0 or name not in positive)):
-                allowed = "positive" if name in positive else "not negative"
-                raise ParameterError(f"Oscillator.{name} must be finite and {allowed}, not {value}")
+        above_zero = ("mass_kg", "natural_frequency_rad_per_s", "normal_force_n")
+        for name, value in vars(self).items():
+            (positive if name in above_zero else not_negative)(f"Oscillator.{name}", value)
 
     @property
     def stiffness_n_per_m(self) -> float:
@@ -104,7 +101,10 @@ def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str
     """
     advances = {"slip": 0.0, "belt": oscillator.V, "time": 1.0 / oscillator.natural_frequency_rad_per_s}
     if friction_follows == "belt" and oscillator.V == 0.0:
-        raise ParameterError("friction cannot follow a belt at rest: let it follow slip or time")
+        raise ParameterError(
+            "friction cannot follow a belt at rest: let it follow slip or time, or give the belt a velocity; scene "
+            "keys: oscillator.friction_follows, oscillator.belt_velocity_m_per_s"
+        )
     return Coefficients(
         F=float(oscillator.F),
         V=float(oscillator.V),
@@ -151,7 +151,7 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
 
 
 @compiled()
-def completed(tau: float, x: float, u: float, s: float, sigma: float, piece: Piece, p: Coefficients) -> State:
+def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Piece, p: Coefficients) -> State:
     """The state in slip with its acceleration and jerk."""
     a = acceleration(tau, x, u, sigma, mu_s_at(piece, path_coordinate(tau, s, p)), p)
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))

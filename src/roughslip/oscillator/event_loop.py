@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate
+from roughslip.oscillator.equation import Coefficients, State, path_coordinate, slip_state
 from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_curvature, piece_at, reaches
 from roughslip.oscillator.slip import (
     FIRST,
@@ -258,7 +258,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     sigma = UPPER if u < p.V else LOWER
     piece = piece_at(path, 0.0)
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
-    y = completed(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
+    y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
     return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0, 0.0, 0), events
 

@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numba.extending import overload
 
-from roughslip.errors import InputError, ParameterError, real
-from roughslip.validation import gate
+from roughslip.errors import InputError
+from roughslip.validation import gate, not_negative
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
@@ -109,22 +109,20 @@ class FrictionLaw(ABC):
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
         return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
-    def steeper_than(self, most: float) -> str:
-        """What to change where |slope| exceeds `most` [s/m], a step for each change of friction; empty elsewhere."""
+    def steeper_than(self, maximum: float) -> str:
+        """What to change where |slope| exceeds `maximum` [s/m], a step for each change of friction; empty elsewhere."""
         slope = float(friction_slope(0.0, self.parameters()))  # `slope` takes a tenth of a short run
-        if abs(slope) <= most:
+        if abs(slope) <= maximum:
             return ""
         return (
-            f"the slope of friction at rest, {slope:.3g} s/m, is more than the {most:.3g} s/m that the integrator "
+            f"the slope of friction at rest, {slope:.3g} s/m, is more than the {maximum:.3g} s/m that the integrator "
             "resolves: let friction change over a wider range of speeds"
         )
 
     def check_not_negative(self, *names: str) -> None:
         """Raise ParameterError for an attribute that is not finite or is negative."""
         for name in names:
-            value = real(f"{type(self).__name__}.{name}", getattr(self, name))
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ParameterError(f"{type(self).__name__}.{name} must be finite and not negative, not {value}")
+            not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
 
 
 def check_static(static: float, mean: float, reason: str) -> None:

@@ -14,12 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.slip_flow import TOLERANCE, next_peak, slip_flow
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
@@ -45,8 +44,7 @@ class GrazingResponse:
 
         mu_S has the autocorrelation exp(-s / L), L = correlation_length_m.
         """
-        if not (math.isfinite(correlation_length_m) and correlation_length_m > 0.0):
-            raise ParameterError(f"the correlation length must be finite and positive, not {correlation_length_m} m")
+        positive("correlation_length_m", correlation_length_m, "m")
         lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
         variance = float(np.einsum("i,ij,j->", self.kernel, np.exp(-lag / correlation_length_m), self.kernel))
         return math.sqrt(variance) / abs(self.damping)

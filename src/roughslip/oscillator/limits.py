@@ -24,7 +24,7 @@ from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
 STIFF_LIMIT = 1e-6  # relative, of the existence limit of such a flow
-GRAZES = 1e-9  # excess of a peak, relative, below which rounding alone tells it from the belt's velocity
+GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity
 LOOP_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
 LIMIT_TOLERANCE = 1e-12  # of the loops whose limit is searched
 LOOP_PERIODS = 4.0  # most loops of slip take one natural period or two; longer ones are followed without a time limit
@@ -107,7 +107,8 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
         return SlipLoop(cycle, time / turn, fastest if cycle else v0)
 
     try:
-        drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, MotionOptions(tolerance), departure, LOOP_SAMPLES)
+        options = MotionOptions(tolerance, samples_per_period=LOOP_SAMPLES)
+        drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, options, departure)
         if REATTACHMENT in drawn.motion.kind:
             return cycle_of(drawn)
         rises = np.diff(drawn.velocity) > 0.0
@@ -118,14 +119,13 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
         if peak <= 1.0:
             return SlipLoop(None, time / turn if peak > 0.0 else 0.0, v0)
         samples = max(int(LOOP_SAMPLES * LOOP_PERIODS * turn / time), 1)
-        return cycle_of(
-            trajectory(oscillator, law, None, 0.0, time / turn, MotionOptions(tolerance), departure, samples)
-        )
+        options = MotionOptions(tolerance, samples_per_period=samples)
+        return cycle_of(trajectory(oscillator, law, None, 0.0, time / turn, options, departure))
     except ConvergenceError:
         returned = stiff_return(flow, (departure - flow.steady) / oscillator.V)
     if returned is None:
         return SlipLoop(None, 0.0, v0)
-    y, time, least = returned
+    y, time, minimum = returned
     reattachment = flow.steady + oscillator.V * y
     return SlipLoop(
         LimitCycle(
@@ -137,7 +137,7 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
             local_error=STIFF_TOLERANCE * departure,
         ),
         time / turn,
-        v0 * (1.0 - least),
+        v0 * (1.0 - minimum),
     )
 
 
@@ -169,7 +169,7 @@ def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-
     if cycle is None:
         raise IllPosedError(
             f"no stick-slip cycle at the damping ratio {oscillator.damping_ratio:.6g}: the mass does not stick again; "
-            f"lower the damping (see existence_limit)"
+            "lower the damping below the existence limit; scene key: oscillator.damping_ratio"
         )
     return cycle
 
@@ -221,13 +221,15 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
 
     if not _excess_without_damping(undamped, law) > GRAZES:
         raise IllPosedError(
-            "no stick-slip cycle even without damping: friction must fall with speed, or from a higher static one"
+            "no stick-slip cycle even without damping: friction must fall with speed, or from more than "
+            f"{law.static:.4g} at rest; scene keys: oscillator.law, oscillator.static_friction"
         )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
     while exists(high):
         if high > LARGEST_DAMPING:
             raise ConvergenceError(
-                f"the cycle exists at every damping ratio tried, up to {high:.3g}; there is no limit to give",
+                f"the cycle exists at every damping ratio tried, up to {high:.3g}: lower the normal force or raise the "
+                "belt velocity; scene keys: oscillator.normal_force_n, oscillator.belt_velocity_m_per_s",
                 residual=1.0,
                 work=trials,
             )
@@ -250,8 +252,8 @@ def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
 def _reaches_the_belt(oscillator: Oscillator, law: FrictionLaw) -> bool:
     """Whether slip from the departure point comes back to the belt, to stick or to pass its velocity."""
     departure = departure_point(oscillator, law)
-    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853")
-    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure, LOOP_SAMPLES)
+    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853", samples_per_period=LOOP_SAMPLES)
+    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure)
     if np.any(drawn.motion.kind != DEPARTURE):
         return True
     rises = np.diff(drawn.velocity) > 0.0

@@ -15,11 +15,15 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
+COARSER = (  # what to try without a friction path, and with one
+    "try a larger tolerance",
+    "try a larger tolerance or a coarser path; scene key: ensemble.nodes_per_correlation_length",
+)
 
 
 @dataclass(frozen=True)
@@ -100,8 +104,9 @@ class MotionOptions:
     friction_follows : the variable of mu_S: slip, the slipped distance, which stands still in stick; belt, the travel
         v0 t of the belt; time. With the last two departure is the first passage on the path
     integrator : fehlberg45, or dormand_prince853 for smooth motions and small tolerances
+    samples_per_period : of a trajectory, at least 1 in a natural period
 
-    Raises ParameterError for a tolerance out of range or an unknown word.
+    Raises ParameterError for a number out of range or an unknown word.
     """
 
     tolerance: float = 1e-9
@@ -109,10 +114,13 @@ class MotionOptions:
     interpolation: str = "cubic"
     friction_follows: str = "slip"
     integrator: str = "fehlberg45"
+    samples_per_period: int = 400
 
     def __post_init__(self) -> None:
         if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
             raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}")
+        if self.samples_per_period < 1:
+            raise ParameterError(f"a trajectory needs at least one sample a period, not {self.samples_per_period}")
         for name, allowed in (
             ("interpolation", INTERPOLATIONS),
             ("friction_follows", FRICTION_FOLLOWS),
@@ -133,9 +141,7 @@ def simulate(
     spacing_m: float = math.nan,
     duration_periods: float = 100.0,
     options: MotionOptions = DEFAULTS,
-    start_position_m: float = 0.0,
-    start_velocity_m: float | None = None,
-    samples: Samples | None = None,
+    start_m: float | tuple[float, float] = 0.0,
 ) -> Motion:
     """The motion from the start on: stick and departure exact, slip by an embedded Runge-Kutta pair.
 
@@ -144,9 +150,7 @@ def simulate(
         may have no end. None for mu_S = 0
     spacing_m : [m] distance of the nodes, [s] where friction follows time; needed for a path
     duration_periods : [-] time in natural periods 2 pi / omega
-    start_position_m : [m] X at tau = 0
-    start_velocity_m : [m] X' at tau = 0; None for V, where the mass sticks if friction holds it
-    samples : arrays that receive X and X' at equal times, as `trajectory` gives them
+    start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X'
 
     Returns the events with the local error. Raises ParameterError for input out of range and for a path that is too
     short, ConvergenceError at the step limit.
@@ -154,17 +158,28 @@ def simulate(
     Method: E. Fehlberg, NASA TR R-315 (1969), or DOP853 of Hairer, Nørsett & Wanner (1993); events by Newton's method
     on repeated steps.
     """
-    if not (math.isfinite(duration_periods) and duration_periods > 0.0):
-        raise ParameterError(f"the duration must be finite and positive, not {duration_periods} natural periods")
-    x, u = start_position_m, start_velocity_m
-    if not (math.isfinite(x) and (u is None or math.isfinite(u))):
-        raise ParameterError(f"the start must be finite, not {x} m, {u} m")
-    samples = samples or Samples(1.0, np.zeros(0), np.zeros(0))
-    p = coefficients(oscillator, law, options.friction_follows)
     feed = PathFeed(path, spacing_m, options.interpolation)
+    return _followed(oscillator, law, feed, duration_periods, options, start_m, Samples(1.0, np.zeros(0), np.zeros(0)))
+
+
+def _followed(
+    oscillator: Oscillator,
+    law: FrictionLaw,
+    feed: PathFeed,
+    duration_periods: float,
+    options: MotionOptions,
+    start_m: float | tuple[float, float],
+    samples: Samples,
+) -> Motion:
+    """The motion of `simulate`. samples : arrays that receive X and X' at equal times"""
+    positive("duration_periods", duration_periods, "natural periods")
+    p = coefficients(oscillator, law, options.friction_follows)
+    x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
+    if not (math.isfinite(x) and math.isfinite(u)):
+        raise ParameterError(f"the start must be finite, not {x} m, {u} m")
     stochastic = bool(options.stochastic_static_limit)
     settings = Settings(PAIRS[options.integrator], float(options.tolerance), stochastic)
-    if u is None or u == p.V:
+    if u == p.V:
         run, events = start_on_belt(float(x), feed.path, stochastic, p)
     else:
         run, events = start_in_slip(float(x), float(u), feed.path, p)
@@ -201,16 +216,16 @@ def _check_end(status: Status, run: RunState, periods: float, path: str, length:
     """
     reached = run.y.tau / (2.0 * math.pi)
     if status == Status.PATH_OVER:
-        need = 1.1 * length * periods / reached if reached > 0.0 else math.inf
+        need = f", about {1.1 * length * periods / reached:.3g} {path[-1]}" if reached > 0.0 else ""
         raise ParameterError(
-            f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods; give a longer "
-            f"one, about {need:.3g} {path[-1]}"
+            f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods: give a longer one"
+            f"{need}, or a shorter motion; scene key: ensemble.duration_periods"
         )
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
         raise ConvergenceError(
             f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; "
-            + (steep or ("try a larger tolerance" + (" or a coarser path" if length > 0.0 else "")))
+            + (steep or COARSER[length > 0.0])
             + "; local errors in m",
             residual=run.error,
             work=run.steps,
@@ -225,18 +240,16 @@ def trajectory(
     spacing_m: float = math.nan,
     duration_periods: float = 100.0,
     options: MotionOptions = DEFAULTS,
-    start_position_m: float = 0.0,
-    samples_per_period: int = 400,
+    start_m: float | tuple[float, float] = 0.0,
 ) -> Trajectory:
     """The same motion as `simulate`, with X and X' at equal times from tau = 0 up to the duration, which is left out.
 
     Stick lines are exact, and samples of slip are as accurate as the steps. Arguments and errors as in `simulate`.
     """
-    if samples_per_period < 1:
-        raise ParameterError(f"a trajectory needs at least one sample a period, not {samples_per_period}")
-    finite = math.isfinite(duration_periods) and duration_periods > 0.0  # else an error of simulate
-    size = max(math.ceil(duration_periods * samples_per_period - 1e-9), 1) if finite else 1
-    samples = Samples(2.0 * math.pi / samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
-    samples.x[0], samples.u[0] = start_position_m, oscillator.V
-    motion = simulate(oscillator, law, path, spacing_m, duration_periods, options, start_position_m, None, samples)
+    finite = math.isfinite(duration_periods) and duration_periods > 0.0  # else an error of the motion
+    size = max(math.ceil(duration_periods * options.samples_per_period - 1e-9), 1) if finite else 1
+    samples = Samples(2.0 * math.pi / options.samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
+    samples.x[0], samples.u[0] = start_m if isinstance(start_m, tuple) else (start_m, oscillator.V)
+    feed = PathFeed(path, spacing_m, options.interpolation)
+    motion = _followed(oscillator, law, feed, duration_periods, options, start_m, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)

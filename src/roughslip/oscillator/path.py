@@ -19,7 +19,7 @@ from numpy.polynomial.legendre import leggauss, legvander
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
-from roughslip.validation import gate, reals
+from roughslip.validation import gate, positive, reals
 
 INTERPOLATIONS = ("cubic", "linear")
 WIDTHS = (2, 4, 8, 16, 32, 64)  # spacings of a wide piece
@@ -208,12 +208,11 @@ class PathFeed:
         if path is None:
             self.path = path_through(np.zeros(0), 0, 1.0, True, True)
             return
-        if not (math.isfinite(spacing_m) and spacing_m > 0.0):
-            raise ParameterError(f"the spacing of the path must be finite and positive, not {spacing_m} m")
-        self.path = path_through(np.zeros(0), 0, float(spacing_m), interpolation == "cubic", False)
+        spacing = positive("the spacing of the path", spacing_m, "m")
+        self.path = path_through(np.zeros(0), 0, spacing, interpolation == "cubic", False)
         self.advance(0.0)
         if self.received < 2:
-            raise ParameterError("a friction path has at least two finite nodes")
+            raise ParameterError(f"a friction path has at least two finite nodes, not {self.received}")
 
     @property
     def length_m(self) -> float:
@@ -245,11 +244,11 @@ class KeptPath:
     """An iterable path that keeps its pieces, so that a second run does not draw them again.
 
     path : rows of nodes, the same in each iteration; kept up to the last one that a run has read
-    most : nodes to keep; those after them are drawn for each run
+    maximum : nodes to keep; those after them are drawn for each run
     """
 
-    def __init__(self, path: Iterable[np.ndarray], most: float = math.inf) -> None:
-        self._path, self._most = path, most
+    def __init__(self, path: Iterable[np.ndarray], maximum: float = math.inf) -> None:
+        self._path, self._maximum = path, maximum
         self._source = iter(path)
         self._kept: list[np.ndarray] = []
 
@@ -262,7 +261,7 @@ class KeptPath:
         number = 0
         while True:
             if number == len(self._kept):
-                if self.nodes >= self._most:
+                if self.nodes >= self._maximum:
                     yield from itertools.islice(self._path, number, None)
                     return
                 piece = next(self._source, None)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, acceleration, completed, path_coordinate
+from roughslip.oscillator.equation import Coefficients, State, acceleration, path_coordinate, slip_state
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.oscillator.path import Piece, mu_s_at
 from roughslip.oscillator.tableaux import (
@@ -76,7 +76,7 @@ def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficient
     dx, du = h * weighted(FEHLBERG_WEIGHTS, us), h * weighted(FEHLBERG_WEIGHTS, accelerations)
     x_new = y.x + dx
     s_new = y.s + sigma * (p.V * h - (x_new - y.x))
-    end = completed(y.tau + h, x_new, u + du, s_new, sigma, piece, p)
+    end = slip_state(y.tau + h, x_new, u + du, s_new, sigma, piece, p)
     x_error, u_error = h * weighted(FEHLBERG_ERROR, us), h * weighted(FEHLBERG_ERROR, accelerations)
     return end, max(abs(x_error), abs(u_error))
 
@@ -103,7 +103,7 @@ def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coeff
     u12, a12 = next_stage(c[11], rows[10], (*late_us, u9, u10, u11), (*late, a9, a10, a11))
     us, accelerations = (u, u6, u7, u8, u9, u10, u11, u12), (a, a6, a7, a8, a9, a10, a11, a12)
     dx, du = h * weighted(WEIGHTS, us), h * weighted(WEIGHTS, accelerations)
-    end = completed(y.tau + h, y.x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
+    end = slip_state(y.tau + h, y.x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
     x_error = _estimate(weighted(ERROR5, us), weighted(ERROR3, us))
     u_error = _estimate(weighted(ERROR5, accelerations), weighted(ERROR3, accelerations))
     return end, h * max(x_error, u_error)

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, completed, friction_is_cut, path_coordinate
+from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, path_coordinate, slip_state
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
 from roughslip.oscillator.runge_kutta import ORDERS, error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
@@ -262,7 +262,7 @@ def sample_wide(
     """The same for a step over many nodes, from node to node."""
     while samples.x.size > 0 and y.tau < end.tau:
         piece = piece_at(path, y.s + SLACK * path.spacing)
-        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+        y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
         h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
         node, _ = single_step(pair, y, h, sigma, piece, here.p)
         sample_slip(y, node, here, Sliding(sigma, piece, p), pair, samples)
@@ -286,7 +286,7 @@ def start_phase(
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
     if goes_on and is_smooth_onto(path, piece, p):
         return piece, here, start
-    return piece, here, completed(start.tau, start.x, u, start.s, sigma, piece, here.p)
+    return piece, here, slip_state(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
 @compiled(forceinline=True, error_model="numpy")
@@ -308,7 +308,7 @@ def next_piece(
     piece = piece_at(path, z + slack)
     here = branch_on_piece(here, y, sigma, piece, p, settings.tolerance)
     if not is_smooth_onto(path, piece, p):
-        y = completed(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
+        y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
     return Status.GOES_ON, control, piece, here, y
 
 

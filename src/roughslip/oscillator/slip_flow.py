@@ -23,7 +23,7 @@ from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
 
 TOLERANCE = 1e-12  # relative, of a step
 AT_REST = 1e-9  # of the first peak: a motion that has come so close to steady sliding does not turn again
-MOST_EVALUATIONS = 10_000  # of a turn, which takes some thousand; a stiff one goes to an implicit method
+MOST_EVALUATIONS = 10_000  # of a loop, which takes some thousand; a stiff one goes to an implicit method
 STIFF_TOLERANCE = 1e-11  # relative, of its steps
 
 
@@ -49,9 +49,15 @@ class SlipFlow:
 def check_free(oscillator: Oscillator) -> None:
     """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
     if oscillator.q > 0.0:
-        raise ParameterError("limits of the cycle are for the free oscillator: set the excitation force to 0")
+        raise ParameterError(
+            "limits of the cycle are for the free oscillator: set the excitation force to 0, not "
+            f"{oscillator.excitation_force_n:g} N; scene key: oscillator.excitation_force_n"
+        )
     if not oscillator.V > 0.0:
-        raise ParameterError("limits of the cycle are for a belt that moves: give it a velocity")
+        raise ParameterError(
+            "limits of the cycle are for a belt that moves: give it a velocity; scene key: "
+            "oscillator.belt_velocity_m_per_s"
+        )
 
 
 def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
@@ -83,7 +89,7 @@ def next_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
     trough and peak as roots of w' on its dense output.
     """
     if not (math.isfinite(y) and w > 0.0 and flow.at_peak(w) - y <= 1e-9 * max(abs(y), w)):
-        raise ParameterError(f"a turn of slip begins where X' > 0 is at its peak or falls, not at y = {y}, w = {w}")
+        raise ParameterError(f"a loop of slip begins where X' > 0 is at its peak or falls, not at y = {y}, w = {w}")
     evaluations = 0
 
     def velocity(_: float, state: np.ndarray) -> tuple[float, float]:
@@ -116,10 +122,11 @@ def next_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
 
 
 def _too_stiff(flow: SlipFlow, distance: float, evaluations: int) -> ConvergenceError:
-    """The error of a turn that an integration cannot follow."""
+    """The error of a loop that an integration cannot follow."""
     return ConvergenceError(
-        f"a turn of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal force "
-        "or the damping, or give a stiffer spring; distance from steady sliding in units of V",
+        f"a loop of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal force "
+        "or the damping, or give a stiffer spring; scene keys: oscillator.normal_force_n, oscillator.damping_ratio, "
+        "oscillator.stiffness_n_per_m; distance from steady sliding in units of V",
         residual=distance,
         work=evaluations,
     )
@@ -153,7 +160,7 @@ def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float, float] | None:
         return math.hypot(state[0], state[1]) - AT_REST
 
     turns.terminal, rest.terminal, belt.terminal, belt.direction = True, True, True, 1.0  # type: ignore[attr-defined]
-    time, state, least = 0.0, np.array([y, 1.0]), 1.0
+    time, state, minimum = 0.0, np.array([y, 1.0]), 1.0
     for direction in (-1.0, 1.0, -1.0):  # backwards, forwards, and backwards again
         turns.direction = direction  # type: ignore[attr-defined]
         try:
@@ -172,9 +179,9 @@ def stiff_return(flow: SlipFlow, y: float) -> tuple[float, float, float] | None:
             raise _too_stiff(flow, math.hypot(*state), 0) from error
         if leg.status < 0:
             raise _too_stiff(flow, math.hypot(*leg.y[:, -1]), leg.nfev)
-        least = min(least, float(np.min(leg.y[1])))
+        minimum = min(minimum, float(np.min(leg.y[1])))
         if leg.t_events[1].size:
-            return float(leg.y_events[1][0][0]), float(leg.t_events[1][0]), least
+            return float(leg.y_events[1][0][0]), float(leg.t_events[1][0]), minimum
         if leg.t_events[0].size == 0:
             return None
         time, state = float(leg.t_events[0][0]), leg.y_events[0][0]

@@ -1,19 +1,18 @@
 """The two states of a mass on a belt, stick-slip and steady sliding, and runs that last until the state is known.
 
 A slip phase longer than any slip of the stick-slip cycle is steady sliding. Stick-slip is a sequence of shorter slip
-phases, at least one with backward motion, from the departure of the first one up to the departure of a long one, or up
-to the last reattachment. All other time belongs to neither state: before the first departure, which the spring takes
-mu N / (k v0) to reach, after the last reattachment, and in sticks between long slips.
+phases, at least one with backward motion. It begins with the departure of the first one and ends with the departure of
+a long one, or with the last reattachment. All other time belongs to neither state. That is the time before the first
+departure, which the spring takes mu N / (k v0) to reach, after the last reattachment, and in sticks between long slips.
 
-The longest slip of a cycle follows from the loop of slip without scatter, from departure back to the largest velocity:
-after LOOPS of them the mass has missed the belt at least twice.
+The longest slip of a cycle follows from the loop of slip without scatter, from departure back to the largest velocity.
+After LOOPS of them the mass has missed the belt at least twice.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -95,7 +94,7 @@ def states_of(motion: Motion, longest_slip: float) -> States:
 
 @gate
 def longest_slip(oscillator: Oscillator, law: FrictionLaw) -> float:
-    """Natural periods that a slip of the stick-slip cycle does not exceed, whatever the scatter of friction.
+    """Natural periods that a slip of the stick-slip cycle does not exceed, for any scatter of friction.
 
     Raises as `slip_loop` does.
     """
@@ -122,13 +121,11 @@ def run_until_known(
     belt costs nothing. Raises as `simulate` and `slip_loop` do, ConvergenceError where the mass does not depart.
     """
     longest = longest_slip(oscillator, law)
-    start: dict[str, Any] = {}
-    if from_sliding:
-        start = {"start_position_m": equilibrium(oscillator, law), "start_velocity_m": 0.0}
+    start: float | tuple[float, float] = (equilibrium(oscillator, law), 0.0) if from_sliding else 0.0
     turn = 2.0 * math.pi
 
     def run(duration: float) -> Motion:
-        return simulate(oscillator, law, path, spacing_m, duration, options, **start)
+        return simulate(oscillator, law, path, spacing_m, duration, options, start)
 
     def until_departure(position: float) -> float:
         """Natural periods of stick from X = position on, without scatter."""
@@ -146,9 +143,12 @@ def run_until_known(
             duration = max(duration, end) + max(stick, 0.0) + 2.0**extension + longest
         else:
             duration *= 1.5
-    lacking = f"whether it sticks or slides after {end:.3g}" if slips.size else "when the mass leaves the belt"
+    lacking = f"whether the mass sticks or slides after {end:.3g}" if slips.size else "when the mass leaves the belt"
     raise ConvergenceError(
-        f"{duration:.3g} natural periods do not show {lacking}: raise the belt velocity", residual=1.0, work=EXTENSIONS
+        f"{motion.duration / turn:.3g} natural periods do not show {lacking}: raise the belt velocity of "
+        f"{oscillator.belt_velocity_m_per_s:.3g} m/s; scene key: oscillator.belt_velocity_m_per_s",
+        residual=1.0,
+        work=EXTENSIONS,
     )
 
 
@@ -160,7 +160,10 @@ def time_scales(oscillator: Oscillator, law: FrictionLaw, correlation_length_m: 
     Raises ParameterError for a belt at rest, and as `slip_loop` does.
     """
     if not oscillator.V > 0.0:
-        raise ParameterError("a belt at rest has no time scale of stick-slip: give it a velocity")
+        raise ParameterError(
+            "a belt at rest has no time scale of stick-slip: give it a velocity; scene key: "
+            "oscillator.belt_velocity_m_per_s"
+        )
     turn, loop = 2.0 * math.pi, slip_loop(oscillator, law)
     decay = math.inf if oscillator.damping_ratio == 0.0 else 1.0 / (turn * oscillator.damping_ratio)
     scales = {

@@ -61,7 +61,10 @@ def mean_lifetime(spells: Spells) -> np.ndarray:
     """
     total, ended = float(np.sum(spells.duration)), int(np.count_nonzero(spells.ended))
     if not total > 0.0:
-        raise IllPosedError("no run showed this motion: its mean lifetime is not determined")
+        raise IllPosedError(
+            f"no run showed this motion, in {spells.duration.size} spells: run longer or more realisations; scene "
+            "keys: survival.duration_periods, survival.realisations"
+        )
     low = 2.0 * total / float(chdtri(2 * ended + 2, TAILS[0]))
     if ended == 0:
         return np.array([math.inf, low, math.inf])
@@ -81,13 +84,16 @@ def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
     longest = float(np.max(spells.duration, initial=0.0))
     known_beyond = spells.duration.size > 0 and bool(np.all(spells.ended[spells.duration == longest]))
     if not (known_beyond or np.all(asked <= longest)) or np.isnan(asked).any():
-        raise IllPosedError("no spell lasts as long as its survival is asked for: run longer, or ask for less")
+        raise IllPosedError(
+            f"survival is asked for up to {np.max(asked):.4g} natural periods, and the longest spell lasts "
+            f"{longest:.4g}: run longer, or ask for less; scene key: survival.duration_periods"
+        )
     order = np.argsort(spells.duration, kind="stable")
     duration, ended = spells.duration[order], spells.ended[order]
     times, deaths = np.unique(duration[ended], return_counts=True)
     at_risk = duration.size - np.searchsorted(duration, times, "left")
     survival = np.cumprod((at_risk - deaths) / at_risk)
-    greenwood = np.cumsum(np.where(survival > 0.0, deaths / (at_risk * np.maximum(at_risk - deaths, 1)), 0.0))
+    greenwood = np.cumsum(deaths / (at_risk * np.maximum(at_risk - deaths, 1)))  # not used where none survive
     steps = np.empty((times.size + 1, 3))
     steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
     for step, value in enumerate(survival, start=1):
@@ -120,14 +126,14 @@ def falling_share(share: np.ndarray) -> np.ndarray:
 
 def crossing(damping: np.ndarray, share: np.ndarray, level: float) -> np.ndarray:
     """Where each row of a falling `share` : (..., dampings) passes a level, by straight lines; NaN if it does not."""
-    found = np.full(share.shape[:-1], np.nan)
-    for index in np.ndindex(found.shape):
+    places = np.full(share.shape[:-1], np.nan)
+    for index in np.ndindex(places.shape):
         row = share[index]
         below = int(np.argmax(row < level))
         if row[0] >= level > row[-1]:
             left, right = row[below - 1], row[below]
-            found[index] = damping[below - 1] + (left - level) / (left - right) * (damping[below] - damping[below - 1])
-    return found
+            places[index] = damping[below - 1] + (left - level) / (left - right) * (damping[below] - damping[below - 1])
+    return places
 
 
 @gate
@@ -144,7 +150,9 @@ def damping_band(
     shares found, of the ensemble or of more than a twentieth of the replicates.
     """
     if shares.ndim != 2 or damping.shape != shares.shape[1:] or np.any(np.diff(damping) <= 0.0):
-        raise ParameterError("shares are of runs by damping ratios, which ascend")
+        raise ParameterError(
+            f"shares {shares.shape} must be of runs by damping ratios {damping.shape}, and these must ascend"
+        )
     runs = len(shares)
     weights = generator.multinomial(runs, np.full(runs, 1.0 / runs), size=REPLICATES)
     counts = np.concatenate([np.ones((1, runs), dtype=weights.dtype), weights])
@@ -155,7 +163,7 @@ def damping_band(
         if not np.isfinite(at[0]) or np.mean(np.isnan(at)) > 0.05:
             raise IllPosedError(
                 f"the damping ratios from {damping[0]:.4g} to {damping[-1]:.4g} do not hold the one at which the mean "
-                f"share is {level:g}: widen them (ensemble.damping_ratios) or run more realisations"
+                f"share is {level:g}: widen them or run more realisations; scene key: survival.realisations"
             )
         band[row] = at[0], *np.nanquantile(at[1:], TAILS)
     return band

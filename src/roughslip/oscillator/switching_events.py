@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, completed, path_coordinate, total_friction
+from roughslip.oscillator.equation import Coefficients, State, path_coordinate, slip_state, total_friction
 from roughslip.oscillator.laws import (
     friction,
     friction_curvature,
@@ -280,4 +280,4 @@ def cross_bound(y: State, met: int, here: Branch, sigma: float, piece: Piece, p:
         there = branch(here.row, not here.cut, p)
     else:
         there = branch(here.row + (1 if met == UPPER else -1), here.cut, p)
-    return completed(y.tau, y.x, y.u, y.s, sigma, piece, there.p), there
+    return slip_state(y.tau, y.x, y.u, y.s, sigma, piece, there.p), there

@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, acceleration, completed
+from roughslip.oscillator.equation import Coefficients, State, acceleration, slip_state
 from roughslip.oscillator.laws import CONTRACTED, row_ends
 from roughslip.oscillator.path import WIDTHS, Path, Piece, Wide, piece_at, wide_piece
 from roughslip.oscillator.runge_kutta import error_ratio, weighted
@@ -78,7 +78,7 @@ def step_by_distance(
     k = start + h * weighted(FEHLBERG_WEIGHTS, ks) - force * mean - p.F * missed
     w, passed = math.sqrt(2.0 * k), h * weighted(FEHLBERG_WEIGHTS, ts)
     x = y.x + p.V * passed - sigma * h
-    end = completed(y.tau + passed, x, p.V - sigma * w, piece.right, sigma, beyond, p)
+    end = slip_state(y.tau + passed, x, p.V - sigma * w, piece.right, sigma, beyond, p)
     tau_error, k_error = abs(h * weighted(FEHLBERG_ERROR, ts)), abs(h * weighted(FEHLBERG_ERROR, ks))
     slowest, steep = min(w, w0), abs(end.a) / w
     deviation, bend = p.F * wide.rough / slowest, (k - start) / (k + start)
@@ -97,8 +97,8 @@ def keeps_branch(
         spare += 0.25 * (end.tau - y.tau) * min(abs(y.a), abs(end.a))
     slowest, fastest = min(y.u, end.u) - spare, max(y.u, end.u) + spare
     low, high = row_ends(row, p.law)
-    one, other = sigma * p.omega * (p.V - slowest), sigma * p.omega * (p.V - fastest)
-    return low < min(one, other) and max(one, other) < high and (backwards or end.u < 0.0 or slowest > 0.0)
+    ends = sigma * p.omega * (p.V - slowest), sigma * p.omega * (p.V - fastest)
+    return low < min(ends) and max(ends) < high and (backwards or end.u < 0.0 or slowest > 0.0)
 
 
 @compiled(error_model="numpy")

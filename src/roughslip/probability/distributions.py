@@ -15,7 +15,7 @@ import scipy
 from scipy.special import betainc, betainccinv, betaincinv, betaln, gammaln, log_ndtr, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, not_negative, positive, reals
 
 NEGLIGIBLE = 1e-12  # share of the support of a Beta distribution
 SYMMETRIC_WEIBULL = 3.6023494257197  # shape at which the skewness of a Weibull distribution changes its sign
@@ -50,7 +50,7 @@ def normal_score(probability: float | np.ndarray) -> np.ndarray:
     """g : (as probability) [-] standard normal quantile; raises ParameterError outside the open interval 0 ... 1."""
     p = reals("probabilities", probability)
     if not np.all((p > 0.0) & (p < 1.0)):
-        raise ParameterError(f"probabilities lie between 0 and 1, not {probability}")
+        raise ParameterError(f"probabilities must lie between 0 and 1, not {_first(p, (p > 0.0) & (p < 1.0))}")
     return ndtri(p)
 
 
@@ -145,12 +145,15 @@ class FamilyDistribution:
     def __post_init__(self) -> None:
         if self.family not in FAMILIES:
             raise ParameterError(f"there is no family {self.family!r}; choose one of {', '.join(FAMILIES)}")
-        _require_positive("the standard deviation (of heights: the rms height)", self.standard_deviation)
-        names, (least, most) = FAMILIES[self.family].shapes, FAMILIES[self.family].limits
+        positive("the standard deviation (of heights: the rms height)", self.standard_deviation)
+        names, (minimum, maximum) = FAMILIES[self.family].shapes, FAMILIES[self.family].limits
         if len(self.shapes) != len(names):
             raise ParameterError(f"a {self.family} distribution has the shapes ({', '.join(names)}), not {self.shapes}")
-        if not all(least <= real("a shape", shape) <= most for shape in self.shapes):
-            raise ParameterError(f"shapes of a {self.family} distribution lie in {least} ... {most}, not {self.shapes}")
+        if not all(minimum <= real("a shape", shape) <= maximum for shape in self.shapes):
+            raise ParameterError(
+                f"shapes of a {self.family} distribution must lie in {minimum} to {maximum}, not {self.shapes}; scene "
+                "key: roughness.marginal.shapes"
+            )
 
     @property
     def _moments(self) -> Moments:
@@ -183,7 +186,7 @@ class FamilyDistribution:
         """F : (as value) [-] probability of lying below the value."""
         x = np.asarray(value, dtype=float) / self.standard_deviation
         if np.isnan(x).any():
-            raise ParameterError("values must be numbers")
+            raise ParameterError(f"{np.count_nonzero(np.isnan(x))} of {x.size} values are NaN: leave them out")
         sign = -1.0 if self.mirrored else 1.0
         below = FAMILIES[self.family].cdf(
             self._moments.mean + self._moments.standard_deviation * sign * x, *self.shapes
@@ -207,10 +210,10 @@ class BetaDistribution:
 
     def __post_init__(self) -> None:
         for name in ("a", "b"):
-            _require_positive(f"BetaDistribution.{name}", getattr(self, name))
+            positive(f"BetaDistribution.{name}", getattr(self, name))
         lower, upper = real("the lower end", self.lower), real("the upper end", self.upper)
         if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
-            raise ParameterError(f"the support must be finite and in order, not {self.lower} to {self.upper}")
+            raise ParameterError(f"lower and upper must be finite and in order, not {self.lower} and {self.upper}")
 
     @classmethod
     @gate
@@ -257,15 +260,17 @@ class QuantileDistribution:
     def __post_init__(self) -> None:
         q = reals("quantiles", self.quantiles)
         if q.ndim != 1 or q.size < FEWEST_QUANTILES or not np.isfinite(q).all() or (np.diff(q) < 0.0).any():
-            raise ParameterError(f"quantiles are a row of at least {FEWEST_QUANTILES} finite increasing numbers")
-        mean, deviation = real("the mean", self.mean), real("the standard deviation", self.standard_deviation)
-        if not (math.isfinite(mean) and math.isfinite(deviation) and deviation >= 0.0):
             raise ParameterError(
-                f"the mean must be finite and the standard deviation finite and not negative, not {self.mean} and "
-                f"{self.standard_deviation}"
+                f"quantiles must be a row of at least {FEWEST_QUANTILES} finite increasing numbers, not of the shape "
+                f"{q.shape}"
             )
+        finite("the mean", self.mean)
+        not_negative("the standard deviation", self.standard_deviation)
         if not q[-1] - q[0] > 1e-12 * max(abs(q[0]), abs(q[-1])):
-            raise IllPosedError("the quantiles are all equal: they have no distribution; give a Beta distribution")
+            raise IllPosedError(
+                f"the quantiles are all equal to {q[0]:.6g}: they have no distribution; give a BetaDistribution, "
+                "which may have no scatter; scene key: ensemble.marginal"
+            )
 
     @property
     def scale(self) -> float:
@@ -292,7 +297,7 @@ def distribution_of_moments(
     the family has no such distribution: with skewness s the beta (Pearson's type I) needs s^2 - 2 < excess < 1.5 s^2.
     """
     if not all(math.isfinite(real("a moment", moment)) for moment in (skewness, excess_kurtosis)):
-        raise ParameterError("skewness and excess kurtosis must be finite")
+        raise ParameterError(f"skewness and excess kurtosis must be finite, not {skewness} and {excess_kurtosis}")
     if family == "gaussian":
         return FamilyDistribution(family, standard_deviation)
     if family == "beta":
@@ -317,11 +322,11 @@ def _beta_shapes(skewness: float, excess: float) -> tuple[float, float]:
     half = 0.5 * total * math.sqrt(pull / (pull + 16.0 * (total + 1.0)))
     small, large = 0.5 * total - half, 0.5 * total + half
     shapes = (small, large) if skewness > 0.0 else (large, small)
-    least, most = FAMILIES["beta"].limits
-    if not (least <= small and large <= most):
+    minimum, maximum = FAMILIES["beta"].limits
+    if not (minimum <= small and large <= maximum):
         raise IllPosedError(
             f"skewness {skewness:.3g} and excess kurtosis {excess:.3g} need a beta distribution of shapes {small:.3g}, "
-            f"{large:.3g}, allowed {least:g} to {most:g}; use an empirical, gaussian or Weibull distribution"
+            f"{large:.3g}, allowed {minimum:g} to {maximum:g}; use an empirical, gaussian or Weibull distribution"
         )
     return shapes
 
@@ -332,31 +337,31 @@ def _weibull_shape(skewness: float) -> float:
     def excess(k: float) -> float:
         return weibull_moments(k).skewness - skewness
 
-    least = FAMILIES["weibull"].limits[0]
-    if excess(least) < 0.0:
+    minimum = FAMILIES["weibull"].limits[0]
+    if excess(minimum) < 0.0:
         raise IllPosedError(
-            f"a Weibull distribution has a skewness of at most {weibull_moments(least).skewness:.3g}, not "
+            f"a Weibull distribution has a skewness of at most {weibull_moments(minimum).skewness:.3g}, not "
             f"{skewness:.3g}; use an empirical distribution, or remove outliers"
         )
     if excess(SYMMETRIC_WEIBULL) >= 0.0:
         return SYMMETRIC_WEIBULL
-    return float(scipy.optimize.brentq(excess, least, SYMMETRIC_WEIBULL))
+    return float(scipy.optimize.brentq(excess, minimum, SYMMETRIC_WEIBULL))
 
 
 def _lognormal_shape(skewness: float) -> float:
     """s with (w + 2) sqrt(w - 1) = skewness, w = exp(s^2): with w = 1 + u^2, u^3 + 3 u = skewness."""
     u = 2.0 * math.sinh(math.asinh(0.5 * skewness) / 3.0)
     s = math.sqrt(math.log1p(u**2))
-    least, most = FAMILIES["lognormal"].limits
-    if not least <= s <= most:
+    minimum, maximum = FAMILIES["lognormal"].limits
+    if not minimum <= s <= maximum:
         raise IllPosedError(
-            f"a lognormal distribution has a skewness of {lognormal_moments(least).skewness:.3g} to "
-            f"{lognormal_moments(most).skewness:.3g}, not {skewness:.3g}; use an empirical distribution, below also a "
-            f"gaussian, above a Weibull one"
+            f"a lognormal distribution has a skewness of {lognormal_moments(minimum).skewness:.3g} to "
+            f"{lognormal_moments(maximum).skewness:.3g}, not {skewness:.3g}; use an empirical distribution, below "
+            f"also a gaussian, above a Weibull one"
         )
     return s
 
 
-def _require_positive(name: str, value: float) -> None:
-    if not (math.isfinite(real(name, value)) and value > 0.0):
-        raise ParameterError(f"{name} must be finite and positive, not {value}")
+def _first(values: np.ndarray, allowed: np.ndarray) -> float:
+    """The first value that is not allowed."""
+    return float(values[~allowed][0])

@@ -11,7 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability.distributions import FamilyDistribution, distribution_of_moments, normal_score
-from roughslip.validation import gate, reals
+from roughslip.validation import gate, positive, reals
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
@@ -37,7 +37,10 @@ class EmpiricalDistribution:
 
     def __post_init__(self) -> None:
         if self.normal.ndim != 1 or self.normal.shape != self.values.shape or self.normal.size < 2:
-            raise ParameterError("an empirical distribution needs two rows of equal length")
+            raise ParameterError(
+                f"an empirical distribution needs scores and values in two rows of equal length, at least 2, not "
+                f"{self.normal.shape} and {self.values.shape}"
+            )
         for row in (self.normal, self.values):
             if not (np.isfinite(row).all() and (np.diff(row) > 0.0).all()):
                 raise ParameterError("scores and values of an empirical distribution must be finite and ascend")
@@ -62,7 +65,7 @@ class EmpiricalDistribution:
         """F : (as value) [-] probability of lying below the value, the exact inverse of the quantile."""
         x = np.asarray(value, dtype=float)
         if np.isnan(x).any():
-            raise ParameterError("values must be numbers")
+            raise ParameterError(f"{np.count_nonzero(np.isnan(x))} of {x.size} values are NaN: leave them out")
         return ndtr(np.interp(x, self.values, self.normal, left=-math.inf, right=math.inf))
 
 
@@ -71,22 +74,22 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     """The distribution of measured values.
 
     values : (any shape) [unit of x] finite values, of heights after removal of the form
-    standard_deviation : [unit of x] of the values, by default as it is; also of the distribution, but where outliers,
-        fewer than a table holds, make more than MOST_STRETCH of it: the bulk of the values is kept then
+    standard_deviation : [unit of x] of the values and of the distribution; theirs where not given. Where outliers,
+        fewer than a table holds, make more than MOST_STRETCH of it, the bulk of the values is kept instead
 
     Each value has the normal score of its middle rank. Ties share theirs, which bridges plateaus and the steps of a
     digitised instrument. Neighbours closer than TIE are ties: those of a plateau differ by rounding once its form is
     removed. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
     reach as far as ten values and the middle of the extreme ones lie beyond, and a monotone cubic joins them (Fritsch
     and Carlson, SIAM J. Numer. Anal. 17 (1980) 238). In the tails x is linear in the score with the slope of the last
-    interval, a normal tail of that local spread, or a multiple of that to the extreme value if outliers begin there.
+    interval, a normal tail of that local spread. Where outliers begin there, it is a multiple of the slope to the
+    extreme value.
 
     Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
     """
     x = checked_values(values)
     deviation = float(np.std(x)) if standard_deviation is None else standard_deviation
-    if not (math.isfinite(deviation) and deviation > 0.0):
-        raise ParameterError(f"the standard deviation must be positive and finite, not {deviation}")
+    positive("standard_deviation", deviation)
     if x.size < 10 * LEAST_BEYOND:
         raise IllPosedError(f"{x.size} values make no distribution; use {10 * LEAST_BEYOND} or a parametric family")
     values, counts = _ties(x)
@@ -94,7 +97,7 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     if shared > MOST_SHARED:
         raise IllPosedError(
             f"{100.0 * shared:.2g} % of the values are equal to the lowest or highest one, as in a clipped or coarsely "
-            f"digitised scan; remove those points or use a parametric family (of a scan, roughness.scan.marginal)"
+            f"digitised scan; remove those points or use a parametric family; scene key: roughness.scan.marginal"
         )
     score = ndtri((np.cumsum(counts) - 0.5 * counts) / x.size)
     spacing = x.size**-0.2
@@ -106,10 +109,10 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     for steeper in STEEPER:
         slopes = [
             min(
-                abs(known[one] - known[two]) / spacing,
-                steeper * abs((values[one] - known[one]) / (score[one] - inner[one])),
+                abs(known[end] - known[beside]) / spacing,
+                steeper * abs((values[end] - known[end]) / (score[end] - inner[end])),
             )
-            for one, two in ((0, 1), (-1, -2))
+            for end, beside in ((0, 1), (-1, -2))
         ]
         ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])
         curve = scipy.interpolate.PchipInterpolator(
@@ -159,5 +162,5 @@ def checked_values(values: np.ndarray) -> np.ndarray:
     if x.size < 2 or not np.isfinite(x).all():
         raise ParameterError("a distribution needs two or more values, all finite; remove missing points")
     if not np.ptp(x) > 1e-12 * np.max(np.abs(x)):
-        raise IllPosedError("all values are equal: they have no distribution")
+        raise IllPosedError(f"all {x.size} values are equal to {x[0]:.6g}: give values that differ")
     return x

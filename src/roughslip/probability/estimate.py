@@ -72,9 +72,9 @@ class Estimate:
         reflected at the value: the basic interval of Davison and Hinkley, Bootstrap Methods, 1997, ch. 5.
         rows, margin : as of `from_rows`, above zero; the margin acts on logarithms
         """
-        found = cls.from_rows(np.log(rows), margin)
-        low, high = 2.0 * found.value - found.high, 2.0 * found.value - found.low
-        return cls(np.array(rows[0]), np.exp(low), np.exp(high), np.exp(found.replicates))
+        of_logarithm = cls.from_rows(np.log(rows), margin)
+        low, high = 2.0 * of_logarithm.value - of_logarithm.high, 2.0 * of_logarithm.value - of_logarithm.low
+        return cls(np.array(rows[0]), np.exp(low), np.exp(high), np.exp(of_logarithm.replicates))
 
     @classmethod
     def of_distance(cls, rows: np.ndarray, moved: np.ndarray) -> Estimate:

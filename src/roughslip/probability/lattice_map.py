@@ -45,30 +45,30 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
     if points < START or not START**2 <= computed <= points**2:
         raise ParameterError(
             f"a map of {points} x {points} nodes, at least {START} x {START}, is computed at {START**2} to {points**2} "
-            f"of them, not at {computed}"
+            f"of them, not at {computed}; scene key: map.points"
         )
     nodes = np.stack(np.divmod(np.arange(points**2), points), axis=1)
     place = nodes / (points - 1)
     lines = np.round(np.linspace(0, points - 1, START)).astype(int)
     known = [int(i * points + j) for i in lines for j in lines]
-    values = [probability(*nodes[one].tolist()) for one in known]
+    values = [probability(*nodes[node].tolist()) for node in known]
     distance = np.min(np.linalg.norm(place[:, None] - place[known], axis=-1), axis=1)
     errors: list[float] = []
-    found = _spline(place, known, values)
+    spline = _spline(place, known, values)
     while len(known) < computed:
-        node = int(np.argmax(distance * np.sqrt(found * (1.0 - found) + FLAT)))
+        node = int(np.argmax(distance * np.sqrt(spline * (1.0 - spline) + FLAT)))
         value = probability(*nodes[node].tolist())
-        errors.append(abs(value - float(found[node])))
+        errors.append(abs(value - float(spline[node])))
         known.append(node)
         values.append(value)
         distance = np.minimum(distance, np.linalg.norm(place - place[node], axis=1))
-        found = _spline(place, known, values)
-    found[known] = values
+        spline = _spline(place, known, values)
+    spline[known] = values
     is_computed = np.zeros(points**2, dtype=bool)
     is_computed[known] = True
     last = errors[-(len(errors) // 3 + 1) :]
     shape = points, points
-    return LatticeMap(found.reshape(shape), is_computed.reshape(shape), float(np.mean(last)) if last else 0.0)
+    return LatticeMap(spline.reshape(shape), is_computed.reshape(shape), float(np.mean(last)) if last else 0.0)
 
 
 def _spline(place: np.ndarray, known: list[int], values: list[float]) -> np.ndarray:

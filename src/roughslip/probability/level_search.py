@@ -42,8 +42,8 @@ class Crossing:
 def central_counts(paths: int, level: float) -> tuple[int, int]:
     """The least and the largest count of a binomial variable within its central 95 %."""
     below = bdtr(np.arange(paths + 1), paths, level)
-    least, largest = (int(np.searchsorted(below, tail)) for tail in TAILS)
-    return least, largest
+    minimum, maximum = (int(np.searchsorted(below, tail)) for tail in TAILS)
+    return minimum, maximum
 
 
 class LevelSearch:
@@ -87,9 +87,12 @@ class LevelSearch:
 
         Raises ParameterError for a level whose interval this number of paths does not bound.
         """
-        least, largest = central_counts(self.paths, level)
-        if not 0 < least <= largest < self.paths:
-            raise ParameterError(f"{self.paths} paths do not bound a value of the probability {level:g}: take more")
+        minimum, maximum = central_counts(self.paths, level)
+        if not 0 < minimum <= maximum < self.paths:
+            raise ParameterError(
+                f"{self.paths} paths do not bound a value of the probability {level:g}: take more; scene key: "
+                "answer.realisations"
+            )
         step, target = 1 if upwards else -1, level * self.paths
         above = self._is_above(STEPS, target)
         at = self._first_probe(step, level, not above)
@@ -99,7 +102,7 @@ class LevelSearch:
         while far - step != STEPS and self._is_above(far - step, target) != above:
             far -= step
         value = self._root(target, self._grid[far - step], self._grid[far])
-        inner, outer = (largest + 0.5, least - 0.5) if above else (least - 0.5, largest + 0.5)
+        inner, outer = (maximum + 0.5, minimum - 0.5) if above else (minimum - 0.5, maximum + 0.5)
         ends = self._end(far - step, -step, inner, above, value), self._end(far, step, outer, not above, value)
         low, high = ends if upwards else ends[::-1]
         return Crossing(value, None if low is None else min(low, value), None if high is None else max(high, value))
@@ -151,9 +154,9 @@ class LevelSearch:
 
     def _root(self, threshold: float, a: float, b: float) -> float:
         """The value, of two on different sides of the threshold and between, where the count comes to it."""
-        least, largest = central_counts(self.paths, threshold / self.paths)
+        minimum, maximum = central_counts(self.paths, threshold / self.paths)
         while (width := abs(math.log(b / a))) > ACCURACY:
-            if width <= COARSE and all(least <= self.count(value) <= largest for value in (a, b)):
+            if width <= COARSE and all(minimum <= self.count(value) <= maximum for value in (a, b)):
                 break
             a, b = self._narrowed(threshold, a, b)
         return self._between(threshold, a, b)

@@ -16,7 +16,7 @@ from typing import Protocol
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, reals
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
 BOUNDED_EDGE = 6.0  # up to which the error of the table is bounded; beyond lies 2e-9
@@ -61,8 +61,7 @@ class Translation:
     @gate
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
         """x - E x : (as gaussian) of standard normal variables [-], constant beyond the table."""
-        if not np.isfinite(reals("the Gaussian field", gaussian)).all():
-            raise ParameterError("the Gaussian field must be finite")
+        finite("the Gaussian field", gaussian)
         return np.interp(gaussian, self.normal, self.values)
 
     @cached_property
@@ -94,13 +93,14 @@ class Translation:
         below the least correlation.
         """
         wanted = checked_correlations(correlation)
-        least = self.least_correlation
-        if np.any(wanted < least - self.least_error):
+        minimum = self.least_correlation
+        if np.any(wanted < minimum - self.least_error):
             raise IllPosedError(
                 f"correlation {float(np.min(wanted)):.4g} is wanted, but this distribution allows none below "
-                f"{least:.4g}; use a less skewed distribution or the nearest correlation"
+                f"{minimum:.4g}; use a less skewed distribution, or leave the correlation uncorrected; scene keys: "
+                "roughness.marginal.correct_correlation, roughness.scan.correct_correlation"
             )
-        wanted = np.maximum(wanted, least)
+        wanted = np.maximum(wanted, minimum)
         rho = np.minimum(wanted / max(self.shares[0], 1e-300), 1.0)
         low, high = np.zeros_like(rho), np.ones_like(rho)
         if np.any(wanted < 0.0):
@@ -119,7 +119,13 @@ class Translation:
             rho = np.clip(rho - excess / np.maximum(slope(rho), SMALLEST_SLOPE), low, high)
         if residual < WORST_CORRELATION_ERROR:
             return rho
-        raise ConvergenceError("no Gaussian correlation was found; use a less skewed distribution", residual, _ + 1)
+        raise ConvergenceError(
+            f"no Gaussian correlation was found to within {WORST_CORRELATION_ERROR:.0e}; use a less skewed "
+            "distribution, or leave the correlation uncorrected; scene keys: roughness.marginal.correct_correlation, "
+            "roughness.scan.correct_correlation",
+            residual,
+            _ + 1,
+        )
 
 
 @gate
@@ -174,7 +180,7 @@ def tabulate(
         table_error=scale * float(np.max(bends)) / 8.0,
         shares=np.append(shares, 1.0 - carried) if append else np.array(shares) / carried,
         left_out=1.0 - carried,
-        quadrature_error=max(abs(one - other) for one, other in zip(shares, coarse, strict=False)),
+        quadrature_error=max(abs(fine - halved) for fine, halved in zip(shares, coarse, strict=False)),
     )
 
 
@@ -199,5 +205,5 @@ def checked_correlations(values: float | np.ndarray) -> np.ndarray:
     """The values, real numbers between -1 and 1; raises ParameterError for others."""
     rho = reals("correlations", values)
     if not np.all(np.abs(rho) <= 1.0 + 1e-9):
-        raise ParameterError("correlations lie between -1 and 1")
+        raise ParameterError(f"correlations must lie between -1 and 1, not in {rho.min():.4g} to {rho.max():.4g}")
     return np.clip(rho, -1.0, 1.0)

@@ -49,32 +49,32 @@ def symbol(limits: Mapping[str, Any], name: str) -> str:
     return str(limits[name]["title"].rpartition(" ")[2])
 
 
-def regions(one: Mapping[str, Any], label: str) -> list[str]:
+def regions(parameter: Mapping[str, Any], label: str) -> list[str]:
     """Where, along one parameter, the probability lies below 5 % (label 0.05) or above 95 % (label 0.95)."""
-    found = []
+    limits = []
     for side in SIDES:
-        if (limit := one[side][label]) is not None:
+        if (limit := parameter[side][label]) is not None:
             beyond = limit["change"] == ("falls below" if label == "0.05" else "rises above")
             word = side if beyond else {"above": "up to", "below": "down to"}[side]
             outside = OUTSIDE if limit.get("outside_measured_speeds") else ""
-            found.append(f"{word} {shown(limit)}{outside}")
-    return found
+            limits.append(f"{word} {shown(limit)}{outside}")
+    return limits
 
 
 def limit_rows(answer: Mapping[str, Any]) -> list[dict[str, str]]:
     """A row a parameter: its value in the scene, where stick-slip is practically excluded or certain, and the limits
     without scatter."""
     rows = []
-    for one in answer["limits"].values():
-        ends = [one[side]["without_scatter"] for side in SIDES]
-        low, high = (digits(end) for end in one["searched"]["interval"])
+    for parameter in answer["limits"].values():
+        ends = [parameter[side]["without_scatter"] for side in SIDES]
+        low, high = (digits(end) for end in parameter["searched"]["interval"])
         whole = {label: f"{'all' if _holds(answer, label) else 'none'} from {low} to {high}" for label in LABELS}
         rows.append(
             {
-                "parameter": one["title"],
-                "scene": shown(one),
-                "excluded": " and ".join(regions(one, "0.05")) or whole["0.05"],
-                "certain": " and ".join(regions(one, "0.95")) or whole["0.95"],
+                "parameter": parameter["title"],
+                "scene": shown(parameter),
+                "excluded": " and ".join(regions(parameter, "0.05")) or whole["0.05"],
+                "certain": " and ".join(regions(parameter, "0.95")) or whole["0.95"],
                 "without_scatter": " and ".join(shown(end) for end in ends if end["value"] is not None) or "none",
             }
         )
@@ -90,7 +90,7 @@ def _probability(answer: Mapping[str, Any]) -> str:
     number = answer["probability"]
     certain, excluded = number["value"] >= 0.95, number["value"] <= 0.05
     word = "practically certain" if certain else "practically excluded" if excluded else "possible"
-    values = [f"{symbol(answer['limits'], name)} = {shown(one)}" for name, one in answer["limits"].items()]
+    values = [f"{symbol(answer['limits'], name)} = {shown(parameter)}" for name, parameter in answer["limits"].items()]
     line = f"Stick-slip is {word} ({percent(number)}) at {_joined(values)}"
     slid = percent(answer["probability_from_sliding"])
     line += OUTSIDE if answer.get("outside_measured_speeds") else ""
@@ -118,12 +118,12 @@ def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
         longer = time or "no damping ends its transients"
         periods = digits(answer["periods"]["value"])
         return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
-    least = {
+    minimum = {
         word: answer[name]["interval"][0]
         for word, name in (("stick-slip", "stick_slip_lifetime"), ("steady sliding", "sliding_lifetime"))
         if answer[name]["value"] is not None or answer[name]["interval"] is not None
     }
-    bounds = _joined([f"{word} at least {digits(round(value))}" for word, value in least.items()])
+    bounds = _joined([f"{word} at least {digits(round(value))}" for word, value in minimum.items()])
     return f" The start decides, because both states live longer than a run: {bounds} natural periods in the mean."
 
 
@@ -136,24 +136,24 @@ def _holds(answer: Mapping[str, Any], label: str) -> bool:
 def _limits(answer: Mapping[str, Any]) -> str:
     limits, parts = answer["limits"], []
     for label, text in LABELS.items():
-        found = [f"{symbol(limits, name)} {one}" for name in limits for one in regions(limits[name], label)]
+        ranges = [f"{symbol(limits, name)} {region}" for name in limits for region in regions(limits[name], label)]
         none = [symbol(limits, name) for name in limits if not regions(limits[name], label)]
-        if not found:
+        if not ranges:
             parts.append(f"{text} {'everywhere' if _holds(answer, label) else 'nowhere'} in the search")
             continue
         rest = f" (no limit of {_joined(none, ' or ')} within the search)" if none else ""
-        parts.append(f"{text} for {_joined(found, ' or ')}{rest}")
+        parts.append(f"{text} for {_joined(ranges, ' or ')}{rest}")
     return f"{'; '.join(parts)}."
 
 
 def _change(answer: Mapping[str, Any]) -> str:
-    found = answer["smallest_change"]
-    if found is None:
+    change = answer["smallest_change"]
+    if change is None:
         aim = "ends" if answer["probability"]["value"] > 0.5 else "begins"
         return f"No change of one parameter within the search {aim} stick-slip."
-    title = answer["limits"][found["parameter"]]["title"]
-    sign = "+" if found["value"] > 0 else ""
-    return f"The smallest relative change that {found['aim']}s stick-slip is {sign}{percent(found)} of the {title}."
+    title = answer["limits"][change["parameter"]]["title"]
+    sign = "+" if change["value"] > 0 else ""
+    return f"The smallest relative change that {change['aim']}s stick-slip is {sign}{percent(change)} of the {title}."
 
 
 def _decision(decides: Mapping[str, Any]) -> str:

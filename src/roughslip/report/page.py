@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -124,6 +125,25 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     versions : of the packages that made the results
     evidence : benchmarks and stress campaigns, on the joint page
     """
+    readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
+    shown = {name for scene in scenes for name in scene.figures}
+    shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
+    template = _environment().get_template("page.html.j2")
+    return template.render(
+        scenes=scenes,
+        readings=readings,
+        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
+        answers=answers(readings),
+        marks=MARKS,
+        headlines=HEADLINES,
+        versions=versions,
+        evidence=evidence or Evidence(),
+    )
+
+
+@cache
+def _environment() -> Environment:
+    """The templates with their filters, compiled once in a process."""
     environment = Environment(
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
@@ -146,19 +166,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         "element": element,
         "thumbnail": thumbnail,
     }
-    readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
-    shown = {name for scene in scenes for name in scene.figures}
-    shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
-    return environment.get_template("page.html.j2").render(
-        scenes=scenes,
-        readings=readings,
-        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
-        answers=answers(readings),
-        marks=MARKS,
-        headlines=HEADLINES,
-        versions=versions,
-        evidence=evidence or Evidence(),
-    )
+    return environment
 
 
 def _counts(counts: Mapping[str, int]) -> str:
@@ -172,13 +180,13 @@ def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
     `bar` has lengths in per cent of the largest: asked, reached, and of that what all these sources leave.
     """
-    found: dict[str, dict[str, float]] = {}
+    by_number: dict[str, dict[str, float]] = {}
     for row in (row for row in costs if row["stage"] != "all"):
         for name, value in row["did"].items():
             if match := ACCURACY.fullmatch(name):
-                found.setdefault(match[1], {})[match[2]] = value
+                by_number.setdefault(match[1], {})[match[2]] = value
     rows = []
-    for number, values in found.items():
+    for number, values in by_number.items():
         sources = {name.removeprefix("from_"): value for name, value in values.items() if name.startswith("from_")}
         asked, reached = values["asked"], values.get("reached", 0.0)
         lengths = {"asked": asked, "reached": reached, "sources": min(sum(sources.values()), reached)}
@@ -195,18 +203,18 @@ def _strips_for_verdicts(scene: SceneReport) -> str:
     if "strips_for_accuracy" not in did:
         return ""
     statements = {claim["id"]: claim["statement"] for claim in scene.claims}
-    found: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
+    named: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
     for name, number in did.items():
         if match := FOR_VERDICTS.fullmatch(name):
-            found[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
+            named[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
     own, chosen = did["strips_for_accuracy"], did["strips_chosen"]
     text = f"The accuracy of friction takes {own:,} strips."
-    if found["to_decide"]:
+    if named["to_decide"]:
         text += (
-            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(found['to_decide'])}."
+            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(named['to_decide'])}."
         )
-    if found["beyond_limit_for"]:
-        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(found['beyond_limit_for'])}."
+    if named["beyond_limit_for"]:
+        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(named['beyond_limit_for'])}."
     return text
 
 

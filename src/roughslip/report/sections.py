@@ -1,6 +1,6 @@
 """Sections of the page: what a figure and the paper show, why results differ, and which statements belong there.
 
-All numbers on the page are those of claims.json; the texts here hold none of ours.
+All numbers on the page are those of claims.json; the texts here hold no number of ours.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ SECTIONS = {
     ),
 }
 
-NUMBERS = {name: text for one in SECTIONS.values() for name, text in one.numbers.items()}
+NUMBERS = {name: text for section in SECTIONS.values() for name, text in section.numbers.items()}
 
 # The statements that answer the question of the study, in words that need no context.
 ASKED = {
@@ -165,12 +165,12 @@ def our_number(claim: Claim) -> str:
 
 def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = None) -> list[dict[str, Claim]]:
     """A row for each statement, the claims by scene. readings : claims by scene; ids : of the statements, or all"""
-    found: dict[str, dict[str, Claim]] = {}
+    by_id: dict[str, dict[str, Claim]] = {}
     for scene, claims in readings.items():
         for claim in claims:
             if ids is None or claim["id"] in ids:
-                found.setdefault(claim["id"], {})[scene] = claim
-    return list(found.values())
+                by_id.setdefault(claim["id"], {})[scene] = claim
+    return list(by_id.values())
 
 
 def under_which(claim: Claim) -> str:
@@ -181,9 +181,9 @@ def under_which(claim: Claim) -> str:
     if not claim["tried"]:
         return ""
     holds = [
-        one["id"].replace("-", " ")
-        for one in claim["readings"]
-        if one["verdict"] == "reproduced" and not one.get("chosen")
+        reading["id"].replace("-", " ")
+        for reading in claim["readings"]
+        if reading["verdict"] == "reproduced" and not reading.get("chosen")
     ]
     return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
 
@@ -205,7 +205,9 @@ def hardness(reading: Claim) -> str:
 
 def by_chance(claims: Sequence[Claim]) -> str:
     """How many of the verdicts of a scene would be wrong by chance."""
-    decided = sum(one["verdict"] in ("reproduced", "contradicted") for claim in claims for one in claim["readings"])
+    decided = sum(
+        reading["verdict"] in ("reproduced", "contradicted") for claim in claims for reading in claim["readings"]
+    )
     return (
         f"{decided} verdicts on readings are decided by 95 % intervals: if every number lay on its threshold, about "
         f"{BY_CHANCE * decided:.1f} of them would be wrong by chance"
@@ -218,8 +220,8 @@ def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
         return []
     parts = []
     for scene, claims in readings.items():
-        found = [claim["headline"] for claim in claims if not claim["id"].startswith("own-")]
-        counts = [f"{found.count(headline)} {headline}" for headline in HEADLINES if headline in found]
+        headlines = [claim["headline"] for claim in claims if not claim["id"].startswith("own-")]
+        counts = [f"{headlines.count(headline)} {headline}" for headline in HEADLINES if headline in headlines]
         parts.append(f"{', '.join(counts)} in scene {scene}")
     sentences = [f"The paper's statements: {'; '.join(parts)}."]
     for name, lead in ASKED.items():

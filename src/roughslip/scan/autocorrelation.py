@@ -106,9 +106,9 @@ def _too_long(scan: Topography, radii: np.ndarray) -> str:
             helps.append(f"a lay taken as infinitely long, roughness.scan.endless_lay: {name}")
     edge = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     cutoffs = [edge / n for n in CUTOFFS if edge / n >= FEWEST_CELLS * max(scan.dx, scan.dy)]
-    found = next((cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, cutoff))), None)
-    if found is not None:
-        helps.append(f"a high-pass, roughness.scan.cutoff_m: {found:.2g}")
+    cutoff_m = next((cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, cutoff))), None)
+    if cutoff_m is not None:
+        helps.append(f"a high-pass, roughness.scan.cutoff_m: {cutoff_m:.2g}")
     advice = "What helps: " + ", or ".join(helps) if helps else "No form, lay or high-pass helps"
     return (
         f"the autocorrelation at {math.degrees(ANGLES[np.argmax(stuck)]):.0f} degrees from x does not fall to 1/e "

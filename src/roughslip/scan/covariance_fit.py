@@ -132,23 +132,24 @@ def fit_covariance(
 
 @gate
 def fitted_covariances(
-    kinds: Sequence[str], scan: Topography, found: ScanStatistics
+    kinds: Sequence[str], scan: Topography, statistics: ScanStatistics
 ) -> tuple[list[CovarianceFit], list[str]]:
     """Fits of the kinds that can be fitted, the best first, and why the others cannot.
 
     A self_affine spectrum goes on to the highest wavenumber of the scan. With an endless lay the fits are those of
     the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
-    endless = found.sub_areas.endless
-    data, powers = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found) if endless is None else None
+    endless = statistics.sub_areas.endless
+    data, powers = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics) if endless is None else None
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
         if endless is not None:
-            data = profile_to_fit(found.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
+            data = profile_to_fit(statistics.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
         try:
-            fit = fit_covariance(kind, data, float(found.rms_height.value), rings=powers, cutoff_wavelength_m=cutoff)
+            rms_height_m = float(statistics.rms_height.value)
+            fit = fit_covariance(kind, data, rms_height_m, rings=powers, cutoff_wavelength_m=cutoff)
             fits.append(fit)
         except (IllPosedError, ConvergenceError) as error:
             refused.setdefault(str(error), []).append(kind)
@@ -156,7 +157,7 @@ def fitted_covariances(
     if not fits:
         instead = "take the measured one, roughness.scan.covariance: measured"
         raise IllPosedError(f"no model fits the autocorrelation; {instead} ({'; '.join(reasons)})")
-    return sorted(fits, key=lambda one: one.criterion), reasons
+    return sorted(fits, key=lambda fit: fit.criterion), reasons
 
 
 def _builder(
@@ -229,7 +230,7 @@ def _solved(
 ) -> OptimizeResult:
     solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     if not solution.success:
-        text = f"fit of {model.kind}: {solution.message} Use another kind, or lags that are still correlated"
+        text = f"the fit of {model.kind} did not converge: use another kind, or lags that are still correlated"
         raise ConvergenceError(text, float(solution.optimality), int(solution.nfev))
     return solution
 
@@ -254,11 +255,11 @@ def _profiled(
     def total(shape: float) -> float:
         return float(np.sum(at(shape)[2] ** 2))
 
-    found = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
-    if not found.success:
-        text = f"fit of {model.kind} to rings: {found.message} Use another kind, or fit without rings"
-        raise ConvergenceError(text, float(found.fun), int(found.nfev))
-    shape = float(found.x)
+    optimum = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
+    if not optimum.success:
+        text = f"the fit of {model.kind} to rings did not converge: use another kind, or fit without rings"
+        raise ConvergenceError(text, float(optimum.fun), int(optimum.nfev))
+    shape = float(optimum.x)
     bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
     if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
         shape = min(bound, shape, key=total)
@@ -308,7 +309,7 @@ def _spread(
     norms = np.linalg.norm(jacobian, axis=0)
     q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
     if columns and not np.linalg.cond(r) < WORST_CONDITION:
-        raise IllPosedError("the lags do not determine all parameters: add lags across")
+        raise IllPosedError(f"{len(jacobian)} lags do not determine all {columns} parameters: add lags across")
     scatter = q.T @ errors.T if len(errors) else np.eye(columns)
     spread = np.zeros((len(free), scatter.shape[1]))
     spread[free] = np.linalg.solve(r, scatter) / norms[:, None]

@@ -104,26 +104,26 @@ def estimates(
     return Estimates(*fields)
 
 
-def lags_to_fit(found: Autocorrelation) -> Estimates:
+def lags_to_fit(estimate: Autocorrelation) -> Estimates:
     """Estimates at every lag, or every second, third ... on each axis where these are too many."""
-    step = math.ceil(math.sqrt(found.rows[0].size / MOST_LAGS))
-    kept = tuple(slice(n // 2 % step, None, step) for n in found.rows[0].shape)
-    parts = len(found.rows) - 1
-    reach = found.correlation.high - found.correlation.low
+    step = math.ceil(math.sqrt(estimate.rows[0].size / MOST_LAGS))
+    kept = tuple(slice(n // 2 % step, None, step) for n in estimate.rows[0].shape)
+    parts = len(estimate.rows) - 1
+    reach = estimate.correlation.high - estimate.correlation.low
     error = reach / (2 * stdtrit(parts - 1, 0.5 + 0.5 * CONFIDENCE))
-    lag_x, lag_y = found.lag_x[kept[0]], found.lag_y[kept[1]]
-    rows = found.rows[(slice(None), *kept)]
+    lag_x, lag_y = estimate.lag_x[kept[0]], estimate.lag_y[kept[1]]
+    rows = estimate.rows[(slice(None), *kept)]
     return estimates(lag_x[:, None], lag_y[None, :], rows[0], error[kept], rows[1:])
 
 
-def profile_to_fit(found: Autocorrelation, endless: int, directions: int) -> Estimates:
+def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> Estimates:
     """Estimates at lags across an endless lay, each in several directions, so that fits take them for isotropic.
 
     directions : 4 for models with a lay, 2 for those of the axes alone
 
     The effective number of estimates does not change, since copies err together.
     """
-    whole = lags_to_fit(found)
+    whole = lags_to_fit(estimate)
     along, across = (whole.y, whole.x) if endless else (whole.x, whole.y)
     line = np.flatnonzero((along == 0.0) & (across > 0.0))
     angles = np.arange(directions) * math.pi / directions
@@ -132,14 +132,14 @@ def profile_to_fit(found: Autocorrelation, endless: int, directions: int) -> Est
     return Estimates(x, y, whole.correlation[copies], whole.standard_error[copies], whole.without_part[:, copies])
 
 
-def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
+def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | None:
     """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
 
     The band starts where a finite correlation no longer bends the spectrum and ends at a quarter of the highest
     wavenumber, as for the fractal dimension. Rings below the side lobes of the window are left out.
     """
-    parts, power = found.sub_areas, found.spectrum.power
-    q = found.spectrum.wavenumber
+    parts, power = statistics.sub_areas, statistics.spectrum.power
+    q = statistics.spectrum.wavenumber
     kept = (q >= ROLL_OFF / min(parts.extent)) & (q <= HIGHEST * math.pi / max(scan.dx, scan.dy))
     kept &= power.value > LEAKAGE * power.value.max()
     if kept.sum() < 2:
@@ -149,7 +149,7 @@ def rings_to_fit(scan: Topography, found: ScanStatistics) -> RingPowers | None:
     return RingPowers(
         power.value[kept],
         error,
-        found.spectrum.rows[1:, kept],
+        statistics.spectrum.rows[1:, kept],
         lambda covariance: over.expected(covariance.spectrum)[kept],
     )
 

@@ -2,8 +2,8 @@
 
 The mean over the weights exp(-pi r^2 / (alpha lambda)^2) is taken off, with alpha^2 = ln(2) / pi. It keeps
 exp(-pi (alpha lambda / wavelength)^2) of a wave, one half at the cutoff lambda. The weights are a product, so that both
-axes are filtered one after the other. At the rim they are cut off; there the mean is the value of the weighted least
-squares line, as ISO 16610-28 allows, so that a plane is taken off to the last point.
+axes are filtered one after the other. At the rim they are cut off. There the mean is the value of the
+weighted least squares line, as ISO 16610-28 allows. So a plane is taken off to the last point.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ def high_pass(scan: Topography, cutoff_m: float) -> Topography:
     Raises ParameterError for a cutoff below FEWEST_CELLS cells or above the shorter edge of the scan, and where
     nothing but rounding is left.
     """
-    least = FEWEST_CELLS * max(scan.dx, scan.dy)
-    most = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
-    if not least <= cutoff_m <= most:
+    minimum = FEWEST_CELLS * max(scan.dx, scan.dy)
+    maximum = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
+    if not minimum <= cutoff_m <= maximum:
         raise ParameterError(
-            f"roughness.scan.cutoff_m = {cutoff_m:.3g} m; allowed are {least:.3g} m, five cells of the scan, to "
-            f"{most:.3g} m, its shorter edge"
+            f"roughness.scan.cutoff_m = {cutoff_m:.3g} m; allowed are {minimum:.3g} m, five cells of the scan, to "
+            f"{maximum:.3g} m, its shorter edge"
         )
     long = _smoothed(_smoothed(scan.heights, cutoff_m / scan.dx).T, cutoff_m / scan.dy).T
     left = scan.heights - long

@@ -55,14 +55,14 @@ def read_scan(
     Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
     """
     path = Path(path)
-    found = _read(path, spacing, unit, array)
+    reading = _read(path, spacing, unit, array)
     by_file = f"so its reader takes {path.suffix or path.name} files; if that cannot be, export it in another format"
-    heights = found.heights[np.isfinite(found.heights)]
+    heights = reading.heights[np.isfinite(reading.heights)]
     ends = "from {:.4g} to {:.4g} m".format(*(np.min(heights), np.max(heights)) if heights.size else (0.0, 0.0))
     check = f"they go {ends}: " + (
         by_file if unit is None else "check the unit, and that neither end stands for missing points"
     )
-    for step in found.spacing:
+    for step in reading.spacing:
         if not SPACINGS[0] <= step <= SPACINGS[1]:
             raise InputError(
                 f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: "
@@ -70,7 +70,7 @@ def read_scan(
             )
     if not np.all(np.abs(heights) <= MOST_HEIGHT):
         raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m; {check}")
-    scan = topography(found.heights, *found.spacing, str(path), found.words)
+    scan = topography(reading.heights, *reading.spacing, str(path), reading.words)
     deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not deviation < diagonal:
         raise InputError(
@@ -236,7 +236,7 @@ def _unknown(path: Path, header: HasHeader | None) -> InputError:
         known = "allowed are instrument files, .nc and text such as .txt and .csv"
         return InputError(f"{path}: unknown format, or damaged; {known}")
     with path.open(encoding="utf-8", errors="replace") as file:
-        units = [found[1] for found in map(STATED_UNIT.search, file) if found and found[1] not in METRES]
+        units = [stated[1] for stated in map(STATED_UNIT.search, file) if stated and stated[1] not in METRES]
     return no_length(path, units[0]) if units else header
 
 

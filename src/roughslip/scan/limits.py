@@ -49,25 +49,25 @@ def check_hdf5(path: Path) -> None:
     """Refuses HDF5 and netCDF-4 files with links or external values."""
     if not h5py.is_hdf5(path):
         return
-    elsewhere: list[str] = []
+    refused: list[str] = []
 
     def look_at_link(name: str, link: object) -> None:
         if not isinstance(link, h5py.HardLink):
-            elsewhere.append(f"{name} is a link")
+            refused.append(f"{name} is a link")
 
     def look_at(name: str, part: h5py.Group | h5py.Dataset) -> None:
         if isinstance(part, h5py.Dataset) and (part.is_virtual or part.external):
-            elsewhere.append(f"{name} has its values elsewhere")
+            refused.append(f"{name} has its values elsewhere")
 
     try:
         with h5py.File(path) as file:
             file.visititems_links(look_at_link)
-            if not elsewhere:
+            if not refused:
                 file.visititems(look_at)
     except (OSError, RuntimeError, ValueError, TypeError, KeyError) as error:
         raise InputError(f"{path}: truncated or damaged ({first_line(error)}); export it again") from error
-    if elsewhere:
-        raise InputError(f"{path}: {elsewhere[0]}; export the heights alone, into a file of their own")
+    if refused:
+        raise InputError(f"{path}: {refused[0]}; export the heights alone, into a file of their own")
 
 
 def first_line(error: Exception) -> str:

@@ -1,7 +1,7 @@
 """Tags of MATLAB's files of version 5, checked before they are read: SciPy follows damaged ones out of its memory.
 
-Layout after The MathWorks, MAT-File Format (2019): 128 bytes of header, then elements. Each has a tag of 8 bytes, its
-kind and its size, and fills 8 bytes or a multiple of them; one of at most 4 bytes may have a tag of 4.
+Layout after The MathWorks, MAT-File Format (2019): 128 bytes of header, then elements. Each has a tag of 8
+bytes, its kind and its size, and fills 8 bytes or a multiple of them. One of at most 4 bytes may have a tag of 4.
 """
 
 from __future__ import annotations

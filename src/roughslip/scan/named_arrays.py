@@ -59,7 +59,7 @@ def _opened(path: Path) -> Found:
             other[name] = {"b": "truth values", "c": "complex numbers"}.get(kind, "no numbers")
 
     if h5py.is_hdf5(path):
-        # MATLAB stores its arrays turned round.
+        # MATLAB's HDF5 files hold transposed arrays
         turned = path.suffix.lower() == ".mat"
 
         def read(name: str) -> np.ndarray:

@@ -35,8 +35,8 @@ def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | Non
             for other in (*axes, *(file.variables[own] for own in ("mask",) if own in file.variables)):
                 _check_shape(path, other, heights)
             steps = [_spacing(path, axis) for axis in axes]
-            found = (steps[0], steps[1]) if len(steps) == 2 else None
-            unit, spacing = settled(path, (_units(heights), found), (unit, spacing))
+            stored = (steps[0], steps[1]) if len(steps) == 2 else None
+            unit, spacing = settled(path, (_units(heights), stored), (unit, spacing))
             scale = metres(path, unit)
             values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
             if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
@@ -59,8 +59,8 @@ def _check_shape(path: Path, other: netCDF4.Variable, heights: netCDF4.Variable)
 
 def _units(variable: netCDF4.Variable) -> str | None:
     """Attribute `units`, or `unit` as SurfaceTopography writes it."""
-    found = next((getattr(variable, name) for name in ("units", "unit") if hasattr(variable, name)), None)
-    return None if found is None else str(found)
+    units = next((getattr(variable, name) for name in ("units", "unit") if hasattr(variable, name)), None)
+    return None if units is None else str(units)
 
 
 def _spacing(path: Path, axis: netCDF4.Variable) -> float:

@@ -32,7 +32,7 @@ def outliers(scan: Topography) -> np.ndarray:
     measured = scan.heights[scan.measured]
     z = scan.heights - np.median(measured)
     spread = MAD * float(np.median(np.abs(z[scan.measured])))
-    found = np.zeros(z.shape, dtype=bool)
+    outliers = np.zeros(z.shape, dtype=bool)
     for side in (z, -z):
         deviation = max(spread, float(np.quantile(side[scan.measured], 0.95)) / TAIL)
         if deviation == 0.0:
@@ -49,21 +49,21 @@ def outliers(scan: Topography) -> np.ndarray:
             ring = binary_dilation(spot, SQUARE, far) & ~binary_dilation(spot, SQUARE, near) & (spots[around] == 0)
             heights = side[around]
             if ring.any() and np.median(heights[spot]) - np.quantile(heights[ring], MOST_BELOW) > ABOVE * deviation:
-                found[around] |= spot
-    return found & scan.measured
+                outliers[around] |= spot
+    return outliers & scan.measured
 
 
-def without(scan: Topography, found: np.ndarray, form: Form) -> Topography:
-    """The scan with its outliers `found` (nx, ny) missing, and its form removed anew."""
-    read = f"{scan.read}; {found.sum()} outliers treated as missing"
-    return remove_form(replace(scan, missing=scan.missing | found, read=read), form)
+def without(scan: Topography, outliers: np.ndarray, form: Form) -> Topography:
+    """The scan with its `outliers` (nx, ny) missing, and its form removed anew."""
+    read = f"{scan.read}; {outliers.sum()} outliers treated as missing"
+    return remove_form(replace(scan, missing=scan.missing | outliers, read=read), form)
 
 
-def warnings(scan: Topography, found: np.ndarray, treatment: str) -> Iterator[str]:
+def warnings(scan: Topography, outliers: np.ndarray, treatment: str) -> Iterator[str]:
     """A line where there are outliers: how many, where the largest lies, and what is done with them."""
-    if not found.any():
+    if not outliers.any():
         return
-    away = np.where(found, np.abs(scan.heights - np.median(scan.heights[scan.measured])), 0.0)
+    away = np.where(outliers, np.abs(scan.heights - np.median(scan.heights[scan.measured])), 0.0)
     i, j = np.unravel_index(np.argmax(away), away.shape)
     place = f"x {i * scan.dx * 1e6:.4g} µm, y {j * scan.dy * 1e6:.4g} µm"
     done = (
@@ -72,6 +72,7 @@ def warnings(scan: Topography, found: np.ndarray, treatment: str) -> Iterator[st
         else "they are treated as missing (roughness.scan.outliers)"
     )
     yield (
-        f"{found.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at {place}: "
+        f"{outliers.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at "
+        f"{place}: "
         f"{done}"
     )

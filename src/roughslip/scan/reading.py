@@ -38,7 +38,7 @@ class Reading:
 
 def settled(
     path: Path,
-    found: tuple[str | None, tuple[float, float] | None],
+    in_file: tuple[str | None, tuple[float, float] | None],
     stated: tuple[str | None, tuple[float, float] | None],
     hint: str = "",
 ) -> tuple[str, tuple[float, float]]:
@@ -46,7 +46,7 @@ def settled(
 
     hint : goes with what is missing. Raises InputError with all that is missing or twice there.
     """
-    rows = list(zip(KEYS.items(), found, stated, strict=True))
+    rows = list(zip(KEYS.items(), in_file, stated, strict=True))
     wrong = [
         f"the file gives its {what}, {own}; remove {key} = {said}" for (what, key), own, said in rows if own and said
     ]
@@ -54,7 +54,7 @@ def settled(
     if absent:
         keys = " and ".join(key for _, key in absent)
         wrong.append(f"the file does not give its {' and its '.join(what for what, _ in absent)}; set {keys}{hint}")
-    unit, spacing = found[0] or stated[0], found[1] or stated[1]
+    unit, spacing = in_file[0] or stated[0], in_file[1] or stated[1]
     if wrong or unit is None or spacing is None:
         raise InputError(f"{path}: {'; '.join(wrong)}")
     return unit, spacing

@@ -131,21 +131,21 @@ def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] |
     return (low, high) if high >= NARROWEST_BAND * low else None
 
 
-def fractal_dimension(found: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate | None:
+def fractal_dimension(powers: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate | None:
     """D = 4 + slope / 2 from the slope of the spectrum in a band; None outside 2 to 3: no power law of a fractal.
 
     A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. Rings are weighted by the wavenumbers in them, and the
     interval is cut to 2 to 3. The structure function, the other common way, mixes all
     wavelengths, so that a surface without the shortest ones looks smoother to it: D was low by 0.07 at H = 0.3.
     """
-    inside = (found.wavenumber >= band[0]) & (found.wavenumber <= band[1])
+    inside = (powers.wavenumber >= band[0]) & (powers.wavenumber <= band[1])
     if inside.sum() < 2:
         raise IllPosedError(
             f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m: take a larger scan"
         )
-    x, weight = np.log(found.wavenumber[inside]), found.modes[inside]
+    x, weight = np.log(powers.wavenumber[inside]), powers.modes[inside]
     x = x - np.average(x, weights=weight)
-    slope = parts.interval(np.log(found.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
+    slope = parts.interval(np.log(powers.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
     value, low, high = (4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high))
     return Estimate(value, np.maximum(low, 2.0), np.minimum(high, 3.0)) if 2.0 <= value <= 3.0 else None
 

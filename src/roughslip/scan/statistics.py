@@ -67,7 +67,7 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
     """
     parts = sub_areas_for(scan) if parts is None else parts
     moments = _moments(scan, parts)
-    found = spectrum(scan, parts)
+    powers = spectrum(scan, parts)
     band = self_affine_band(scan, parts)
     return ScanStatistics(
         sub_areas=parts,
@@ -76,8 +76,8 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         kurtosis=_kurtosis(parts.interval(moments[:, 2]), float(moments[0, 1])),
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
-        spectrum=found,
-        fractal=None if band is None else fractal_dimension(found, parts, band),
+        spectrum=powers,
+        fractal=None if band is None else fractal_dimension(powers, parts, band),
     )
 
 

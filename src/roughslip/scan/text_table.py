@@ -109,7 +109,7 @@ def _plain(line: str) -> str:
     line = line.replace("\u2212", "-")
     if "data" in line.lower():
         line = re.sub("no data", "nodata", line, flags=re.IGNORECASE)
-    return re.sub(r'"([^"]*)"', lambda found: found[1].replace(",", "."), line) if '"' in line else line
+    return re.sub(r'"([^"]*)"', lambda quoted: quoted[1].replace(",", "."), line) if '"' in line else line
 
 
 def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
@@ -221,8 +221,8 @@ def _header(path: Path, text: str, number: int) -> HasHeader:
     commas = (
         n for n, line in _lines(path, sizes=False) if n > number and any(map(_DECIMAL_COMMA.fullmatch, line.split()))
     )
-    found = next(commas, None)
-    met = f"{text.strip()[:60]!r} in line {number}" + (f", decimal commas in line {found}" if found else "")
+    comma_line = next(commas, None)
+    met = f"{text.strip()[:60]!r} in line {number}" + (f", decimal commas in line {comma_line}" if comma_line else "")
     return HasHeader(
         f"{path}: not a matrix of numbers ({met}); remove the header or export numbers with decimal points, set apart "
         "by blanks"

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from roughslip.limits import SHARES
-from roughslip.scene.expansion import AUTO
+from roughslip.limits import LARGEST_ACCURACY, SHARES
+from roughslip.scene.auto import AUTO
 from roughslip.scene.fields import Section, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
 
@@ -23,25 +23,28 @@ class Accuracy(Section):
         "Of the mean friction coefficient at penetrations from 20 to 95 %, over it. It holds few strips and, with "
         "numerics.extrapolate_mesh, the mesh. It finds strip.samples and strip.expansion_samples",
         above=0,
-        at_most=0.5,
+        at_most=LARGEST_ACCURACY["friction_mean"],
         default=None,
     )
     friction_std: float = number(
-        "Of the standard deviation of the friction coefficient, in the same way", above=0, at_most=0.5, default=None
+        "Of the standard deviation of the friction coefficient, in the same way",
+        above=0,
+        at_most=LARGEST_ACCURACY["friction_std"],
+        default=None,
     )
     pressure: float = number(
         "Of the distribution of the pressure at the centre of the square, at any pressure. Half of it is for few "
         "samples, and half for cells and missing modes. It finds square.monte_carlo_samples and expansion.samples, and "
         "square.nodes and square.variance_share where they are auto",
         at_least=0.002,
-        at_most=0.4,
+        at_most=LARGEST_ACCURACY["pressure"],
         default=None,
     )
     cycles: float = number(
         "Of the mean number of cycles at every damping ratio, in cycles. It holds few runs and the spacing of the "
         "nodes of friction paths. It finds ensemble.realisations and ensemble.nodes_per_correlation_length",
         above=0,
-        at_most=1000,
+        at_most=LARGEST_ACCURACY["cycles"],
         default=None,
     )
     cost_limit_cpu_s: float = number(

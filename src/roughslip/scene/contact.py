@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
 
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, Auto
 from roughslip.scene.fields import Section, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused, strictly_increasing
 
@@ -36,7 +35,7 @@ class Square(Section):
         "Nodes along an edge, and cells. With auto, the fewest that leave accuracy.pressure room for few samples",
         at_least=2,
         at_most=MOST_NODES,
-        or_word=AUTO,
+        or_auto=True,
     )
     modes: int | None = integer(
         "Random modes of the Karhunen-Loeve expansion, the mean not counted; at most nodes^2",
@@ -50,7 +49,7 @@ class Square(Section):
         "leaves accuracy.pressure room for few samples",
         above=0,
         at_most=1,
-        or_word=AUTO,
+        or_auto=True,
         default=None,
     )
     penetration_percentile: float = number(
@@ -59,11 +58,11 @@ class Square(Section):
         above=0,
         below=100,
     )
-    monte_carlo_samples: int | Literal["auto"] = integer(
+    monte_carlo_samples: Auto[int] = integer(
         "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
         at_least=100,
         at_most=100_000_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     latin_hypercube_samples: int = integer(
@@ -93,7 +92,7 @@ class Strip(Section):
         "coarsest that leave accuracy.friction_mean and accuracy.friction_std room for few strips",
         "m",
         above=0,
-        or_word=AUTO,
+        or_auto=True,
     )
     window_m: float = number("Length of a window along the belt", "m", above=0)
     window_spacing_m: float = number(
@@ -113,11 +112,11 @@ class Strip(Section):
         most=20,
         default=None,
     )
-    samples: int | Literal["auto"] = integer(
+    samples: Auto[int] = integer(
         "Strips that are solved; a bootstrap over strips needs at least 8. With auto, as many as accuracy takes",
         at_least=8,
         at_most=100_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     training_samples: int = integer(
@@ -131,11 +130,11 @@ class Strip(Section):
         at_most=1,
         default=None,
     )
-    expansion_samples: int | Literal["auto"] = integer(
+    expansion_samples: Auto[int] = integer(
         "Strips that the expansion is evaluated on, the solved ones among them. With auto, as many as accuracy takes",
         at_least=8,
         at_most=1_000_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
 

@@ -89,6 +89,14 @@ class Stage:
         """What stands in braces in the name of its result; its command takes each as an option."""
         return tuple(name for _, name, _, _ in Formatter().parse(self.result) if name)
 
+    def job_name(self, **values: object) -> str:
+        """The name of a job, for its record of cost and its log: its stage, and the design and range of its samples.
+
+        values : of the placeholders in the name of the result; without them they stay as they are
+        """
+        name = "-".join((self.name, *(f"{{{part}}}" for part in self.placeholders)))
+        return name.format(**values) if values else name
+
     @property
     def results(self) -> dict[str, str]:
         """Every file that it writes, by option; "output" is the result."""

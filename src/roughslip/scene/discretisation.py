@@ -12,8 +12,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from math import ceil, gcd, lcm
 
+from roughslip.scene.auto import AUTO
 from roughslip.scene.contact import MOST_NODES
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.mistakes import Mistake, Values, given, refused
 
 SCAN, NODES = "roughness.scan", "square.nodes"

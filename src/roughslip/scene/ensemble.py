@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, Auto
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
 
 Process = Literal["recursion", "spectral"]
@@ -15,12 +15,12 @@ Marginal = Literal["beta", "empirical", "paper"]
 class Ensemble(Section):
     """Runs of figure 5."""
 
-    realisations: int | Literal["auto"] = integer(
+    realisations: Auto[int] = integer(
         "Realisations of the friction process for each damping ratio; fewer than 8 give no interval. With auto, as "
         "many as accuracy takes",
         at_least=8,
         at_most=1_000_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     duration_periods: float = number(
@@ -40,11 +40,11 @@ class Ensemble(Section):
         Marginal,
         default="beta",
     )
-    nodes_per_correlation_length: int | Literal["auto"] = integer(
+    nodes_per_correlation_length: Auto[int] = integer(
         "Nodes of a realisation of the friction process per correlation length; with auto, as few as accuracy allows",
         at_least=2,
         at_most=1000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     count_by_period: bool = flag(
@@ -52,11 +52,11 @@ class Ensemble(Section):
         "its period; not with excitation",
         default=False,
     )
-    damping_ratios: tuple[float, ...] | Literal["auto"] = many(
+    damping_ratios: Auto[tuple[float, ...]] = many(
         "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
         number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
         most=200,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     drawn_realisations: int = integer(
@@ -95,11 +95,11 @@ class Answer(Section):
         at_most=10000,
         default=100,
     )
-    duration_periods: float | Literal["auto"] = number(
+    duration_periods: Auto[float] = number(
         "Duration of a run after its first departure, in natural periods, of which the second half counts; auto: what "
         "the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
         at_least=20,
         at_most=1_000_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )

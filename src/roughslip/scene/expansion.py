@@ -6,9 +6,8 @@ import math
 from typing import Literal
 
 from roughslip.limits import FUNCTIONALS
+from roughslip.scene.auto import AUTO, Auto
 from roughslip.scene.fields import Section, choice, integer, section
-
-AUTO = "auto"  # number of samples, or of nodes per correlation length
 
 Target = Literal["trial_pressure", "squared_pressure"]
 Design = Literal["latin_hypercube", "sobol", "monte_carlo"]
@@ -30,12 +29,12 @@ class Expansion(Section):
         "squared_pressure is p^2 continued outside contact, for meshes that resolve it; on coarse ones they agree",
         Target,
     )
-    samples: int | Literal["auto"] = integer(
+    samples: Auto[int] = integer(
         "Surfaces that the expansion of the square is fitted to, more than it has terms; auto doubles them until the "
         "error of the distribution is as accuracy asks",
         at_least=10,
         at_most=1_000_000,
-        or_word=AUTO,
+        or_auto=True,
         default=AUTO,
     )
     design: Design | None = choice(

@@ -12,6 +12,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar, get_args
 
+from roughslip.scene.auto import AUTO
+
 REQUIRED = object()  # as the default of a field: a scene must give it where it gives the section
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 # Of each argument of `number` and `integer` the word of JSON schema.
@@ -37,19 +39,17 @@ class Section:
 
 
 def number(
-    description: str, unit: str = "-", *, default: Any = REQUIRED, or_word: str | None = None, **bounds: float
+    description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: float
 ) -> Any:
-    """A field for a real number, or for one word in its place. bounds : at_least, above, at_most, below."""
+    """A field for a real number, or for auto in its place. bounds : at_least, above, at_most, below."""
     part = {"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}
-    return _field(part | _word(or_word, "number"), default)
+    return _field(part | _or_auto(or_auto, "number"), default)
 
 
-def integer(
-    description: str, unit: str = "-", *, default: Any = REQUIRED, or_word: str | None = None, **bounds: int
-) -> Any:
-    """A field for a whole number, or for one word in its place. bounds : at_least, above, at_most, below."""
+def integer(description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: int) -> Any:
+    """A field for a whole number, or for auto in its place. bounds : at_least, above, at_most, below."""
     part = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
-    return _field(part | _word(or_word, "integer"), default)
+    return _field(part | _or_auto(or_auto, "integer"), default)
 
 
 def choice(description: str, kinds: Any, *, default: Any = REQUIRED) -> Any:
@@ -75,10 +75,10 @@ def many(
     fewest: int = 1,
     most: int | None = None,
     unique: bool = False,
-    or_word: str | None = None,
+    or_auto: bool = False,
     default: Any = REQUIRED,
 ) -> Any:
-    """A field for a list, or for one word in its place.
+    """A field for a list, or for auto in its place.
 
     item : the field of one of its elements; a section holds the list as a tuple
     fewest, most : bounds of its length
@@ -86,13 +86,13 @@ def many(
     """
     part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
     part |= {} if most is None else {"maxItems": most}
-    part |= _word(or_word, "array")
+    part |= _or_auto(or_auto, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
 
 
-def _word(word: str | None, kind: str) -> dict[str, Any]:
-    """What the schema of a field of that kind says further where one word may stand in its place."""
-    return {} if word is None else {"type": [kind, "string"], "pattern": f"^{word}$"}
+def _or_auto(allowed: bool, kind: str) -> dict[str, Any]:
+    """What the schema of a field of that kind says further where auto may stand in its place."""
+    return {"type": [kind, "string"], "pattern": f"^{AUTO}$"} if allowed else {}
 
 
 def group(kind: type[Section]) -> Any:

@@ -64,8 +64,9 @@ def missing(reason: str, *keys: str) -> Mistake:
 
 
 class Rule(NamedTuple):
-    """A condition on the values of several keys."""
+    """A condition on the values of several keys. It holds of given numbers, and of what is auto where it says so."""
 
     keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
     holds: Callable[..., bool]
     allowed: str  # a format of the same values
+    of_auto: tuple[str, ...] = ()  # the keys that have to be auto

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene import friction
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.mistakes import Rule, strictly_increasing
 from roughslip.scene.plan import FREE
 
@@ -28,9 +26,9 @@ def path_nodes(length: float, velocity: float, omega: float, periods: float) -> 
     return PATH_NODES * velocity * periods * 2 * math.pi / omega / length
 
 
-def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: Any) -> bool:
+def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: int) -> bool:
     """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
-    if process == "recursion" or nodes == AUTO or path_nodes(length, velocity, omega, periods) > MOST_NODES:
+    if process == "recursion" or path_nodes(length, velocity, omega, periods) > MOST_NODES:
         return True
     return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Set
 from functools import cache
 from graphlib import TopologicalSorter
-from pathlib import PurePosixPath
 from typing import Any
 
 from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations, targets
@@ -16,6 +15,7 @@ Scene = dict[str, Any]
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "friction", "numerics")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
+AFTER_COSTS = ("costs", "report")  # which the sum of costs of a scene cannot hold
 FREE = frozenset({"figure_map", "figure_lifetimes"})  # figures of the oscillator without excitation
 
 
@@ -81,20 +81,6 @@ def stages_of_several_scenes() -> tuple[str, ...]:
     return tuple(sorted(declarations().keys() - _of_any_target() - {*_starts(EVERY_SCENE)}))
 
 
-@cache
-def stages_after_costs() -> tuple[str, ...]:
-    """Stages of a scene that its sum of costs cannot hold: the sum itself, and those that read it."""
-    reading = {name for name in _starts(EVERY_SCENE) if any(sole == "costs" for sole, _ in _edges(name))}
-    return tuple(sorted({"costs", *reading}))
-
-
-@cache
-def result_folders() -> tuple[str, ...]:
-    """Folders below that of a scene's results."""
-    made = {str(PurePosixPath(stage.result).parent) for stage in declarations().values()} - {"."}
-    return ("keys", "logs", "usage", *sorted(made))
-
-
 def runs(scene: Scene, stage: Stage) -> bool:
     """Whether the condition of a stage holds in the scene."""
     key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
@@ -136,10 +122,11 @@ def _reason(stage: Stage) -> str:
 
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
-    stages_before = {name for name, _ in _edges(stage)} & stages
-    if stage == "chaos_strip" and "strip_pilot" in stages_before:  # the pilot then has all training strips
-        stages_before.discard("contact_strip")
-    return sorted(stages_before)
+    collected = [name for made_by in declarations()[stage].collects.values() for name in made_by.split()]
+    found = {*(name for name, _ in _edges(stage)), *collected} & stages
+    if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
+        found.discard("contact_strip")
+    return sorted(found)
 
 
 def in_order(stages: Set[str]) -> list[str]:
@@ -152,9 +139,7 @@ def _edges(name: str) -> tuple[tuple[str, bool], ...]:
     """Stages that make the inputs of a stage, and whether nothing else can."""
     stage = declarations()[name]
     made_by = (
-        (option, names.split())
-        for part in (stage.inputs, stage.optional, stage.many)
-        for option, names in part.items()
+        (option, names.split()) for part in (stage.inputs, stage.optional, stage.many) for option, names in part.items()
     )
     return tuple(
         (maker, option not in stage.optional and len(names) == 1)

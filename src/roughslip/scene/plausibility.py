@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from roughslip.limits import FUNCTIONALS
-from roughslip.scene.expansion import AUTO, terms
+from roughslip.scene.auto import unless_auto
+from roughslip.scene.expansion import terms
 from roughslip.scene.mistakes import Values
 from roughslip.scene.plan import stages_needed
 from roughslip.scene.rules import training_columns
@@ -79,7 +80,7 @@ def _training(scene: Values, length_m: float | None) -> Iterator[str]:
     """Few samples for the terms of an expansion. Columns of a strip count once a correlation length."""
     stages, degree = stages_needed(scene), get(scene, "expansion.degree")
     variables, samples = get(scene, "expansion.variables"), get(scene, "expansion.samples")
-    if "chaos_square" in stages and samples != AUTO:
+    if "chaos_square" in stages and unless_auto(samples) is not None:
         count = terms(variables, degree)
         needed = SAMPLES_PER_TERM * count
         if samples < needed:

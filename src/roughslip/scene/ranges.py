@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal
 
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, Auto
 from roughslip.scene.fields import Section, choice, integer, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, refused
 
-Range = tuple[float, float] | Literal["auto"]
+Range = Auto[tuple[float, ...]]
 
 # By the parameters of stages.from_scene.variation, the smallest and the largest value. Only damping may be zero.
 LIMITS = {
@@ -39,7 +38,7 @@ class StickSlipMap(Section):
     ranges: tuple[Range, ...] = many(
         "First and last value of each, in SI units, or auto for a range around the scene's own; auto where not given. "
         "A range is spaced evenly in its logarithm, or evenly from zero",
-        many("A range", number("A value", at_least=0, at_most=1e15), fewest=2, most=2, or_word=AUTO),
+        many("A range", number("A value", at_least=0, at_most=1e15), fewest=2, most=2, or_auto=True),
         fewest=2,
         most=2,
         default=[AUTO, AUTO],

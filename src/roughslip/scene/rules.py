@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 from roughslip.limits import (
     FIELD_GROUPS,
@@ -16,7 +15,8 @@ from roughslip.limits import (
     TRAINING_SPACING,
 )
 from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness
-from roughslip.scene.expansion import AUTO, terms
+from roughslip.scene.auto import AUTO
+from roughslip.scene.expansion import terms
 from roughslip.scene.mistakes import (
     Mistake,
     Rule,
@@ -71,11 +71,10 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
-def _fits_left_out(samples: Any, modes: int, targets: list[str]) -> bool:
+def _fits_left_out(samples: int, modes: int, targets: list[str]) -> bool:
     """Whether the expansion at every node has more samples than terms in each of its leave-outs."""
-    if "figure_field" not in targets or samples == AUTO:
-        return True
-    return samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
+    enough = samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
+    return enough or "figure_field" not in targets
 
 
 _RULES = (
@@ -96,31 +95,33 @@ _RULES = (
         for rule in (
             Rule(
                 (samples, "square.modes"),
-                lambda n, modes: n == AUTO or n * modes <= MOST_NUMBERS,
+                lambda n, modes: n * modes <= MOST_NUMBERS,
                 f"samples times square.modes = {{1}} at most {_MEMORY}",
             ),
             Rule(
                 (samples, *_TERMS),
-                lambda n, v, d: n == AUTO or n > terms(v, d),
+                lambda n, v, d: n > terms(v, d),
                 "more than the terms of the expansion, C({1} + {2}, {2})",
             ),
             Rule(
                 (samples, *_TERMS),
-                lambda n, v, d: n == AUTO or n <= terms(v, d) or n * terms(v, d) <= MOST_NUMBERS,
+                lambda n, v, d: n <= terms(v, d) or n * terms(v, d) <= MOST_NUMBERS,
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {_MEMORY}",
             ),
         )
     ),
     Rule(
         ("expansion.samples", *_TERMS),
-        lambda n, v, d: n != AUTO or TRAINING_NODES * terms(v, d) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
+        lambda _, v, d: TRAINING_NODES * terms(v, d) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
         f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
         f"give tables above {_MEMORY}",
+        of_auto=("expansion.samples",),
     ),
     Rule(
         ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
-        lambda draws, error, n, targets: n != AUTO or "figure2" not in targets or draws * error**2 >= _DRAWS,
+        lambda draws, error, _, targets: "figure2" not in targets or draws * error**2 >= _DRAWS,
         f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
+        of_auto=("expansion.samples",),
     ),
     *(
         Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
@@ -187,11 +188,12 @@ _RULES = (
         lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < _CELLS + 0.5,
         f"at most {_CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
-    *(Rule((key,), lambda v: v == AUTO or strictly_increasing(v), "strictly increasing") for key in _ASCENDING),
+    *(Rule((key,), strictly_increasing, "strictly increasing") for key in _ASCENDING),
     Rule(
         ("expansion.design", "expansion.samples"),
-        lambda design, samples: samples != AUTO or design in _EXTENDED,
+        lambda design, _: design in _EXTENDED,
         f"{' or '.join(_EXTENDED)} with expansion.samples = {AUTO}, to be extended",
+        of_auto=("expansion.samples",),
     ),
     Rule(
         ("expansion.samples", "square.modes", "targets"),
@@ -202,16 +204,14 @@ _RULES = (
     Rule(
         ("square.modes", "square.nodes", "expansion.samples", "targets"),
         lambda modes, nodes, samples, targets: (
-            "figure_field" not in targets or samples == AUTO or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
+            "figure_field" not in targets or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
         ),
         f"{FIELD_GROUPS} times the modes times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (0.8 GB of memory) "
         "for figure_field",
     ),
     Rule(
         ("expansion.samples", "square.nodes", "targets"),
-        lambda samples, nodes, targets: (
-            "figure_field" not in targets or samples == AUTO or samples * nodes**2 <= FIELD_NUMBERS
-        ),
+        lambda samples, nodes, targets: "figure_field" not in targets or samples * nodes**2 <= FIELD_NUMBERS,
         f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
     ),
     Rule(
@@ -230,8 +230,8 @@ _RULES = (
         f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
         f"C({FUNCTIONALS} + {{3}}, {{3}})",
     ),
-    *(Rule(pair, lambda n, most: most == AUTO or n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
-    Rule(accuracy.STRIPS[::-1], lambda e, s: AUTO in (e, s) or e >= 2 * s, "at least twice strip.samples = {1}"),
+    *(Rule(pair, lambda n, most: n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
+    Rule(accuracy.STRIPS[::-1], lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     *motion_rules.RULES,
 )
 
@@ -262,9 +262,10 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
             yield not_together(key, value, other, chosen, allowed=f"only {word} takes it")
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     whole = oscillator.with_frequency(scene)
-    for keys, holds, allowed in _RULES:
+    for keys, holds, allowed, of_auto in _RULES:
         values = [get(whole, key) for key in keys]
         known = all(value is not None for value in values) and all(map(sound, keys))
+        known = known and [key for key, value in zip(keys, values, strict=True) if value == AUTO] == [*of_auto]
         if known and unread.isdisjoint(key.partition(".")[0] for key in keys) and not holds(*values):
             words = (shown(value) if isinstance(value, list) else value for value in values)
             yield refused(values[0], allowed.format(*words), *keys)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.ensemble import Answer, Ensemble, Survival
-from roughslip.scene.expansion import AUTO, Expansion
+from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
     build,
@@ -47,7 +47,7 @@ class Numerics(Section):
         "accuracy.friction_std",
         at_least=1e-14,
         at_most=0.001,
-        or_word=AUTO,
+        or_auto=True,
         default=None,
     )
     contact_area: ContactArea = choice(

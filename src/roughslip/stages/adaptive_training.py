@@ -1,6 +1,5 @@
 """Stage adaptive_training: as many solves as the error asked of the distribution at the centre of the square takes."""
 
-import math
 import sys
 
 import numpy as np
@@ -12,6 +11,7 @@ from roughslip.chaos.sampling import design
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.accuracy import EXPANSION_SHARE
 from roughslip.scene.declarations import Stage
+from roughslip.scene.expansion import terms
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime import skip_reasons
@@ -35,15 +35,15 @@ LEAST = 128  # solves to begin with: six in each of the groups that are left out
 MOST = 2**14  # sixteen times what an error of 0.005 takes on the resolved square
 
 
-def numbers(terms: int, nodes: int, modes: int) -> tuple[int, int]:
-    """Solves to begin with, more than the terms, and solves never to exceed; powers of two."""
-    room = MOST_NUMBERS // max(terms * nodes, modes)
-    return max(LEAST, 2 ** terms.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
+def solve_limits(count: int, nodes: int, modes: int) -> tuple[int, int]:
+    """Solves to begin with, more than so many terms, and solves never to exceed; powers of two."""
+    room = MOST_NUMBERS // max(count * nodes, modes)
+    return max(LEAST, 2 ** count.bit_length()), min(MOST, 2 ** (room.bit_length() - 1))
 
 
 def work(job: Job) -> None:
     """Solve, fit and solve more; write what stage contact_square writes of a design, and the design."""
-    asked, allowed = job.scene.expansion, EXPANSION_SHARE * job.scene.accuracy.pressure
+    asked, accuracy = job.scene.expansion, job.scene.accuracy.pressure
     seed = [job.scene.seed, geometry.STREAM_EXPANSION_DESIGN]
     problem = square(job)
     nodes = geometry.training_nodes(problem.model.lengths_m, problem.grid)
@@ -54,26 +54,27 @@ def work(job: Job) -> None:
 
         def solve(first: int, last: int) -> Samples:
             xi = design(asked.design or DESIGN, seed, last, len(problem.modes))[first:]
-            found = solved(problem, xi, last - first, nodes, job)
+            solves = solved(problem, xi, last - first, nodes, job)
             title = "standard normal variables of the samples"
-            batches.append({**found, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
-            return local.samples(xi, found["pressure"].values, found["gap"].values)
+            batches.append({**solves, "xi": store.Variable(("sample", "mode"), xi, "1", title)})
+            return local.samples(xi, solves["pressure"].values, solves["gap"].values)
 
         def fit(samples: Samples) -> tuple[LocalExpansion, Samples]:
             return fit_local(samples, asked.degree, target), samples
 
-        terms = math.comb(asked.variables + asked.degree, asked.degree)
-        least, most = numbers(terms, len(nodes.x), len(problem.modes))
+        least, most = solve_limits(terms(asked.variables, asked.degree), len(nodes.x), len(problem.modes))
         drawing = [job.scene.seed, geometry.STREAM_ENRICHMENT]
-        enriched = enrich(solve, fit, allowed, least=least, most=most, seed=drawing)
+        enriched = enrich(solve, fit, accuracy, EXPANSION_SHARE, least=least, most=most, seed=drawing)
     for count, error in enriched.history:
         print(f"adaptive_training: {count} solves, estimated error of the distribution {error:.3g}", file=sys.stderr)
     reached = enriched.error
-    job.usage.count(fits=len(enriched.history), cdf_error_asked=allowed, cdf_error=round(reached.total, 6))
+    job.usage.count(
+        fits=len(enriched.history), cdf_error_asked=EXPANSION_SHARE * accuracy, cdf_error=round(reached.total, 6)
+    )
     job.usage.skip({skip_reasons.ENOUGH_SOLVES: most - enriched.history[-1][0]})
-    one = batches[0]
     variables = {
-        name: one[name]._replace(values=np.concatenate([batch[name].values for batch in batches])) for name in one
+        name: variable._replace(values=np.concatenate([batch[name].values for batch in batches]))
+        for name, variable in batches[0].items()
     }
     titles = {"scatter": "from the scatter of its samples, with 95 %", "bias": "beyond what the scatter explains"}
     for name, title in titles.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -24,8 +24,8 @@ from roughslip.oscillator.states import States, run_until_known, time_scales
 from roughslip.oscillator.survival import Spells, mean_lifetime, spells
 from roughslip.probability.level_search import LevelSearch
 from roughslip.report.answer import summary
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -33,7 +33,7 @@ from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
-from roughslip.verdicts.bracket import end
+from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
     name="answer",
@@ -103,8 +103,8 @@ class Runs:
 
     def periods(self, belt: Oscillator, law: FrictionLaw) -> float:
         """Natural periods of a run after its first departure."""
-        asked = self.scene.answer.duration_periods
-        return min(max(self.scales(belt, law).values()), LONGEST_RUN) if asked == AUTO else float(asked)
+        given = unless_auto(self.scene.answer.duration_periods)
+        return min(max(self.scales(belt, law).values()), LONGEST_RUN) if given is None else float(given)
 
     def one(self, belt: Oscillator, law: FrictionLaw, number: int, periods: float, from_sliding: bool) -> Run:
         """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
@@ -127,8 +127,8 @@ class Runs:
         if run.motion.cycles < 2:
             return np.empty((0, 2))
         periods = run.motion.duration / (2 * np.pi)
-        samples = min(SAMPLES, max(int(MOST_SAMPLES / periods), 1))
-        drawn = trajectory(belt, law, path, self.paths.spacing, periods, self.options, 0.0, samples)
+        options = replace(self.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
+        drawn = trajectory(belt, law, path, self.paths.spacing, periods, options)
         return whole_cycles(drawn, run.states)
 
 
@@ -216,7 +216,7 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
         period = cycle_period(changed.belt, changed.law)
         return None if period is None else period < np.inf
 
-    return None if exists(start) is None else end(exists, start, reach).changes
+    return None if exists(start) is None else range_end(exists, start, reach).first_different
 
 
 def smallest_change(limits: Mapping[str, Any], is_likely: bool) -> dict[str, Any] | None:

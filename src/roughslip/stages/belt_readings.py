@@ -16,6 +16,7 @@ from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.nearest import nearest_level
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
@@ -47,10 +48,10 @@ def readings(job: Job) -> Iterator[Reading]:
     section, statistics = job.scene.oscillator, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(job.scene, statistics)
     if statistics is not None and section.penetration_percentile is not None:
-        found = store.read(statistics)
-        others = found["percentile"] != section.penetration_percentile
-        level = nearest_level(found["beta_distance_standardised"], found["combined_skewness"], others)
-        scene = _changed(job, "oscillator", penetration_percentile=float(found["percentile"][level]))
+        friction = store.read(statistics)
+        others = friction["percentile"] != section.penetration_percentile
+        level = nearest_level(friction["beta_distance_standardised"], friction["combined_skewness"], others)
+        scene = _changed(job, "oscillator", penetration_percentile=float(friction["percentile"][level]))
         yield "nearest_penetration", scene, mass_on_belt.friction_numbers(scene, statistics), CURVE
     own = replace(numbers, correlation_length_m=PAPER_LENGTH)
     yield "paper_process", _changed(job, "ensemble", marginal="paper"), own, BEYOND
@@ -76,12 +77,12 @@ def work(job: Job) -> None:
     with job.usage.core():
         for name, scene, numbers, of_limit in readings(job):
             percentile = scene.oscillator.penetration_percentile
-            found = _summed_up(job, scene, numbers, of_limit) | {
+            results = _summed_up(job, scene, numbers, of_limit) | {
                 "percentile": store.Variable((), np.nan if percentile is None else percentile, "percent", "penetration")
             }
-            for key, one in found.items():
-                dimensions = tuple(f"{name}_{dimension}" for dimension in one.dimensions)
-                variables[f"{name}_{key}"] = one._replace(dimensions=dimensions)
+            for key, variable in results.items():
+                dimensions = tuple(f"{name}_{dimension}" for dimension in variable.dimensions)
+                variables[f"{name}_{key}"] = variable._replace(dimensions=dimensions)
     store.write(job.arguments.output, variables, job.key)
 
 
@@ -98,7 +99,7 @@ def _summed_up(
     dampings = sorted({nominal, *(factor * limit for factor in of_limit if np.isfinite(limit))})
     options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
     plain = ensemble_counts(belt, law, None, 0.0, periods, dampings, replace(options, friction_follows="slip"))
-    count = RUNS if isinstance(ensemble.realisations, str) else min(RUNS, ensemble.realisations)
+    count = min(RUNS, unless_auto(ensemble.realisations) or RUNS)
     paths, counts, motions = mass_on_belt.friction_paths(scene, process, NODES), [], []
     for number in range(count):
         path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
@@ -106,10 +107,10 @@ def _summed_up(
         motions.append(simulate(belt, law, path, paths.spacing, periods, options))
     places = [motion.reattachments(mass_on_belt.DISCARDED_PERIODS) for motion in motions]
     cycles, micro_slips, last_cycle, stick_slip = (
-        np.array([getattr(one, name) for one in counts]) for name in Runs._fields[:4]
+        np.array([getattr(each, name) for each in counts]) for name in Runs._fields[:4]
     )
     nominal_last_cycle = np.array([motion.last_cycle for motion in motions])
-    owner = np.repeat(np.arange(count), [len(one) for one in places])
+    owner = np.repeat(np.arange(count), [len(place) for place in places])
     runs = Runs(cycles, micro_slips, last_cycle, stick_slip, nominal_last_cycle, np.concatenate(places), owner)
     try:
         period = limit_cycle(belt, law).period if is_free else np.nan

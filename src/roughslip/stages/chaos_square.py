@@ -1,6 +1,6 @@
 """Stage chaos_square: distribution of the pressure at the centre, sampled and expanded (Figure 2)."""
 
-from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from roughslip.chaos.sampling import kolmogorov_distance, monte_carlo, quantile_
 from roughslip.errors import IllPosedError
 from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
@@ -82,7 +83,7 @@ def local_expansion(
     model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
     nodes = geometry.training_nodes(model.lengths_m, grid)
     variables = expansion.variables_of(scene, model, grid, surface["modes"], nodes)
-    trained = scene.expansion.samples == "auto"  # then stage adaptive_training drew the samples
+    trained = unless_auto(scene.expansion.samples) is None  # then stage adaptive_training drew the samples
     xi = samples_of(batches, "expansion", "xi") if trained else store.read(job.arguments.designs)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = variables.samples(xi, pressure, gap)
@@ -117,34 +118,73 @@ def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarra
     return store.join([batch for batch in batches if batch.attributes["design"] == design], name)
 
 
-def fits_of(designs: list[dict[str, Expansion]], job: Job) -> list[dict[str, Fit]]:
-    """Fits by method of each design. The paper's may be ill-posed (K <= P): they are left out with a warning."""
+class Variants(NamedTuple):
+    """Eqs. (8) and (9) by design: their samples, and their fits by method where these are well-posed."""
+
+    designs: list[dict[str, Expansion]]
+    fitted: list[dict[str, Fit]]
+
+    @property
+    def methods(self) -> list[str]:
+        """Those that were fitted to all designs."""
+        return [method for method in self.fitted[0] if all(method in fits for fits in self.fitted)]
+
+    def of(self, method: str) -> tuple[list[Expansion], list[Fit]]:
+        """Samples and fits of a method by design."""
+        return [design[method] for design in self.designs], [fits[method] for fits in self.fitted]
+
+    def at(self, variables: np.ndarray, signs: list[int]) -> dict[str, Members]:
+        """By method the fits at variables : (surfaces, v). signs : seed of the refits of a single design"""
+        return {method: members(*self.of(method), variables[:, :PAPER], signs) for method in self.methods}
+
+
+def variants_of(sampled: np.ndarray, directions: np.ndarray, job: Job) -> Variants:
+    """Fits of both to each design. They may be ill-posed (K <= P), and are then left out with a warning."""
+    indices = multi_indices(len(directions[:PAPER]), job.scene.expansion.degree)
+    basis = hermite_basis(store.read(job.arguments.designs)["latin_hypercube"] @ directions[:PAPER].T, indices)
+    designs = [
+        {method: Expansion(method, basis[part], sampled[part], indices) for method in EXPANDED[:2]}
+        for part in designs_of(len(sampled))
+    ]
     refused: dict[str, list[str]] = {}
     fitted: list[dict[str, Fit]] = [{} for _ in designs]
-    for found, fits in zip(designs, fitted, strict=True):
-        for method, one in found.items():
+    for design, fits in zip(designs, fitted, strict=True):
+        for method, samples in design.items():
             try:
-                fits[method] = one.fit()
+                fits[method] = samples.fit()
             except IllPosedError as error:
                 refused.setdefault(method, []).append(str(error))
     for method, reasons in refused.items():
         where = f"{method.replace('_', ' ')}, {len(reasons)} of {len(designs)} designs"
         job.usage.warn(f"{where}: {reasons[0]}; its distribution is stored as NaN")
-    return fitted
+    return Variants(designs, fitted)
 
 
-def members_of(
-    methods: Iterable[str],
-    designs: list[dict[str, Expansion]],
-    fitted: list[dict[str, Fit]],
-    variables: np.ndarray,
-    signs: list[int],
-) -> dict[str, Members]:
-    """By method the fits to all designs at variables : (surfaces, v). signs : seed of the refits of a single design"""
-    return {
-        method: members([one[method] for one in designs], [one[method] for one in fitted], variables[:, :PAPER], signs)
-        for method in methods
-    }
+def drawn_variants(
+    variants: Variants, solved: Reference, probability: Row, job: Job
+) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Row]], Row]:
+    """Pressures and rows of eqs. (8) and (9) by method, and their distance from each other."""
+    drawing, signs = ([job.scene.seed, stream] for stream in (geometry.STREAM_DRAWS, geometry.STREAM_BOOTSTRAP))
+    pressure: dict[str, np.ndarray] = {}
+    moved: dict[str, np.ndarray] = {}
+    repeated: dict[str, np.ndarray] = {}
+    rows = {method: refused_rows(solved.levels, probability) for method in EXPANDED[:2]}
+    for method in variants.methods:
+        designs, fits = variants.of(method)
+        pressure[method] = draw(designs[0], fits[0].coefficients, job.scene.expansion.draws, drawing)
+        if len(designs) == 1:
+            moved[method] = refits(designs[0], fits[0], solved.levels, drawing, signs)
+            rows[method] = expanded_rows(pressure[method], moved[method], probability, solved)
+        else:
+            repeated[method] = design_pressures(designs, fits, drawing)
+            rows[method] = designed_rows(repeated[method], probability, solved)
+    between: Row = (np.nan, np.nan, np.nan)
+    if len(repeated) == 2:
+        pairs = zip(*repeated.values(), strict=True)
+        between = mean_over_designs(np.array([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs]))
+    elif len(pressure) == 2:
+        between = apart(pressure["equation_8"], pressure["equation_9"], moved)
+    return pressure, rows, between
 
 
 def known_in_contact(nodes: np.ndarray, directions: np.ndarray, seed: int) -> np.ndarray:
@@ -155,73 +195,51 @@ def known_in_contact(nodes: np.ndarray, directions: np.ndarray, seed: int) -> np
 
 def work(job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with the solved samples."""
-    batches, seed = store.read_all(job.arguments.contact), job.scene.seed
-    asked, drawing = job.scene.expansion, [seed, geometry.STREAM_DRAWS]
-    nodes = samples_of(batches, "monte_carlo", "pressure")
-    surface = store.read(job.arguments.surface)
+    batches, seed, asked = store.read_all(job.arguments.contact), job.scene.seed, job.scene.expansion
+    nodes, sampled = (samples_of(batches, design, "pressure") for design in ("monte_carlo", "latin_hypercube"))
+    sampled, surface = sampled[:, 0], store.read(job.arguments.surface)
     with job.usage.core():
         local, samples, directions = local_expansion(batches, surface, job)
-        sampled = samples_of(batches, "latin_hypercube", "pressure")[:, 0]
-        indices = multi_indices(len(directions[:PAPER]), asked.degree)
-        basis = hermite_basis(store.read(job.arguments.designs)["latin_hypercube"] @ directions[:PAPER].T, indices)
-        designs = [
-            {method: Expansion(method, basis[part], sampled[part], indices) for method in EXPANDED[:2]}
-            for part in designs_of(len(sampled))
-        ]
-        found, fitted = designs[0], fits_of(designs, job)
-        fits = {method: fit for method, fit in fitted[0].items() if all(method in one for one in fitted)}
-        pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
-        reference = Reference(pressure["monte_carlo"], len(nodes), quantile_levels(pressure["monte_carlo"]))
-        pooled = np.concatenate((pressure["monte_carlo"], sampled))
+        variants = variants_of(sampled, directions, job)
+        reference = Reference(nodes.ravel(), len(nodes), quantile_levels(nodes.ravel()))
+        pooled = np.concatenate((nodes.ravel(), sampled))
         solved = Reference(pooled, len(nodes) + len(sampled), reference.levels)
         rows = {
-            "monte_carlo": sampled_rows(pressure["monte_carlo"], len(nodes), reference),
+            "monte_carlo": sampled_rows(nodes.ravel(), len(nodes), reference),
             "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
         }
-        known = known_in_contact(nodes, directions, seed)
         error, edges = edges_of(batches, samples.group, job)
-        drawn, borne = local.draw_with_variables(np.random.default_rng(drawing), asked.draws)
+        known = known_in_contact(nodes, directions, seed)
+        drawn, borne = local.draw_with_variables(np.random.default_rng([seed, geometry.STREAM_DRAWS]), asked.draws)
         judged = drawn[edges.apply(borne) > 0][:KNOWN]
-        at_contact = {"roughslip": reference.distance(edges.apply(local.mean_pressure_at(known)))}
-        moved: dict[str, np.ndarray] = {}
-        repeated: dict[str, np.ndarray] = {}
-        probability = rows["latin_hypercube"]["contact_probability"]
-        signs = [seed, geometry.STREAM_BOOTSTRAP]
-        at_known, at_judged = (members_of(fits, designs, fitted, one, signs) for one in (known, judged))
+        at_known, at_judged = (variants.at(each, [seed, geometry.STREAM_BOOTSTRAP]) for each in (known, judged))
         parts = Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
         given = given_contact(at_known, at_judged, parts, known[:, 0])
-        for method, fit in fits.items():
-            one = found[method]
-            at_contact[method] = reference.distance(at_known[method].pressures[0])
-            pressure[method] = draw(one, fit.coefficients, asked.draws, drawing)
-            if len(designs) == 1:
-                moved[method] = refits(one, fit, reference.levels, drawing, signs)
-                rows[method] = expanded_rows(pressure[method], moved[method], probability, solved)
-                continue
-            repeated[method] = design_pressures(
-                [each[method] for each in designs], [each[method] for each in fitted], drawing
-            )
-            rows[method] = designed_rows(repeated[method], probability, solved)
-        for method in EXPANDED[:2]:
-            rows.setdefault(method, refused_rows(reference.levels, probability))
+        at_contact = {method: reference.distance(fits.pressures[0]) for method, fits in at_known.items()}
+        at_contact["roughslip"] = reference.distance(edges.apply(local.mean_pressure_at(known)))
+        probability = rows["latin_hypercube"]["contact_probability"]
+        pressure, of_variants, between = drawn_variants(variants, solved, probability, job)
+        pressure |= {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
         pressure["roughslip"], rows["roughslip"] = drawn_locally(local, edges, reference, solved, job)
-        between: Row = (np.nan, np.nan, np.nan)
-        if len(repeated) == 2:
-            pairs = zip(*repeated.values(), strict=True)
-            between = mean_over_designs(np.array([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs]))
-        elif len(fits) == 2:
-            between = apart(pressure["equation_8"], pressure["equation_9"], moved)
-    if job.arguments.pilot is not None:
-        errors = store.read(job.arguments.pilot)
-        job.usage.count(pressure_reached=round(float(errors["mesh"] + errors["modes"] + errors["sampling"]), 5))
-    job.usage.count(fits=len(fits) * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + len(fits)))
-    job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
-    results = table(rows, pressure, solved) | quality({**fits, "roughslip": local.fit}, at_contact, pressure)
+    fits = {method: variants.fitted[0][method] for method in variants.methods}
+    count_work(job, local, len(fits))
+    results = table(rows | of_variants, pressure, solved)
+    results |= quality({**fits, "roughslip": local.fit}, at_contact, pressure)
     title = "Kolmogorov distance of eqs. (8) and (9)"
     results |= store.with_interval("distance_between_variants", (), between, "1", title)
     results |= explained(local, directions) | corrections(error) | given
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
+
+
+def count_work(job: Job, local: LocalExpansion, variants: int) -> None:
+    """What was fitted and drawn, and where an accuracy was asked the one that is reached."""
+    asked = job.scene.expansion
+    if job.arguments.pilot is not None:
+        errors = store.read(job.arguments.pilot)
+        job.usage.count(pressure_reached=round(float(errors["mesh"] + errors["modes"] + errors["sampling"]), 5))
+    job.usage.count(fits=variants * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + variants))
+    job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
 
 
 def explained(local: LocalExpansion, directions: np.ndarray) -> dict[str, store.Variable]:
@@ -260,20 +278,20 @@ def table(
     rows: dict[str, dict[str, Row]], pressure: dict[str, np.ndarray], reference: Reference
 ) -> dict[str, store.Variable]:
     """A row a method: distribution, contact probability and distances, each with its interval; means and numbers."""
-    one, truth = ("method",), pressure["monte_carlo"]
+    each, truth = ("method",), pressure["monte_carlo"]
     distance = [kolmogorov_distance(pressure[m], truth) if m in pressure else np.nan for m in METHODS]
     means = np.array([pressure[method].mean() if method in pressure else np.nan for method in METHODS])
     least = "least of the low probabilities that the solved samples determine"
     variables = {
-        "method": store.Variable(one, np.array(METHODS), "1", "how the distribution was found"),
+        "method": store.Variable(each, np.array(METHODS), "1", "how the distribution was found"),
         "pressure": store.Variable(("pressure",), reference.levels, "Pa", "contact pressure at the centre"),
-        "distance": store.Variable(one, distance, "1", "Kolmogorov distance to Monte Carlo, all samples"),
-        "samples": store.Variable(one, [len(pressure.get(m, ())) for m in METHODS], "1", "pressures drawn"),
-        "mean_pressure": store.Variable(one, means, "Pa", "mean pressure, contact or not; NaN without a fit"),
+        "distance": store.Variable(each, distance, "1", "Kolmogorov distance to Monte Carlo, all samples"),
+        "samples": store.Variable(each, [len(pressure.get(m, ())) for m in METHODS], "1", "pressures drawn"),
+        "mean_pressure": store.Variable(each, means, "Pa", "mean pressure, contact or not; NaN without a fit"),
         "tail_from": store.Variable((), reference.tail_from, "1", least),
     }
     for name, title in ROWS.items():
-        dimensions = ("method", "pressure") if name == "cumulative" else one
+        dimensions = ("method", "pressure") if name == "cumulative" else each
         columns = [np.array(part) for part in zip(*(rows[method][name] for method in METHODS), strict=True)]
         variables |= store.with_interval(name, dimensions, columns, "1", title)
     return variables
@@ -287,8 +305,8 @@ def quality(
     columns["positive_share"] = {method: np.mean(pressure[method] > 0) for method in fits}
     columns["distance_at_contact"] = at_contact
     variables = {"fit": store.Variable(("fit",), np.array(EXPANDED), "1", "expansion")}
-    for name, found in columns.items():
-        values = [float(found.get(method, np.nan)) for method in EXPANDED]
+    for name, column in columns.items():
+        values = [float(column.get(method, np.nan)) for method in EXPANDED]
         variables[f"fit_{name}"] = store.Variable(("fit",), values, "1", FITS[name])
     return variables
 

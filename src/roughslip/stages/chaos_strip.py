@@ -5,6 +5,8 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
 from roughslip.chaos.strip import (
+    ConditionalMeans,
+    StripExpansion,
     conditional_means,
     fit_strip,
     on_all_rows,
@@ -12,6 +14,7 @@ from roughslip.chaos.strip import (
     turned_to_half,
 )
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import expansion, geometry, strip_coordinates, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
@@ -48,40 +51,50 @@ def work(job: Job) -> None:
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
-    lattice = geometry.lattice(scene)
+    lattice, degree = geometry.lattice(scene), scene.expansion.degree
     target, stencil = expansion.target(scene, model, grid), expansion.stencil(model, lattice.grid)
-    sample = model.sampler(grid)
     columns = geometry.training_columns(geometry.middle(scene))
     with job.usage.core():
-        functionals = []
-        for number in range(len(pressure)):
-            field = sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
-            functionals.append(_functionals(field, columns, lattice.spacing, stencil))
+        sample = model.sampler(grid)
+        streams = ([scene.seed, geometry.STREAM_STRIP, number] for number in range(len(pressure)))
+        fields = (sample(np.random.default_rng(stream)) for stream in streams)
+        functionals = np.concatenate([_functionals(field, columns, lattice.spacing, stencil) for field in fields])
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
-        degree = scene.expansion.degree
-        training, values = turned_to_half(np.concatenate(functionals), values)
+        training, values = turned_to_half(functionals, values)
         half, quality = fit_strip(training, values, degree, stencil, target, expansion.mirrored_along(model))
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
         predicted = predictions_of_left_out_strips(half, training, values, strip)
         levels = len(predicted)
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
-        covered = np.ones(levels)
-        if (
-            scene.numerics.contact_area == "corrected"
-        ):  # at the training nodes the tables hold the share of nodes in contact
-            corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
-            covered = corrected.sum(axis=0) / of_nodes.sum(axis=0)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
     terms = skip_reasons.forbidden_terms(half.indices, degree)
     job.usage.skip({skip_reasons.TURNED: grid.ny - len(half.coefficients), skip_reasons.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
-    unit, level, table = "Pa" if target.kind == "trial_pressure" else "Pa2", ("level",), ("level", "place")
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
+    title = "mean force on a column of the training strips"
+    variables = strip_coordinates.of_levels(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
+    variables["column_force"] = store.Variable(("level",), force, "N", title)
+    for name, title in QUALITY.items():
+        variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)
+    store.write(job.arguments.output, variables, job.key)
+
+
+def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarray:
+    """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
+    if scene.numerics.contact_area != "corrected":
+        return np.ones(levels)
+    corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
+    return np.asarray(corrected.sum(axis=0) / of_nodes.sum(axis=0))
+
+
+def _of_fit(fitted: StripExpansion, means: ConditionalMeans, covered: np.ndarray) -> dict[str, store.Variable]:
+    """The expansion on all rows, and what is expected at a predicted target."""
+    unit, level, table = "Pa" if fitted.target.kind == "trial_pressure" else "Pa2", ("level",), ("level", "place")
     contact = covered[:, None] * means.contact
     whitened = "from local functionals to variables of unit variance"
     scatter = "root mean square of the target around what is expected of it"
-    variables = strip_coordinates.of_levels(scene) | {
+    return {
         "coefficients": store.Variable(("y", "term", "level"), fitted.coefficients, unit, "coefficients of the target"),
         "indices": store.Variable(("term", "variable"), fitted.indices, "1", "exponents of the terms"),
         "whiten": store.Variable(("y", "variable", "functional"), fitted.whiten, "m-1", whitened),
@@ -90,21 +103,17 @@ def work(job: Job) -> None:
         "scatter": store.Variable(level, means.scatter, unit, scatter),
         "contact": store.Variable(table, contact, "1", "contact probability given the predicted target"),
         "mean_pressure": store.Variable(table, means.pressure, "Pa", "mean pressure given the predicted target"),
-        "column_force": store.Variable(level, force, "N", "mean force on a column of the training strips"),
     }
-    for name, title in QUALITY.items():
-        variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)
-    store.write(job.arguments.output, variables, job.key)
 
 
 def _functionals(field: np.ndarray, columns: np.ndarray, spacing: int, stencil: Stencil) -> np.ndarray:
     """Local functionals (columns, ny, 8) [m] of a field at columns, each on the lattice of columns that it lies on."""
-    found = np.empty((len(columns), field.shape[1], len(NAMES)))
+    functionals = np.empty((len(columns), field.shape[1], len(NAMES)))
     for phase in np.unique(columns % spacing):
         lies = columns % spacing == phase
         on_lattice = local_functionals(field[phase::spacing], stencil)
-        found[lies] = on_lattice[:, columns[lies] // spacing].transpose(1, 2, 0)
-    return found
+        functionals[lies] = on_lattice[:, columns[lies] // spacing].transpose(1, 2, 0)
+    return functionals
 
 
 if __name__ == "__main__":

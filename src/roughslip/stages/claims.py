@@ -37,14 +37,14 @@ def work(job: Job) -> None:
     results = {name: store.read(path) for name, path in paths.items() if path is not None}
     friction, oscillator = results.get("friction"), results.get("oscillator")
     with job.usage.core():
-        found = claims(results.get("square"), friction, oscillator and {**oscillator, **results.get("readings", {})})
+        judged = claims(results.get("square"), friction, oscillator and {**oscillator, **results.get("readings", {})})
         if friction is not None:
             strip = json.loads(friction.attributes["configuration"])["strip"]
             strips = int(friction.attributes.get("strips", strip["samples"]))  # or found from the accuracy asked
             deciding = strips_that_decide(friction, strips, BOUNDS)
-            found = [with_strips(claim, deciding.get(claim["id"])) for claim in found]
-    job.usage.count(claims=len(found))
-    store.write_json(job.arguments.output, found)
+            judged = [with_strips(claim, deciding.get(claim["id"])) for claim in judged]
+    job.usage.count(claims=len(judged))
+    store.write_json(job.arguments.output, judged)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,5 @@
 """Stage comparison: the figures of several scenes in one picture, and the numbers that it draws."""
 
-from pathlib import Path
-
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.figures.comparison import MOST, comparison, drawn
@@ -23,21 +21,20 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write the picture, and every number in it under its name and those of its figure and scene."""
-    files: list[Path] = job.arguments.results
-    scenes = {file.parent.name for file in files}
-    if len(scenes) > MOST:
-        raise InputError([f"{len(scenes)} scenes are too many for one picture: compare at most {MOST}"])
+    scenes = job.key.configuration["scenes"]  # of each file
+    if len(set(scenes)) > MOST:
+        raise InputError([f"{len(set(scenes))} scenes are too many for one picture: compare at most {MOST}"])
     results: dict[str, dict[str, store.Result]] = {}
     numbers = {}
-    for file in files:
-        scene, figure = file.parent.name, file.stem
+    for scene, file in zip(scenes, job.arguments.results, strict=True):
+        figure = file.stem
         result = results.setdefault(figure, {})[scene] = store.read(file)
         for name in drawn(figure):
-            one = result.variable(name)
-            dimensions = tuple(f"{dimension}_{figure}_{scene}" for dimension in one.dimensions)
-            numbers[f"{scene}_{figure}_{name}"] = one._replace(dimensions=dimensions)
+            variable = result.variable(name)
+            dimensions = tuple(f"{dimension}_{figure}_{scene}" for dimension in variable.dimensions)
+            numbers[f"{scene}_{figure}_{name}"] = variable._replace(dimensions=dimensions)
     save_with_numbers(job, comparison(results), numbers)
-    job.usage.count(scenes=len(scenes))
+    job.usage.count(scenes=len(set(scenes)))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Stage contact_strip: contact of a batch of strips with the plane, at every penetration of the scene."""
 
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene.shares import numbers_of, solved_strips
+from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_contact import solve_strips
 from roughslip.stages.runtime.command import Job, execute
 
@@ -22,9 +22,9 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Solve the strips of the batch, or of the share that the pilot leaves, and others on cells 2h alone."""
-    numbers, others = numbers_of(job, "strips", job.scene.strip.training_samples), range(0)
+    numbers, others = sample_range(job, "strips", job.scene.strip.training_samples), range(0)
     if job.arguments.allocation is not None:
-        others = numbers_of(job, "coarse_strips", solved_strips(job))
+        others = sample_range(job, "coarse_strips", solved_strips(job))
     solve_strips(job, numbers, others)
 
 

@@ -32,8 +32,8 @@ def total(
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
     of_stages = (f"{row['stage']}: {text}" for row in rows for text in row["warnings"])
-    found = [*warnings[:1], *missed(rows), *warnings[1:], *of_stages]
-    return [*rows, _sum("all", records) | {"warnings": found, "not_needed": dict(sorted(not_needed.items()))}]
+    lines = [*warnings[:1], *missed(rows), *warnings[1:], *of_stages]
+    return [*rows, _sum("all", records) | {"warnings": lines, "not_needed": dict(sorted(not_needed.items()))}]
 
 
 def missed(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -45,8 +45,8 @@ def work(job: Job) -> None:
         drawn = store.join([batch for batch in batches if name in batch], name)
         variables[name] = store.Variable(("drawn", "time"), drawn, "m", f"{name} of the runs that are drawn")
     for name in ("position", "velocity", "reattachment", "departure"):
-        one = plain.variable(name)
-        variables[f"deterministic_{name}"] = one._replace(long_name=f"{name} without scatter")
+        variable = plain.variable(name)
+        variables[f"deterministic_{name}"] = variable._replace(long_name=f"{name} without scatter")
     variables |= {name: plain.variable(name) for name in ("friction_scatter", "friction_percentile") if name in plain}
     if job.arguments.allocation is not None:
         half = float(np.max(variables["difference_high"].values - variables["difference_low"].values)) / 2

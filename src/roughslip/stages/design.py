@@ -6,6 +6,7 @@ from roughslip import store
 from roughslip.chaos.sampling import design
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -29,11 +30,11 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
     Raises InputError with a line for each design too large for memory. The rules of scenes cannot check this, because
     stage karhunen_loeve finds the number of modes that a share of the variance takes.
     """
-    found, lines = {"latin_hypercube": scene.square.latin_hypercube_samples}, []
-    if scene.expansion.samples != "auto":  # else stage adaptive_training draws as many as it needs
-        found["expansion"] = scene.expansion.samples
+    counts, lines = {"latin_hypercube": scene.square.latin_hypercube_samples}, []
+    if (given := unless_auto(scene.expansion.samples)) is not None:  # else stage adaptive_training draws them
+        counts["expansion"] = given
     keys = {"latin_hypercube": "square.latin_hypercube_samples", "expansion": "expansion.samples"}
-    for name, samples in found.items():
+    for name, samples in counts.items():
         if samples * modes > MOST_NUMBERS:
             lines.append(
                 f"{keys[name]}: {samples} is not allowed; samples times the {modes} modes of the square at most "
@@ -41,7 +42,7 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
             )
     if lines:
         raise InputError(lines)
-    return found
+    return counts
 
 
 def work(job: Job) -> None:

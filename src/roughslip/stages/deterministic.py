@@ -9,11 +9,11 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.counts import counts_by_period, ensemble_counts
+from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.limits import departure_point, existence_limit, hopf_damping, limit_cycle
-from roughslip.oscillator.motion import MotionOptions, trajectory
+from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
@@ -56,17 +56,16 @@ def where_it_exists(
 
 def work(job: Job) -> None:
     """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
-    scene = job.scene
-    ensemble, tolerance = scene.ensemble, mass_on_belt.TOLERANCE
-    numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
+    scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
+    numbers = mass_on_belt.friction_numbers(scene, statistics)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     with job.usage.core():
         limits, cycle = (np.nan, np.nan), None
         if belt.excitation_force_n == 0:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
-        options = MotionOptions(tolerance)
-        duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
+        options = MotionOptions(mass_on_belt.TOLERANCE)
+        duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
         if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)
         else:
@@ -79,28 +78,41 @@ def work(job: Job) -> None:
             f"the mass first leaves the belt after {loading:.4g} natural periods, and the runs of figure 5 last "
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
-    kept = drawn.time >= 2 * np.pi * mass_on_belt.DISCARDED_PERIODS
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
     sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
+    variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
+    store.write(job.arguments.output, variables, job.key)
+
+
+def of_motion(
+    limits: tuple[float | None, float | None], cycle: LimitCycle | None, counts: Counts, drawn: Trajectory, after: float
+) -> dict[str, store.Variable]:
+    """Limits, cycle and counts, and the trajectory after so many natural periods."""
     variables = {
         name: store.Variable((), np.nan if value is None else value, *title)
         for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
     variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
-    variables |= {
+    shown = drawn.time >= 2 * np.pi * after
+    return variables | {
         "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
         "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
-        "time": store.Variable(("time",), drawn.time[kept], "1", "tau = omega t"),
-        "position": store.Variable(("time",), drawn.position[kept], "m", "X"),
-        "velocity": store.Variable(("time",), drawn.velocity[kept], "m", "X' = dX/dtau"),
+        "time": store.Variable(("time",), drawn.time[shown], "1", "tau = omega t"),
+        "position": store.Variable(("time",), drawn.position[shown], "m", "X"),
+        "velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau"),
     }
-    scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, job.arguments.friction))
+
+
+def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, store.Variable]:
+    """The friction of the scene, with a warning where its windows are far from those of its load."""
+    scene, path = job.scene, job.arguments.friction
+    scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, path))
     title = "standard deviation of the friction coefficient of all windows in parallel"
-    variables["friction_scatter"] = store.Variable((), scatter, "1", title)
-    if job.arguments.friction is not None:
-        statistics = store.read(job.arguments.friction)
+    variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
+    if path is not None:
+        statistics = store.read(path)
         percentile = mass_on_belt.penetration_percentile(scene, statistics)
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
@@ -108,7 +120,7 @@ def work(job: Job) -> None:
     for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
-    store.write(job.arguments.output, variables, job.key)
+    return variables
 
 
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:

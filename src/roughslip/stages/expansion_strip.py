@@ -3,7 +3,7 @@
 from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import strip_coordinates
-from roughslip.stages.from_scene.shares import numbers_of, solved_strips
+from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job, execute
 
@@ -28,7 +28,7 @@ STAGE = Stage(
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
-    numbers = numbers_of(job, "expansion_strips")
+    numbers = sample_range(job, "expansion_strips")
     area, force = expand_strips(job, numbers, solved_strips(job))
     shape = ("sample", "level", "window")
     variables = {

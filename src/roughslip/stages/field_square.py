@@ -11,6 +11,7 @@ from roughslip.contact.area import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -33,7 +34,7 @@ STAGE = Stage(
     },
 )
 
-AUTO = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
+SURFACES = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
 SURPLUS = 4
 DRAWN = 3  # fields at the variables of solved ones
 
@@ -46,8 +47,8 @@ STATISTICS = {
 
 def surfaces_of(scene: Scene, modes: int) -> int:
     """Surfaces to solve. Raises InputError where they are too few for so many modes, or tables exceed the memory."""
-    asked, nodes = scene.expansion.samples, scene.square.nodes**2
-    count: int = max(AUTO, SURPLUS * modes) if asked == "auto" else asked
+    nodes = scene.square.nodes**2
+    count = unless_auto(scene.expansion.samples) or max(SURFACES, SURPLUS * modes)
     if count - math.ceil(count / FIELD_GROUPS) <= modes + 1 or count < FIELD_SAMPLES:
         raise InputError(
             f"expansion.samples: {count} surfaces are too few for {modes} modes, a {FIELD_GROUPS}th of them left out: "
@@ -67,10 +68,10 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
     contact = np.empty(state.shape, np.float32) if job.scene.numerics.contact_area == "corrected" else None
-    for row, one in enumerate(solutions(problem, xi, count, job)):
-        state[row] = np.where(one.pressure > 0, one.pressure, -one.gap).ravel()
+    for row, solution in enumerate(solutions(problem, xi, count, job)):
+        state[row] = np.where(solution.pressure > 0, solution.pressure, -solution.gap).ravel()
         if contact is not None:
-            contact[row] = contact_shares(one.pressure, problem.hardness_pa).ravel()
+            contact[row] = contact_shares(solution.pressure, problem.hardness_pa).ravel()
     return xi, state, contact
 
 
@@ -109,19 +110,23 @@ def work(job: Job) -> None:
 
 def maps(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:
     """Statistics at every node with their standard errors and gains."""
-    found = {name: store.Variable((name,), getattr(grid, name)(), "m", f"node along {name}") for name in "xy"}
+    variables = {name: store.Variable((name,), getattr(grid, name)(), "m", f"node along {name}") for name in "xy"}
     for name, (units, title) in STATISTICS.items():
-        one = getattr(expansion, name)
+        estimate = getattr(expansion, name)
         parts = {
-            "": (one.value, units, title),
-            "_error": (one.error, units, f"standard error of the {title}"),
-            "_gain": (one.gain, "1", f"variance of the {title} from the solves alone, over that with the expansion"),
+            "": (estimate.value, units, title),
+            "_error": (estimate.error, units, f"standard error of the {title}"),
+            "_gain": (
+                estimate.gain,
+                "1",
+                f"variance of the {title} from the solves alone, over that with the expansion",
+            ),
         }
         for end, (values, unit, text) in parts.items():
-            found[name + end] = store.Variable(("x", "y"), values.reshape(grid.shape), unit, text)
+            variables[name + end] = store.Variable(("x", "y"), values.reshape(grid.shape), unit, text)
     title = "share of the variance of the pressure that predictions of left-out surfaces miss"
-    found["missed"] = store.Variable(("x", "y"), expansion.missed.reshape(grid.shape), "1", title)
-    return found
+    variables["missed"] = store.Variable(("x", "y"), expansion.missed.reshape(grid.shape), "1", title)
+    return variables
 
 
 def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Variable]:

@@ -7,7 +7,7 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
+from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, shares, surface_model
 from roughslip.stages.runtime.command import Job, execute
 from roughslip.stages.runtime.drawing import save_with_numbers
 
@@ -70,8 +70,8 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     scene, friction = job.scene, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(scene, friction)
     process = mass_on_belt.friction_process(scene, numbers, friction)
-    found = None if job.arguments.allocation is None else store.read(job.arguments.allocation)
-    nodes = int(scene.ensemble.nodes_per_correlation_length if found is None else found["nodes_per_correlation_length"])
+    name = "nodes_per_correlation_length"
+    nodes = shares.given_or_found(job, getattr(scene.ensemble, name), name)
     paths = mass_on_belt.friction_paths(scene, process, nodes)
     seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])

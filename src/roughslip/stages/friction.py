@@ -5,18 +5,22 @@ from pathlib import Path
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError
-from roughslip.friction.combination import mesh_factors
-from roughslip.friction.description import describe
-from roughslip.friction.level import Windows, group_weights, levels_of_sums
-from roughslip.friction.marginal import SET_WINDOWS
-from roughslip.friction.over_penetration import calibrated_levels, combined_estimates
-from roughslip.friction.statistics import estimate_of, ratio_of_sums
+from roughslip.friction.level import Windows, levels_of_sums
+from roughslip.friction.table import WindowLayout, friction_table
+from roughslip.friction.table_variables import (
+    error_variables,
+    law_variables,
+    missing_warnings,
+    solve_variables,
+    summary,
+    table_variables,
+    windows_variables,
+)
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE, FINE, OTHERS
-from roughslip.stages.result_tables import friction_table, load_table
+from roughslip.stages.result_tables import load_table
 from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
@@ -42,54 +46,29 @@ REPLICATES = 400
 
 def work(job: Job) -> None:
     """Calibrate the shear strength at the median, then write every statistic with its interval, and summary.csv."""
-    scene, batches = job.scene, store.read_all(job.arguments.contact)
-    percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
+    scene, batches, seed = job.scene, store.read_all(job.arguments.contact), job.scene.seed
     sums, expanded = area_and_force(batches), area_and_force(store.read_all(job.arguments.expansion))
+    windows, strip = geometry.windows(scene), scene.strip
+    percentiles, cells = np.array(strip.penetration_percentiles, dtype=float), (windows.length, windows.spacing)
+    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, cells, sums[0].shape[2])
     with job.usage.core():
-        generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
         levels = levels_of_sums(geometry.least_contact_area(scene), sums, expanded, coarse_sums(batches))
-        weights, factors = group_weights(levels, REPLICATES, generator), mesh_factors(REPLICATES, generator)
-        best, shear = calibrated_levels(percentiles, levels, weights, factors, scene.friction.mean_at_median)
-        lags = scene.strip.window_spacing_m * np.arange(levels[0].mu.shape[2])
-        combined = combined_estimates(best, lags, scene.strip.window_m)
-        mu, strips = (float(shear.value) * levels[0].mu, levels[0].valid), levels[0].strips
-        table = described(job, mu, sums, shear, weights[0])
-        for name in friction_table.BY_SOURCE:
-            rows = ((shear.value * np.exp(each.control[name]), each.strips[1]) for each in best)
-            table[name] += [estimate_of(name, *pair) for pair in rows]
+        draws, mean = [seed, geometry.STREAM_BOOTSTRAP], scene.friction.mean_at_median
+        table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
         loads, light = (
-            of_load(job, batches, (table, combined), shear, weights[0])
+            of_load(job, batches, (table.solved, table.combined), table.shear, table.weights)
             for of_load in (load_table.load_table, load_table.light_table)
         )
-        law = friction_table.law_variables(scene, mu, combined, weights[0])
-    job.usage.warn(*friction_table.missing_warnings(table["missing_share"], percentiles))
-    got = reached(job.arguments.allocation, percentiles, combined)
+        law = law_variables(table, np.random.default_rng([seed, geometry.STREAM_WHITE]))
+    job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
+    got = reached(job.arguments.allocation, percentiles, table.combined)
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
-    variables = friction_table.table_variables(table, combined, percentiles, scene.strip) | law
-    variables |= friction_table.error_variables(best) | load_table.load_variables(scene, loads, light)
-    variables |= friction_table.windows_variables(mu, int(np.flatnonzero(percentiles == 50.0)[0]))
-    variables |= friction_table.solve_variables(batches, shear, weights[0])
-    store.write(job.arguments.output, variables, job.key, {"strips": strips} if job.arguments.allocation else None)
-    store.write_text(job.arguments.summary, friction_table.summary(variables, percentiles))
-
-
-def described(job: Job, mu: Windows, sums: Windows, shear: Estimate, weights: np.ndarray) -> dict[str, list[Estimate]]:
-    """Statistics of the solved windows, by name those of each penetration."""
-    strip = job.scene.strip
-    table: dict[str, list[Estimate]] = {}
-    lags = strip.window_spacing_m * np.arange(mu[0].shape[2])
-    for number, percentile in enumerate(strip.penetration_percentiles):
-        sets = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, SET_WINDOWS])
-        try:
-            estimates = describe((mu[0][number], mu[1][number]), weights, lags, strip.window_m, sets)
-            area, force = (values[number] for values in sums)
-            estimates["ratio_of_sums"] = ratio_of_sums(area, force, float(shear.value), weights)
-        except IllPosedError as error:
-            raise IllPosedError(f"percentile {percentile:g}: {error}") from error
-        for name, estimate in estimates.items():
-            table.setdefault(name, []).append(estimate)
-        job.usage.progress(number + 1, len(strip.penetration_percentiles))
-    return table
+    variables = table_variables(table) | law | error_variables(table)
+    variables |= load_table.load_variables(scene, loads, light) | windows_variables(table)
+    variables |= solve_variables(batches, table.shear, table.weights)
+    attributes = {"strips": levels[0].strips} if job.arguments.allocation else None
+    store.write(job.arguments.output, variables, job.key, attributes)
+    store.write_text(job.arguments.summary, summary(variables, percentiles))
 
 
 def reached(path: Path | None, percentiles: np.ndarray, combined: dict[str, list[Estimate]]) -> dict[str, float]:

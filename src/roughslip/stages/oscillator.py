@@ -1,10 +1,13 @@
 """Stage oscillator: a batch of realisations of the friction process, each run at every damping ratio of the scene."""
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from roughslip import store
-from roughslip.oscillator.counts import ensemble_counts
-from roughslip.oscillator.motion import simulate, trajectory
+from roughslip.oscillator.counts import Counts, ensemble_counts
+from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
@@ -30,75 +33,100 @@ STAGE = Stage(
 )
 
 
+class Run(NamedTuple):
+    """The runs on one friction path.
+
+    counts : at every damping ratio
+    reattachment, last_cycle, sticks : [m], [natural periods] and number of sticks at the scene's own damping
+    drawn : the trajectory there, where it is drawn
+    unread : nodes of the path that no run read
+    """
+
+    counts: Counts
+    reattachment: np.ndarray
+    last_cycle: float
+    sticks: int
+    drawn: Trajectory | None
+    unread: int
+
+
+def runs_of(job: Job, taken: range) -> list[Run]:
+    """The runs on each friction path, by its number."""
+    scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
+    numbers = mass_on_belt.friction_numbers(scene, statistics)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    process = mass_on_belt.friction_process(scene, numbers, statistics)
+    dampings = damping_ratios(scene, numbers, statistics)
+    nodes = shares.given_or_found(job, ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")
+    options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
+    until = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
+    paths = mass_on_belt.friction_paths(scene, process, nodes)
+    needed = math.ceil(mass_on_belt.path_length(belt, periods) / paths.spacing) + 1
+    runs = []
+    for row, number in enumerate(taken):
+        path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
+        counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
+        nominal = simulate(belt, law, path, paths.spacing, periods, options)
+        is_drawn = number < ensemble.drawn_realisations
+        drawn = trajectory(belt, law, path, paths.spacing, until, options) if is_drawn else None
+        places, sticks = nominal.reattachments(mass_on_belt.DISCARDED_PERIODS), nominal.cycles + nominal.micro_slips
+        runs.append(Run(counts, places, nominal.last_cycle, sticks, drawn, max(needed - path.nodes, 0)))
+        job.usage.progress(row + 1, len(taken))
+    return runs
+
+
 def work(job: Job) -> None:
     """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
-    scene, arguments = job.scene, job.arguments
-    ensemble = scene.ensemble
-    numbers = mass_on_belt.friction_numbers(scene, arguments.friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
-    process = mass_on_belt.friction_process(scene, numbers, arguments.friction)
-    found = {} if arguments.allocation is None else store.read(arguments.allocation)
-    nodes = int(found["nodes_per_correlation_length"]) if found else int(ensemble.nodes_per_correlation_length)
-    taken = shares.numbers_of(job, "runs")
-    periods, discarded = ensemble.duration_periods, mass_on_belt.DISCARDED_PERIODS
-    dampings = damping_ratios(scene, numbers, arguments.friction)
-    count = len(taken)
-    cycles, micro_slips = np.empty((2, count, len(dampings)), dtype=np.int32)
-    last_cycle, stick_slip = np.empty((2, count, len(dampings)))
-    nominal_last_cycle = np.empty(count)
-    cuts = np.empty((count, len(dampings)), dtype=np.int64)
-    reattachments, owners, drawn, options = [], [], [], mass_on_belt.motion_options(scene)
-    length = mass_on_belt.path_length(belt, periods)
-    steps = evaluations = sticks = unread = 0
+    taken = shares.sample_range(job, "runs")
     with job.usage.core():
-        paths = mass_on_belt.friction_paths(scene, process, nodes)
-        for row, number in enumerate(taken):
-            path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
-            counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
-            cycles[row], micro_slips[row], cuts[row] = counts.cycles, counts.micro_slips, counts.cuts
-            last_cycle[row], stick_slip[row] = counts.last_cycle, counts.stick_slip
-            steps, evaluations = steps + counts.steps, evaluations + counts.evaluations
-            nominal = simulate(belt, law, path, paths.spacing, periods, options)
-            places = nominal.reattachments(discarded)
-            nominal_last_cycle[row] = nominal.last_cycle
-            sticks += int(np.sum(counts.cycles + counts.micro_slips)) + nominal.cycles + nominal.micro_slips
-            reattachments.append(places)
-            owners.append(np.full(len(places), number))
-            if number < ensemble.drawn_realisations:
-                until = discarded + mass_on_belt.DRAWN_PERIODS
-                drawn.append(trajectory(belt, law, path, paths.spacing, until, options))
-            unread += max(int(np.ceil(length / paths.spacing)) + 1 - path.nodes, 0)
-            job.usage.progress(row + 1, count)
-    job.usage.count(
-        runs=count * len(dampings),
-        cycles=int(cycles.sum()),
-        steps=steps,
-        evaluations=evaluations,
-        negative_friction_cut=int(cuts.sum()),
+        runs = runs_of(job, taken)
+    variables, drawn = table(runs, taken), [run.drawn for run in runs if run.drawn is not None]
+    cycles, micro_slips, cut = (
+        int(np.sum(variables[name].values)) for name in ("cycles", "micro_slips", "negative_friction")
     )
-    not_stored = count * len(dampings) + len(drawn)
-    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.KEPT: not_stored, skip_reasons.UNREAD: unread})
-    run, event = ("realisation", "damping"), ("event",)
+    count = len(taken) * len(runs[0].counts.damping_ratios)
+    steps, evaluations = (sum(getattr(run.counts, name) for run in runs) for name in ("steps", "evaluations"))
+    job.usage.count(runs=count, cycles=cycles, steps=steps, evaluations=evaluations, negative_friction_cut=cut)
+    sticks, unread = (sum(getattr(run, name) for run in runs) for name in ("sticks", "unread"))
+    skipped = {skip_reasons.STICK: cycles + micro_slips + sticks, skip_reasons.KEPT: count + len(drawn)}
+    job.usage.skip(skipped | {skip_reasons.UNREAD: unread})
+    store.write(job.arguments.output, variables | trajectories(job, drawn), job.key, {"first": taken.start})
+
+
+def table(runs: list[Run], taken: range) -> dict[str, store.Variable]:
+    """Counts at every damping ratio, and what the runs at the scene's own damping show."""
+    cycles, micro_slips, cuts, last_cycle, stick_slip = (
+        np.array([getattr(run.counts, name) for run in runs])
+        for name in ("cycles", "micro_slips", "cuts", "last_cycle", "stick_slip")
+    )
+    nominal, places = np.array([run.last_cycle for run in runs]), [run.reattachment for run in runs]
+    owners = np.repeat(taken, [len(place) for place in places])
+    each, event = ("realisation", "damping"), ("event",)
     cut = "steps and sticks at which negative friction was cut to zero"
-    variables = {
-        "damping_ratio": store.Variable(run[1:], np.array(dampings), "1", "damping ratio D"),
-        "realisation": store.Variable(run[:1], np.array(taken), "1", "number of the run"),
-        "cycles": store.Variable(run, cycles, "1", "cycles M_S"),
-        "micro_slips": store.Variable(run, micro_slips, "1", "reattachments without a cycle"),
-        "negative_friction": store.Variable(run, cuts, "1", cut),
-        "last_cycle": store.Variable(run, last_cycle, "1", "natural periods until the last cycle, 0 for none"),
-        "stick_slip": store.Variable(run, stick_slip, "1", "share of the time in either state that is stick-slip"),
-        "nominal_last_cycle": store.Variable(run[:1], nominal_last_cycle, "1", "the same at the scene's own damping"),
-        "reattachment": store.Variable(event, np.concatenate(reattachments), "m", "X at the start of stick"),
-        "reattachment_realisation": store.Variable(event, np.concatenate(owners), "1", "its realisation"),
+    return {
+        "damping_ratio": store.Variable(each[1:], runs[0].counts.damping_ratios, "1", "damping ratio D"),
+        "realisation": store.Variable(each[:1], np.array(taken), "1", "number of the run"),
+        "cycles": store.Variable(each, cycles.astype(np.int32), "1", "cycles M_S"),
+        "micro_slips": store.Variable(each, micro_slips.astype(np.int32), "1", "reattachments without a cycle"),
+        "negative_friction": store.Variable(each, cuts, "1", cut),
+        "last_cycle": store.Variable(each, last_cycle, "1", "natural periods until the last cycle, 0 for none"),
+        "stick_slip": store.Variable(each, stick_slip, "1", "share of the time in either state that is stick-slip"),
+        "nominal_last_cycle": store.Variable(each[:1], nominal, "1", "the same at the scene's own damping"),
+        "reattachment": store.Variable(event, np.concatenate(places), "m", "X at the start of stick"),
+        "reattachment_realisation": store.Variable(event, owners, "1", "its realisation"),
     }
-    if drawn:
-        kept = drawn[0].time >= 2 * np.pi * discarded
-        variables["time"] = store.Variable(("time",), drawn[0].time[kept], "1", "tau = omega t")
-        for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
-            values = np.array([getattr(one, name)[kept] for one in drawn])
-            variables[name] = store.Variable(("drawn", "time"), values, "m", title)
-    store.write(arguments.output, variables, job.key, {"first": taken.start})
+
+
+def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]:
+    """Those that are drawn, without the periods that are discarded."""
+    if not drawn:
+        return {}
+    shown = drawn[0].time >= 2 * np.pi * mass_on_belt.DISCARDED_PERIODS
+    variables = {"time": store.Variable(("time",), drawn[0].time[shown], "1", "tau = omega t")}
+    for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
+        values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])
+        variables[name] = store.Variable(("drawn", "time"), values, "m", title)
+    return variables
 
 
 if __name__ == "__main__":

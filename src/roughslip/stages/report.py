@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,15 @@ from roughslip.surface.modes import representation
 STAGE = Stage(
     name="report",
     reads="description",
-    many={"scenes": "claims costs"},
     optional={"evidence": "", "drawn": ""},
     result="report.html",
     target="every scene",
     memory_mb=320,
     memory_doubles={"square_modes": 2.5},
 )
+
+
+Files = Mapping[str, Path]
 
 
 def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
@@ -79,46 +82,46 @@ def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
     ]
 
 
-def represented(folder: Path, stages: list[str], scene: Scene) -> dict[str, list[str]]:
+def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
-    found = {}
+    sentences = {}
     if "karhunen_loeve" in stages:
         figure = "figure2" if "figure2" in scene.targets else "figure_field"
-        found[figure] = square_represented(store.read(folder / "surface" / "modes.nc"), scene)
+        sentences[figure] = square_represented(store.read(files["surface/modes.nc"]), scene)
     if "chaos_square" in stages:
-        found["figure2"].append(score_of_variables(store.read(folder / "chaos" / "square.nc")))
+        sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
     if "scan" in stages:
-        result = store.read(folder / "surface" / "synthetic_surfaces.nc")
+        result = store.read(files["surface/synthetic_surfaces.nc"])
         why, count = str(result["no_twins"][0]), int(result["outliers"])
-        found["figure_scan"] = [
+        sentences["figure_scan"] = [
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
     if "contact_strip" in stages:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
-        scan = folder / "surface" / "scan.nc" if "scan" in stages else None
-        found[figure] = strips_represented(scene, scan)
-    return found
+        scan = files["surface/scan.nc"] if "scan" in stages else None
+        sentences[figure] = strips_represented(scene, scan)
+    return sentences
 
 
-def read_scene(folder: Path, captions: dict[str, str], page_folder: Path) -> SceneReport:
-    """What a scene left in its folder of results. captions : of all figures"""
-    costs = store.read_json(folder / "costs.json")
-    stages = sorted({row["stage"] for row in costs} - {"all"})  # of this run: the folder may hold keys of older targets
-    configuration = merged([store.read_key(folder / "keys" / f"{stage}.json").configuration for stage in stages])
-    drawn = {name: folder / name for name in captions if name in stages}
-    own, file = os.path.relpath(folder, page_folder), SCENES / f"{folder.name}.yaml"
+def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
+    """What a scene left. files : its results by name; captions : of all figures"""
+    costs = store.read_json(files["costs.json"])
+    stages = sorted({row["stage"] for row in costs} - {"all"})
+    configuration = merged([store.read_key(files[f"keys/{stage}.json"]).configuration for stage in stages])
+    drawn = [name for name in captions if name in stages]
+    own, file = os.path.relpath(Path("results", name), page_folder), SCENES / f"{name}.yaml"
     return SceneReport(
-        name=folder.name,
+        name=name,
         description=configuration["description"],
         figures={
-            name: chosen(picture(path.with_suffix(".svg")).decode(), picture(path.with_suffix(".png")))
-            for name, path in drawn.items()
+            figure: chosen(picture(files[f"{figure}.svg"]).decode(), picture(files[f"{figure}.png"]))
+            for figure in drawn
         },
         captions=captions,
-        surfaces=represented(folder, stages, scene_of(configuration)),
-        answer=store.read_json(folder / "answer.json") if "answer" in stages else None,
-        claims=store.read_json(folder / "claims.json"),
+        surfaces=represented(files, stages, scene_of(configuration)),
+        answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
+        claims=store.read_json(files["claims.json"]),
         costs=costs,
         folder="" if own == "." else f"{own}/",
         file=os.path.relpath(file, page_folder) if file.is_file() else "",
@@ -130,18 +133,20 @@ def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
     """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
     if kept is None or drawn is None:
         return None
-    found = {name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()}
+    benchmarks = {
+        name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()
+    }
     return Evidence(
-        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in found},
+        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in benchmarks},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
-        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in found.items()},
+        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in benchmarks.items()},
     )
 
 
 def work(job: Job) -> None:
     """Write the page."""
-    captions, page_folder = job.key.configuration["captions"], job.arguments.output.parent
-    scenes = [read_scene(folder, captions, page_folder) for folder in job.arguments.scenes]
+    captions, page_folder = job.key.configuration["captions"], Path(job.key.configuration["folder"])
+    scenes = [read_scene(name, files, captions, page_folder) for name, files in job.files.items()]
     evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
 

@@ -53,21 +53,21 @@ def work(job: Job) -> None:
         scan = high_pass(scan, wanted.cutoff_m)
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
     with job.usage.core():
-        found = scan_statistics(scan, sub_areas_for(scan, endless))
+        statistics = scan_statistics(scan, sub_areas_for(scan, endless))
         helping = ["outliers", "marginal"]  # where the heights are the reason
         try:
-            marginal = translated_marginal(wanted.marginal, scan, float(found.rms_height.value))
+            marginal = translated_marginal(wanted.marginal, scan, float(statistics.rms_height.value))
             helping.append("covariance")
-            variables, attributes, words = fitted_model(job, scan, found, marginal)
+            variables, attributes, words = fitted_model(job, scan, statistics, marginal)
         except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
             reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
             print(f"scan: no model: {reason}", file=sys.stderr)
             variables, attributes, words = {}, {"no_model": reason}, "none"
-    if not found.sub_areas.sufficient:
-        lengths = f"sub-areas of {found.sub_areas.lengths:.1f} correlation lengths"
+    if not statistics.sub_areas.sufficient:
+        lengths = f"sub-areas of {statistics.sub_areas.lengths:.1f} correlation lengths"
         job.usage.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.usage.count(points=scan.heights.size)
-    variables |= scan_table.of_scan(scan, found, found_outliers)
+    variables |= scan_table.of_scan(scan, statistics, found_outliers)
     variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
     store.write(job.arguments.output, variables, job.key, attributes)
 
@@ -75,7 +75,7 @@ def work(job: Job) -> None:
 def fitted_model(
     job: Job,
     scan: Topography,
-    found: ScanStatistics,
+    statistics: ScanStatistics,
     marginal: FamilyDistribution | EmpiricalDistribution | None,
 ) -> tuple[dict[str, store.Variable], dict[str, str], str]:
     """The stored model of a scan, its variables and attributes, and what it is in words.
@@ -87,22 +87,24 @@ def fitted_model(
     kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
     if kind != "measured":
         kinds = KINDS if kind == "best" else (kind,)
-        fitted, refused = fitted_covariances(kinds, scan, found)
+        fitted, refused = fitted_covariances(kinds, scan, statistics)
         on = sampled_fit.meshes(job.scene, scan.grid)
         best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
         covariance, fits = best.covariance, len(fitted) - len(left)
-        job.usage.warn(*(f"a better model, {one}: {covariance.kind} is taken, or try measured" for one in left))
+        job.usage.warn(*(f"a better model, {model}: {covariance.kind} is taken, or try measured" for model in left))
         for reason in refused:
             print(f"scan: not fitted: {reason}", file=sys.stderr)
         job.usage.warn(
-            *(f"{covariance.kind} {what}: try measured" for what in misses(best, found.autocorrelation, endless))
+            *(f"{covariance.kind} {what}: try measured" for what in misses(best, statistics.autocorrelation, endless))
         )
     words = model_in_words(covariance, fits)
     if wanted.endless_lay is not None:
         words += f", endless lay along {wanted.endless_lay}"
     if wanted.cutoff_m is not None:
         words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
-    return *surface_model.stored_model(covariance, marginal, correct, float(found.rms_height.value), endless), words
+    return *surface_model.stored_model(
+        covariance, marginal, correct, float(statistics.rms_height.value), endless
+    ), words
 
 
 def translated_marginal(
@@ -123,12 +125,14 @@ def translated_marginal(
         raise IllPosedError(f"heights of this distribution cannot be sampled: {reason}") from error
 
 
-def misses(fit: CovarianceFit, found: Autocorrelation, endless: int | None = None) -> Iterator[str]:
+def misses(fit: CovarianceFit, autocorrelation: Autocorrelation, endless: int | None = None) -> Iterator[str]:
     """What of the scan a model does not have; lengths along an endless lay, an axis, do not count."""
     for what, misfit in (("autocorrelation", fit.misfit), ("spectrum", fit.spectrum_misfit)):
         if misfit > FAR:
             yield f"misses the {what} by {misfit:.1f} standard errors"
-    for axis, length, own in zip("xy", fit.covariance.axis_lengths_m, (found.length_x, found.length_y), strict=True):
+    for axis, length, own in zip(
+        "xy", fit.covariance.axis_lengths_m, (autocorrelation.length_x, autocorrelation.length_y), strict=True
+    ):
         if "xy".index(axis) != endless and not own.low <= length <= own.high:
             yield f"misses the 1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
 

@@ -11,11 +11,11 @@ import math
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import kolmogorov_distance
+from roughslip.chaos.sampling import distance_beyond_chance
 from roughslip.contact.at_nodes import solve_at
 from roughslip.contact.influence import Influence
-from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.probability.pilot import Pilot
 from roughslip.scene.accuracy import KOLMOGOROV_95, SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry
@@ -37,7 +37,6 @@ STAGE = Stage(
 
 SURFACES = 1000  # at least
 PART = 1 / 3  # of the samples that the accuracy takes
-SWAPS = 20
 
 
 def pressures(
@@ -55,28 +54,15 @@ def pressures(
         (coarse, exact[first::2, first::2], centre // 2),
         (problem.influence, heights(modes, variables), centre),
     )
-    found = []
+    values = []
     for influence, field, node in solves:
         rough = np.ascontiguousarray(problem.model.heights(field) - problem.plane_m)
         at = np.array([node]), np.array([node])
-        one = solve_at(
+        solution = solve_at(
             influence, rough, at, PRECISION, problem.tolerance, hardness_pa=problem.hardness_pa, points=points
         )
-        found.append(float(one.pressure[0]))
-    return found
-
-
-def distance_beyond_chance(first: np.ndarray, second: np.ndarray, rng: np.random.Generator) -> float:
-    """Kolmogorov distance of two samples whose values come in pairs, less what few pairs give by chance.
-
-    first, second : (n,). Chance swaps the values of pairs; squares of distances add.
-    """
-    by_chance = []
-    for swapped in rng.random((SWAPS, len(first))) < 0.5:
-        pair = np.where(swapped, second, first), np.where(swapped, first, second)
-        by_chance.append(kolmogorov_distance(*pair))
-    beyond = kolmogorov_distance(first, second) ** 2 - float(np.mean(np.square(by_chance)))
-    return math.sqrt(max(0.0, beyond))
+        values.append(float(solution.pressure[0]))
+    return values
 
 
 def coarser(grid: Grid) -> Grid:
@@ -97,20 +83,23 @@ def work(job: Job) -> None:
         count = max(SURFACES, round(PART * (KOLMOGOROV_95 / (SHARE * asked)) ** 2))
         seeds = ([scene.seed, geometry.STREAM_SQUARE_PILOT, number] for number in range(count))
         surfaces = (sample(np.random.default_rng(seed)) for seed in seeds)
-        found = np.array([pressures(problem, coarse, exact, eigenvalues, points=points) for exact in surfaces])
+        values = np.array([pressures(problem, coarse, exact, eigenvalues, points=points) for exact in surfaces])
         rng = np.random.default_rng([scene.seed, geometry.STREAM_SQUARE_PILOT])
-        change, modes = (distance_beyond_chance(found[:, 0], found[:, other], rng) for other in (1, 2))
+        change, modes = (distance_beyond_chance(values[:, 0], values[:, other], rng) for other in (1, 2))
         mesh = change / 3 if points else change
     sampling = KOLMOGOROV_95 / math.sqrt(samples)
     expected = mesh + modes + sampling
     shown = {"asked": asked, "expected": expected, "from_cells": mesh, "from_modes": modes}
     job.usage.count(surfaces=count, **{f"pressure_{name}": round(value, 5) for name, value in shown.items()})
-    if mesh + modes > (1 - SHARE) * asked:
-        raise IllPosedError(
-            f"accuracy.pressure of {asked:g} is not reached: cells leave {mesh:.2g} of the distribution and missing "
-            f"modes {modes:.2g}; nearest is {1.1 * (mesh + modes) / (1 - SHARE):.2g}; ask for that, or take "
-            "more square.nodes or square.modes"
-        )
+    Pilot(
+        {"pressure": asked},
+        lambda accuracy: samples if mesh + modes <= (1 - SHARE) * accuracy["pressure"] else None,
+        lambda: (
+            "take more square.nodes or square.modes, as cells leave "
+            f"{mesh:.2g} of the distribution and missing modes {modes:.2g}"
+        ),
+        margin=1.1,
+    ).numbers()
     titles = {
         "mesh": (mesh, "cells"),
         "modes": (modes, "modes that are left out"),

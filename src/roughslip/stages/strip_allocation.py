@@ -5,29 +5,29 @@ Where the accuracy leaves verdicts undecided, strips are added as far as `accura
 Costs are counted by a model, work times cells, and not by a clock, so that any machine finds the same numbers.
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import (
+    STATISTICS,
     Allocation,
     ErrorSources,
     Option,
     SampleLimits,
-    cheapest,
     error_sources,
     mesh_alone,
-    nearest,
+    strip_pilot,
+    with_more_strips,
 )
 from roughslip.friction.level import Level, levels_of_sums
 from roughslip.friction.over_penetration import judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
+from roughslip.probability.pilot import Accuracy
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
-from roughslip.scene.expansion import AUTO
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
@@ -60,49 +60,58 @@ EXPANSION_S = 4.5e-7  # of a strip of the expansion, by node of its lattice
 
 def work(job: Job) -> None:
     """Write the numbers of strips, what they are expected to reach, and why. Raises IllPosedError if out of reach."""
-    scene = job.scene
-    percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
-    pilot = store.read(job.arguments.pilot)
-    strips = len(pilot["area"])
-    is_extrapolated = f"{COARSE}area" in pilot
-    expanded = expand_strips(job, range(strips + MORE), strips)
-    sums = [(pilot["area"], pilot["force"]), expanded]
-    if is_extrapolated:
-        sums.append((pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]))
-    by_level = ((area.transpose(1, 0, 2), force.transpose(1, 0, 2)) for area, force in sums)
-    levels = levels_of_sums(geometry.least_contact_area(scene), *by_level)
+    scene, pilot = job.scene, store.read(job.arguments.pilot)
+    asked = {name: getattr(scene.accuracy, name) for name in STATISTICS}
+    levels = _levels(job, pilot)
     with job.usage.core():
-        options = [
-            Option(others, error_sources(percentiles, levels, others), _limits(job, pilot, others))
-            for others in (OTHERS if is_extrapolated else OTHERS[:1])
-        ]
-        accuracy = scene.accuracy
-        asked = {"friction_mean": accuracy.friction_mean, "friction_std": accuracy.friction_std}
-        found = cheapest(options, asked)
-        if found is None:
-            raise IllPosedError(_refusal(options, asked, scene.strip.cell_m))
-        limit = accuracy.verdict_limit_cpu_s if scene.strip.samples == AUTO else 0.0
-        needed = _for_verdicts(job, levels) if limit else {}
-        option, chosen = _with_verdicts(options, asked, found, needed, limit, 1 + MORE / strips)
-    errors = option.errors
-    coarse_strips = (1 + option.others) * chosen.strips if is_extrapolated else 0
-    shown = {f"{name}_asked": value for name, value in asked.items()}
-    for name in asked:
-        of_it = [one for one in errors if one.statistic == name]
-        widths = [one.half_width(chosen.strips, chosen.many, safe=False) for one in of_it]
-        shown |= {f"{name}_expected": round(max(widths, default=0.0), 5)}
-        shown |= {f"{name}_from_cells": round(max(map(mesh_alone, of_it), default=0.0), 5)}
+        options = _options(job, pilot, levels)
+        of_accuracy = strip_pilot(options, asked, scene.strip.cell_m).numbers()
+        fewest, limit = of_accuracy[1].strips, scene.accuracy.verdict_limit_cpu_s
+        needed = _for_verdicts(job, levels) if limit and unless_auto(scene.strip.samples) is None else {}
+        more = {strips for strips in needed.values() if strips > fewest}
+        ratio = 1 + MORE / levels[0].strips
+        option, chosen = with_more_strips(options, asked, more, ratio, limit) or of_accuracy
+    coarse_strips = (1 + option.others) * chosen.strips if len(levels) > 2 else 0
     numbers = {"strips_chosen": chosen.strips, "coarse_strips_chosen": coarse_strips}
-    job.usage.count(**numbers, expansion_strips_chosen=chosen.many, **shown)
-    of_accuracy = found[1].strips
+    job.usage.count(**numbers, expansion_strips_chosen=chosen.many, **_half_widths(option.errors, asked, chosen))
     if needed:
-        job.usage.count(strips_for_accuracy=of_accuracy)
+        job.usage.count(strips_for_accuracy=fewest)
     for name, number in needed.items():
-        if number > of_accuracy:
+        if number > fewest:
             place = "to_decide" if number <= chosen.strips else "beyond_limit_for"
             job.usage.count(**{f"strips_{place}_{name}": number})
-    variables = _variables(errors, asked, chosen, coarse_strips) | _of_verdicts(of_accuracy, needed)
+    variables = _variables(option.errors, asked, chosen, coarse_strips) | _of_verdicts(fewest, needed)
     store.write(job.arguments.output, variables, job.key)
+
+
+def _levels(job: Job, pilot: store.Result) -> tuple[Level, ...]:
+    """The pilot on its meshes, and the expansion on MORE strips than that."""
+    strips = len(pilot["area"])
+    sums = [(pilot["area"], pilot["force"]), expand_strips(job, range(strips + MORE), strips)]
+    if f"{COARSE}area" in pilot:
+        sums.append((pilot[f"{COARSE}area"], pilot[f"{COARSE}force"]))
+    by_level = ((area.transpose(1, 0, 2), force.transpose(1, 0, 2)) for area, force in sums)
+    return levels_of_sums(geometry.least_contact_area(job.scene), *by_level)
+
+
+def _options(job: Job, pilot: store.Result, levels: Sequence[Level]) -> list[Option]:
+    """Errors and limits with each of OTHERS; none are solved on cells 2h alone where these are not solved at all."""
+    percentiles = np.array(job.scene.strip.penetration_percentiles, dtype=float)
+    return [
+        Option(others, error_sources(percentiles, levels, others), _limits(job, pilot, others))
+        for others in (OTHERS if len(levels) > 2 else OTHERS[:1])
+    ]
+
+
+def _half_widths(errors: Sequence[ErrorSources], asked: Accuracy, chosen: Allocation) -> dict[str, float]:
+    """By statistic the half width that is asked, the largest that is expected, and the largest of the mesh alone."""
+    shown = {f"{name}_asked": width for name, width in asked.items()}
+    for name in asked:
+        sources = [source for source in errors if source.statistic == name]
+        widths = [source.half_width(chosen.strips, chosen.many, safe=False) for source in sources]
+        shown[f"{name}_expected"] = round(max(widths, default=0.0), 5)
+        shown[f"{name}_from_cells"] = round(max(map(mesh_alone, sources), default=0.0), 5)
+    return shown
 
 
 def _for_verdicts(job: Job, levels: Sequence[Level]) -> dict[str, int]:
@@ -120,42 +129,16 @@ def _for_verdicts(job: Job, levels: Sequence[Level]) -> dict[str, int]:
     return strips_from_pilot(estimates, percentiles, levels[0].strips, rules)
 
 
-def _with_verdicts(
-    options: list[Option],
-    asked: dict[str, float],
-    found: tuple[Option, Allocation],
-    needed: dict[str, int],
-    limit: float,
-    ratio: float,
-) -> tuple[Option, Allocation]:
-    """Strips for what is asked and for as many verdicts as cost at most `limit` [s] in all; else as found without them.
-
-    needed : by statement; ratio : strips of the control for each of these
-    """
-    for number in sorted({one for one in needed.values() if one > found[1].strips}, reverse=True):
-        more = []
-        for option in options:
-            (low, high), (least, most) = option.limits.strips, option.limits.many
-            many = max(least, min(math.ceil(ratio * number), most)), most
-            strips = max(low, number), high
-            limits = replace(option.limits, strips=strips, many=many, limit=min(limit, option.limits.limit))
-            more.append(replace(option, limits=limits))
-        enough = cheapest(more, asked)
-        if enough is not None:
-            return enough
-    return found
-
-
 def _limits(job: Job, pilot: store.Result, others: int) -> SampleLimits:
     """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
     scene = job.scene
     grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
     most = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
     strips, many = (
-        (low, high) if number == AUTO else (int(number), int(number))
-        for number, low, high in (
-            (scene.strip.samples, len(pilot["area"]) + SHARES, most // (2 + 2 * others)),
-            (scene.strip.expansion_samples, 1, most),
+        (lowest, highest) if number is None else (int(number), int(number))
+        for number, lowest, highest in (
+            (unless_auto(scene.strip.samples), len(pilot["area"]) + SHARES, most // (2 + 2 * others)),
+            (unless_auto(scene.strip.expansion_samples), 1, most),
         )
     )
     cells = grid.nx * grid.ny * (5 / 8 if f"{COARSE}area" in pilot else 1)  # in the mean of both meshes
@@ -165,37 +148,22 @@ def _limits(job: Job, pilot: store.Result, others: int) -> SampleLimits:
     return SampleLimits(strips, many, (solve, expand), scene.accuracy.cost_limit_cpu_s, 2 + 2 * others)
 
 
-def _refusal(options: list[Option], asked: dict[str, float], cell_m: float) -> str:
-    """What cannot be reached, what is nearest, and what to do."""
-    wanted, reached = (
-        ", ".join(f"{name} {value:g}" for name, value in each.items()) for each in (asked, nearest(options, asked))
-    )
-    at_any_cost = cheapest([replace(each, limits=replace(each.limits, limit=math.inf)) for each in options], asked)
-    advice = "ask for that, widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
-    if at_any_cost is not None:
-        advice = f"ask for that, or raise accuracy.cost_limit_cpu_s to {math.ceil(at_any_cost[1].cost)}"
-    worst = max(options[0].errors, key=lambda one: mesh_alone(one) / asked[one.statistic])
-    if mesh_alone(worst) >= asked[worst.statistic]:
-        which = f"{worst.statistic} at {worst.percentile:g} %"
-        advice = f"the mesh alone leaves {mesh_alone(worst):.2g} of {which}: take strip.cell_m = {cell_m / 2:g} or less"
-    return f"an accuracy of {wanted} is not reached; nearest are {reached}; {advice}"
-
-
 def _variables(
-    errors: Sequence[ErrorSources], asked: dict[str, float], chosen: Allocation, coarse: int
+    errors: Sequence[ErrorSources], asked: Accuracy, chosen: Allocation, coarse: int
 ) -> dict[str, store.Variable]:
     """The allocation, and a row for each number that it holds for; the last column says which of them decides."""
-    limits = np.array([asked[one.statistic] for one in errors])
+    limits = np.array([asked[source.statistic] for source in errors])
     bounds, expected = (
-        np.array([one.half_width(chosen.strips, chosen.many, safe=safe) for one in errors]) for safe in (True, False)
+        np.array([source.half_width(chosen.strips, chosen.many, safe=safe) for source in errors])
+        for safe in (True, False)
     )
     columns = {
-        "percentile": (np.array([one.percentile for one in errors]), "percent", "penetration"),
-        "statistic": (np.array([one.statistic for one in errors]), "1", "number that the accuracy is asked of"),
+        "percentile": (np.array([source.percentile for source in errors]), "percent", "penetration"),
+        "statistic": (np.array([source.statistic for source in errors]), "1", "number that the accuracy is asked of"),
         "asked": (limits, "1", "largest half width of the 95 % interval, relative to the number"),
         "bound": (bounds, "1", "half width, with a margin for what the pilot does not show"),
         "expected": (expected, "1", "half width without that margin"),
-        "mesh": (np.array([mesh_alone(one) for one in errors]), "1", "part that no number of strips reduces"),
+        "mesh": (np.array([mesh_alone(source) for source in errors]), "1", "part that no number of strips reduces"),
         "decides": ((bounds / limits == (bounds / limits).max()).astype(np.int8), "1", "whether it sets the numbers"),
     }
     variables = {name: store.Variable(("number",), *column) for name, column in columns.items()}
@@ -211,10 +179,10 @@ def _variables(
 def _of_verdicts(of_accuracy: int, needed: dict[str, int]) -> dict[str, store.Variable]:
     """Strips for the accuracy alone, and for each statement."""
     names, numbers = np.array(list(needed), dtype=str), np.array(list(needed.values()), dtype=np.int64)
-    found = {"strips_for_accuracy": store.Variable((), of_accuracy, "1", "strips that the accuracy alone takes")}
+    variables = {"strips_for_accuracy": store.Variable((), of_accuracy, "1", "strips that the accuracy alone takes")}
     if not needed:
-        return found
-    return found | {
+        return variables
+    return variables | {
         "statement": store.Variable(("statement",), names, "1", "statement on friction"),
         "strips_needed": store.Variable(("statement",), numbers, "1", f"strips that settle it with odds {ODDS:.2f}"),
     }

@@ -1,5 +1,6 @@
 """Stage sweep: the variants of a scene in one table, with the numbers that an engineer compares."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="sweep",
     reads="description",
-    many={"scenes": "claims"},
     result="sweep.html",
     outputs={"table": "sweep.csv"},
 )
@@ -52,18 +52,19 @@ def number(result: store.Result, name: str) -> Number | None:
     return value, None, None
 
 
-def numbers(folder: Path) -> dict[str, Number]:
-    """Those of NUMBERS that the results of a scene have."""
-    files = {file for _, file, _ in NUMBERS.values() if (folder / file).is_file()}
-    results = {file: store.read(folder / file) for file in sorted(files)}
-    found = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
-    return {name: value for name, value in found.items() if value is not None}
+def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
+    """Those of NUMBERS that the results of a scene have. files : by their names"""
+    results = {
+        file: store.read(files[file]) for file in sorted({file for _, file, _ in NUMBERS.values()} & files.keys())
+    }
+    values = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def work(job: Job) -> None:
     """Write page and table."""
     variants = dict(job.key.configuration["variants"])
-    rows = [Row(folder.name, variants[folder.name], numbers(folder)) for folder in job.arguments.scenes]
+    rows = [Row(name, variants[name], numbers(files)) for name, files in job.files.items()]
     titles = {name: title for name, (title, _, _) in NUMBERS.items()}
     store.write_text(job.arguments.output, sweep_page(rows, job.key.configuration["description"], titles))
     store.write_text(job.arguments.table, sweep_table(rows, titles))

@@ -7,6 +7,7 @@ from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.record import checksum
 from roughslip.verdicts.kept_results import Compared, compared_claims, compared_friction, compared_summaries
 
 STAGE = Stage(
@@ -29,6 +30,12 @@ def compared(folder: Path, kept: Path) -> list[Compared]:
     return rows
 
 
+def recorded(folder: Path) -> dict[Path, str]:
+    """Checksums of all files of a scene by their names, from the records of cost."""
+    records = [store.read_json(path) for path in sorted((folder / "usage").glob("*.json"))]
+    return {folder / name: file["sha256"] for record in records for name, file in record["made"].items()}
+
+
 def work(job: Job) -> None:
     """Write what was compared, and in words what moved; raise StoreError with a line for all that disagrees."""
     lines: list[str] = []
@@ -36,13 +43,13 @@ def work(job: Job) -> None:
     tables: dict[str, list[Compared]] = {}
     count = 0
     for folder in job.arguments.scenes:
-        files = sorted(folder.rglob("*.nc"))
+        files = recorded(folder)
         count += len(files)
-        for file in files:
-            try:
-                store.read(file)
-            except StoreError as error:
-                lines.append(str(error))
+        lines += [
+            f"{file}: its contents differ from the checksum of its record; {store.rebuild(file)}"
+            for file, sha256 in files.items()
+            if not file.is_file() or checksum(file) != sha256
+        ]
         rows = compared(folder, job.arguments.reference / folder.name)
         lines += [
             f"{folder}: {row.name}: {row.found} for {row.kept}; allowed: {row.allowed}"

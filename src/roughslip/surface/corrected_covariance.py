@@ -50,7 +50,10 @@ def nearest_correlation(translation: Translation, correlation: np.ndarray) -> To
     """
     wanted = checked_correlations(correlation)
     if wanted.ndim not in (1, 2) or wanted.size < 2 or abs(float(wanted.flat[0]) - 1.0) > 1e-9:
-        raise ParameterError("a correlation on a torus is a row or a table of lags with 1 at lag zero")
+        raise ParameterError(
+            f"a correlation on a torus is a row or a table of lags with 1 at lag zero, not of the shape {wanted.shape}"
+            + (f" with {float(wanted.flat[0])}" if wanted.size else "")
+        )
     mirror = np.roll(np.flip(wanted), 1, axis=tuple(range(wanted.ndim)))
     if np.max(np.abs(wanted - mirror)) > 1e-9:
         raise ParameterError("a correlation on a torus is even: the same at opposite lags, negative lags at the end")
@@ -75,8 +78,8 @@ def corrected_correlation(translation: Translation, correlation: np.ndarray) -> 
     nearest = nearest_correlation(translation, correlation)
     reasons = []
     if nearest.below_least > 0.0:
-        least = translation.least_correlation
-        reasons.append(f"it falls {nearest.below_least:.2g} below the least possible {least:.4g}")
+        minimum = translation.least_correlation
+        reasons.append(f"it falls {nearest.below_least:.2g} below the least possible {minimum:.4g}")
     if nearest.negative_share > NEGATIVE_SHARE:
         reasons.append(
             f"{nearest.negative_share:.2g} of the spectrum needed is negative (allowed {NEGATIVE_SHARE:.2g})"
@@ -84,7 +87,8 @@ def corrected_correlation(translation: Translation, correlation: np.ndarray) -> 
     if reasons:
         raise IllPosedError(
             f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
-            f"{nearest.deviation:.2g} (nearest_correlation returns it); a larger torus may also help"
+            f"{nearest.deviation:.2g}: take it from nearest_correlation, or leave the correlation uncorrected; scene "
+            "keys: roughness.marginal.correct_correlation, roughness.scan.correct_correlation"
         )
     return nearest
 

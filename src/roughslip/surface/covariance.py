@@ -18,7 +18,7 @@ import scipy  # its parts when they are used: `scipy.optimize` takes half a seco
 from scipy.special import ndtri
 
 from roughslip.errors import ParameterError, real
-from roughslip.validation import gate, reals
+from roughslip.validation import gate, positive, reals
 
 NEGLIGIBLE = 1e-15  # correlation that counts as none
 
@@ -83,12 +83,11 @@ class Covariance:
     lay_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        lengths = self.lengths_m
-        for name, value in (("rms height", self.rms_height_m), *(("correlation length", length) for length in lengths)):
-            if not (math.isfinite(real(name, value)) and value > 0):
-                raise ParameterError(f"{name} must be positive and finite, not {value}")
+        positive("rms height", self.rms_height_m, "m")
+        for length in self.lengths_m:
+            positive("correlation length", length, "m")
         if not math.isfinite(real("the angle of lay", self.lay_rad)):
-            raise ParameterError(f"the angle of lay must be finite, not {self.lay_rad}")
+            raise ParameterError(f"the angle of lay must be finite, not {self.lay_rad} rad")
         check_shapes(type(self), {name: getattr(self, name) for name in self.shapes})
 
     # What a model gives.
@@ -230,7 +229,7 @@ class IsotropicCovariance(Covariance):
 def check_shapes(model: type[Covariance], given: Mapping[str, object]) -> None:
     """Raises ParameterError for a shape parameter that the model does not have or that lies outside its range."""
     for name in given.keys() - model.shapes.keys():
-        raise ParameterError(f"a {model.kind} covariance has no {name}")
+        raise ParameterError(f"a {model.kind} covariance has no {name}: leave it out, or take another model")
     for name, (low, high) in model.shapes.items():
         value = given.get(name)
         if value is None or not low <= real(f"the {name}", value) <= high:  # a NaN fails both comparisons
@@ -257,7 +256,8 @@ def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndar
     """h_p [m] that `percentile` per cent of the ensemble of Gaussian heights lie above; 50 is the median."""
     above = reals("a penetration percentile", percentile) / 100.0
     if not np.all((above > 0) & (above < 1)):
-        raise ParameterError(f"a penetration percentile lies between 0 and 100, not {percentile}")
+        wrong = 100.0 * float(above[~((above > 0) & (above < 1))][0])
+        raise ParameterError(f"a penetration percentile must lie between 0 and 100, not {wrong:g}")
     return np.asarray(rms_height_m * ndtri(1.0 - above))
 
 

@@ -84,7 +84,8 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(np.maximum(eigenvalues, 0.0)), clipped)
     raise IllPosedError(
         f"no torus up to {torus[0]} x {torus[1]} nodes embeds the covariance: smallest eigenvalue {worst:.1e} of the "
-        f"largest; use a shorter correlation length or larger cells; of a scan, take another roughness.scan.covariance"
+        "largest; use a shorter correlation length, larger cells or another model; scene keys: "
+        "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
     )
 
 
@@ -130,7 +131,8 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(share * eigenvalues), 0.0, images)
     raise IllPosedError(
         f"on tori up to {torus[0]} x {torus[1]} nodes periodic images change correlations by {images:.1e} of their "
-        f"fall; use a shorter roll-off wavelength or larger cells; of a scan, take another roughness.scan.covariance"
+        "fall; use a shorter roll-off wavelength, larger cells or another model; scene keys: "
+        "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
     )
 
 
@@ -143,7 +145,7 @@ def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int])
     if max(beyond_x, beyond_y) > MOST_FOLDS:
         raise ParameterError(
             f"waves of {shortest:.3g} m are cut off far below cells of {grid.dx:.3g} m x {grid.dy:.3g} m: "
-            f"cut off at two cells or more"
+            "cut off at two cells or more; scene key: roughness.bandwidth"
         )
     total = np.zeros((torus[0], torus[1] // 2 + 1))
     for i in range(-beyond_x, beyond_x + 1):

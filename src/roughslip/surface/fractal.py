@@ -20,7 +20,7 @@ from scipy.special import j0, ndtr
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, positive
 
 MOST_WAVES = 100_000
 STEPS_PER_WAVE = 8  # of the shortest wave, in the search for the 1/e length
@@ -51,18 +51,22 @@ class WeierstrassMandelbrot:
 
     def __post_init__(self) -> None:
         if not 0.0 < real("the Hurst exponent", self.hurst) < 1.0:
-            raise ParameterError(f"the Hurst exponent lies between 0 and 1, not {self.hurst}")
+            raise ParameterError(f"the Hurst exponent must lie between 0 and 1, not {self.hurst}")
         for name in ("rms_height_m", "longest_wavelength_m", "shortest_wavelength_m"):
-            value = real(name, getattr(self, name))
-            if not (math.isfinite(value) and value > 0.0):
-                raise ParameterError(f"{name} must be positive and finite, not {value}")
+            positive(name, getattr(self, name), "m")
         if self.shortest_wavelength_m > self.longest_wavelength_m:
-            raise ParameterError("the shortest wavelength exceeds the longest")
+            raise ParameterError(
+                f"the shortest wavelength, {self.shortest_wavelength_m:g} m, exceeds the longest, "
+                f"{self.longest_wavelength_m:g} m"
+            )
         gamma, azimuths = real("gamma", self.gamma), whole("azimuths", self.azimuths)
         if not (math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
             raise ParameterError(f"gamma must exceed 1 and azimuths be 1 or more, not {self.gamma}, {self.azimuths}")
         if self.variables > MOST_WAVES:
-            raise ParameterError(f"more than {MOST_WAVES} waves: use a larger gamma or fewer azimuths")
+            raise ParameterError(
+                f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths; scene keys: "
+                "roughness.fractal.gamma, roughness.fractal.azimuths"
+            )
 
     @property
     def variables(self) -> int:
@@ -116,12 +120,16 @@ class WeierstrassMandelbrot:
         if not self.longest_wavelength_m / step <= MOST_STEPS:
             raise ParameterError(
                 f"the band {self.longest_wavelength_m:.3g} m to {self.shortest_wavelength_m:.3g} m is too wide for a "
-                f"search of its 1/e length: lengthen the shortest wavelength, which hardly changes it"
+                "search of its 1/e length: lengthen the shortest wavelength, which hardly changes it; scene key: "
+                "roughness.fractal.wavelengths_m"
             )
         distances = step * np.arange(math.ceil(self.longest_wavelength_m / step) + 1)
         below = np.flatnonzero(excess(distances) <= 0.0)
         if below.size == 0:
-            raise IllPosedError(f"along {azimuth:.3g} rad the autocorrelation stays above 1/e; choose another azimuth")
+            raise IllPosedError(
+                f"along {azimuth:.3g} rad the autocorrelation stays above 1/e: choose another azimuth, or more of "
+                "them; scene key: roughness.fractal.azimuths"
+            )
         return float(scipy.optimize.brentq(excess, distances[below[0] - 1], distances[below[0]], xtol=1e-12 * step))
 
     def marginal(self) -> RandomPhaseMarginal:
@@ -140,7 +148,10 @@ def fractal_on(
     axes = [(n * d, d) for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)) if n > 1]
     ratio = max(edge for edge, _ in axes) / (2.0 * max(d for _, d in axes)) if axes else 0.0
     if not (ratio > 1.0 and gamma > 1.0):
-        raise ParameterError(f"no wave fits a mesh of {grid.nx} x {grid.ny} cells with gamma = {gamma}")
+        raise ParameterError(
+            f"no wave fits a mesh of {grid.nx} x {grid.ny} cells with gamma = {gamma}: take more than two cells along "
+            "an axis, and a gamma above 1"
+        )
     longest = max(edge for edge, _ in axes)
     frequencies = math.ceil(math.log(ratio) / math.log(gamma) - 1e-9)
     return WeierstrassMandelbrot(hurst, rms_height_m, longest, longest / gamma ** (frequencies - 1), azimuths, gamma)
@@ -166,9 +177,9 @@ class PlaneWaves:
 
         A product of matrices of inner dimension 2 T: 4 T operations a node and no transcendental one.
         """
-        xi = reals("xi", xi)
-        if xi.shape != self.amplitudes.shape or not np.isfinite(xi).all():
-            raise ParameterError(f"xi must be {self.amplitudes.size} finite numbers, one a wave, not {xi.shape}")
+        xi = finite("xi", xi)
+        if xi.shape != self.amplitudes.shape:
+            raise ParameterError(f"xi must be {self.amplitudes.size} numbers, one a wave, not {xi.shape}")
         waves = (self.amplitudes * np.exp(2j * math.pi * ndtr(xi)))[:, None] * self.across
         return self.along @ np.concatenate((waves.real, waves.imag))
 
@@ -180,7 +191,8 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
         if n > 1 and np.max(np.abs(k)) * spacing >= math.pi * (1.0 - 1e-12):
             raise ParameterError(
                 f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
-                f"lengthen the shortest wavelength or use a finer mesh"
+                "lengthen the shortest wavelength or use a finer mesh; scene keys: "
+                "roughness.fractal.wavelengths_m, strip.cell_m"
             )
     x = np.outer(grid.x(), kx)
     return PlaneWaves(grid, amplitudes, np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y())))
@@ -225,8 +237,9 @@ class RandomPhaseMarginal:
             terms *= 2
             if terms > MOST_TERMS:
                 raise ConvergenceError(
-                    "the distribution of a sum of so few cosines is not found from its series; use more frequencies or "
-                    "azimuths",
+                    f"the distribution of a sum of {len(self.amplitudes) * self.repeats} cosines is not found from "
+                    "its series; use more frequencies or azimuths; scene keys: roughness.fractal.gamma, "
+                    "roughness.fractal.azimuths",
                     self._truncation(math.pi * MOST_TERMS / self.bound),
                     MOST_TERMS,
                 )
@@ -245,7 +258,7 @@ class RandomPhaseMarginal:
 
     def cdf(self, height: float | np.ndarray) -> np.ndarray:
         """F : (as height) [-] probability of lying below `height` [m], to 1e-12."""
-        z = np.clip(_finite("heights", height), -self.bound, self.bound)
+        z = np.clip(finite("heights", height), -self.bound, self.bound)
         s, characteristic = self._series
         weights = characteristic / (s * self.bound)
         # a height at a time: no bit depends on how many heights are asked for together
@@ -257,7 +270,7 @@ class RandomPhaseMarginal:
 
         Raises ParameterError for probabilities outside 1e-9 ... 1 - 1e-9.
         """
-        p = _finite("probabilities", probability)
+        p = finite("probabilities", probability)
         if not np.all((p >= LEAST_PROBABILITY) & (p <= 1.0 - LEAST_PROBABILITY)):
             raise ParameterError(f"probabilities must lie in {LEAST_PROBABILITY} ... 1 - {LEAST_PROBABILITY}")
         b = self.bound
@@ -266,10 +279,3 @@ class RandomPhaseMarginal:
             for share in p.ravel()
         ]
         return np.array(roots).reshape(p.shape)
-
-
-def _finite(name: str, values: float | np.ndarray) -> np.ndarray:
-    array = reals(name, values)
-    if not np.isfinite(array).all():
-        raise ParameterError(f"{name} must be finite")
-    return array

@@ -45,7 +45,7 @@ def leading_modes(
     Method: implicitly restarted Lanczos (Lehoucq, Sorensen and Yang, ARPACK Users' Guide, 1998) with deflation.
     """
     if not 1 <= whole("the order", order) <= grid.size:
-        raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
+        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
     apply = covariance_operator(covariance, grid)
     if grid.size <= SMALL_MESH or order > grid.size // LANCZOS_SHARE:
         values, vectors = _dense_modes(apply, grid, order)
@@ -54,7 +54,11 @@ def leading_modes(
             values, vectors = _lanczos_modes(apply, grid, order)
         except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
             if grid.size > MOST_DENSE_NODES:
-                text = f"Lanczos has not found {order} modes ({error}); sample by circulant embedding"
+                text = (
+                    f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal; "
+                    "ask for fewer, or take a longer correlation length; scene keys: square.modes, "
+                    "roughness.correlation_length_m"
+                )
                 raise ConvergenceError(text, math.nan, order) from error
             values, vectors = _dense_modes(apply, grid, order)
     images = (apply(vector.reshape(grid.shape)).ravel() for vector in vectors)
@@ -62,7 +66,8 @@ def leading_modes(
     residuals = np.linalg.norm(defects, axis=1) / values[0]
     worst = float(residuals.max())
     if not worst <= LARGEST_RESIDUAL:
-        raise ConvergenceError(f"modes of {grid.shape} nodes are inaccurate; ask for fewer", worst, order)
+        text = f"{order} modes of {grid.nx} x {grid.ny} nodes are inaccurate; ask for fewer; scene key: square.modes"
+        raise ConvergenceError(text, worst, order)
     return values, vectors, residuals
 
 
@@ -78,15 +83,16 @@ def _lanczos_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray,
     values, vectors = np.empty(0), np.empty((0, grid.size))
     count = order
     for _ in range(MOST_ROUNDS):
-        more, found = _search(apply, grid, vectors, count)
+        more, more_vectors = _search(apply, grid, vectors, count)
         smallest = values[order - 1] * (1.0 + MISSING_TOLERANCE) if len(values) else -math.inf
         if more[0] <= smallest:
             return values[:order], vectors[:order]
-        values, vectors = np.concatenate((values, more)), np.concatenate((vectors, found))
+        values, vectors = np.concatenate((values, more)), np.concatenate((vectors, more_vectors))
         descending = np.argsort(-values, kind="stable")
         values, vectors = values[descending], vectors[descending]
         count = 1 if more[-1] <= smallest else min(2 * count, order)
-    raise ConvergenceError(f"Lanczos still finds missing modes of {order}; ask for fewer", math.nan, MOST_ROUNDS)
+    text = f"Lanczos still finds missing modes of {order}; ask for fewer; scene key: square.modes"
+    raise ConvergenceError(text, math.nan, MOST_ROUNDS)
 
 
 def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import positive
 
 MARGIN = 26  # nodes of zeros around the table: splines that interpolate decay by 0.27 a node
 TAPERED = 0.5  # share of the lags over which a taper falls
@@ -83,8 +84,8 @@ def measured_covariance(
     change = float(np.abs(positive[measured] - even).max())
     if not change <= LARGEST_CHANGE:
         raise IllPosedError(
-            f"the covariance near to the table of correlations differs by up to {change:.2g} from it: "
-            f"take fewer lags or a larger scan; of a scene, roughness.scan.covariance: best"
+            f"the covariance near to the table of correlations differs by up to {change:.2g} from it: take fewer "
+            "lags, a larger scan or the best of the models; scene key: roughness.scan.covariance"
         )
     coefficients = scipy.ndimage.spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
     return MeasuredCovariance(rms_height_m, lag_x_m, lag_y_m, positive, change, coefficients)
@@ -106,8 +107,7 @@ def tapered(correlation: np.ndarray) -> np.ndarray:
 
 def _check_table(correlation: np.ndarray, lag_x_m: float, lag_y_m: float, rms_height_m: float) -> None:
     for name, value in (("lag along x", lag_x_m), ("lag along y", lag_y_m), ("rms height", rms_height_m)):
-        if not (math.isfinite(value) and value > 0):
-            raise ParameterError(f"{name} must be positive and finite, not {value}")
+        positive(name, value, "m")
     if correlation.ndim != 2 or not all(n % 2 for n in correlation.shape):
         raise ParameterError(f"a table of correlations has odd numbers of lags on two axes, not {correlation.shape}")
     if not np.all(np.isfinite(correlation)):
@@ -116,7 +116,7 @@ def _check_table(correlation: np.ndarray, lag_x_m: float, lag_y_m: float, rms_he
     if abs(at_zero - 1.0) > 1e-9:
         raise ParameterError(f"the correlation at lag zero is 1, not {at_zero}")
     if np.abs(correlation - correlation[::-1, ::-1]).max() > 1e-9:
-        raise ParameterError("a table of correlations is equal at opposite lags")
+        raise ParameterError("a table of correlations must be equal at opposite lags: take the mean of both")
 
 
 def _torus(shape: tuple[int, ...]) -> tuple[int, int]:

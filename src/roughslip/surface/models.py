@@ -9,10 +9,10 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import gammaln, kve
 
-from roughslip.errors import ParameterError, real
+from roughslip.errors import ParameterError
 from roughslip.surface import self_affine_transform
 from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 
 @gate
@@ -221,8 +221,8 @@ def self_affine(
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
     """
     wavelengths = rolloff_wavelength_m, cutoff_wavelength_m, rolloff_wavelength_across_m or rolloff_wavelength_m
-    if not all(math.isfinite(real("a wavelength", length)) and length > 0 for length in wavelengths):
-        raise ParameterError(f"wavelengths must be positive and finite, not {wavelengths}")
+    for length in wavelengths:
+        positive("a wavelength", length, "m")
     bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
     scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)

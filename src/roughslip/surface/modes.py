@@ -151,9 +151,9 @@ def _check_request(grid: Grid, order: int | None, share: float | None) -> None:
     if (order is None) == (share is None):
         raise ParameterError("give either the order of the expansion or the share of the variance")
     if order is not None and not 1 <= whole("the order", order) <= grid.size:
-        raise ParameterError(f"order {order} is not between 1 and the {grid.size} nodes of the mesh")
+        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
     if share is not None and not 0.0 < real("the share of the variance", share) <= 1.0:
-        raise ParameterError(f"a share of the variance lies in (0, 1], not {share}")
+        raise ParameterError(f"the share of the variance must lie in (0, 1], not {share}")
 
 
 def _predicted_shares(covariance: StationaryCovariance, grid: Grid) -> np.ndarray:
@@ -217,5 +217,6 @@ def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | No
             return _Pairs(variance * values[:needed], vectors[:needed], residuals[:needed])
         count = math.ceil(1.2 * count)
     raise IllPosedError(
-        f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant embedding"
+        f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant "
+        "embedding, or ask for fewer modes or a smaller share"
     )

@@ -45,11 +45,11 @@ def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardnes
             f"a nominal pressure of {pressure_pa:.4g} Pa presses the surface into full contact, without scatter of "
             f"friction; take less than {full:.3g} Pa ({reason})"
         )
-    least = LIGHT * lowest * min(modulus_pa * slope / 2.0, hardness_pa)
-    if pressure_pa < least:
+    minimum = LIGHT * lowest * min(modulus_pa * slope / 2.0, hardness_pa)
+    if pressure_pa < minimum:
         return (
             f"a nominal pressure of {pressure_pa:.4g} Pa is no contact: less of the surface carries it than a tenth of "
-            f"the {100 * lowest:g} % above the plane at the lightest penetration. Take at least {least:.3g} Pa, or "
+            f"the {100 * lowest:g} % above the plane at the lightest penetration. Take at least {minimum:.3g} Pa, or "
             "lower strip.light_percentiles"
         )
     return ""
@@ -70,17 +70,18 @@ def warnings(
     cells_m : edges of cells, by key; slopes are those between nodes of the finest
     window_m : length of windows along x; None without windows
     """
-    slope, least, along = rms_slope(covariance, min(cells_m.values())), min(lengths_m), lengths_m[0]
+    slope, shortest, along = rms_slope(covariance, min(cells_m.values())), min(lengths_m), lengths_m[0]
     if slope > MOST_SLOPE:
         yield (
             f"rms slope {slope:.3g} between neighbouring nodes is above {MOST_SLOPE:g}, too steep for a half-space: "
             f"check the units of heights and lengths, roughness.rms_height_m and {key}"
         )
-    coarse = [f"{name} = {cell:.3g} m" for name, cell in cells_m.items() if cell * CELLS > least * (1 + ROUNDING)]
+    coarse = [f"{name} = {cell:.3g} m" for name, cell in cells_m.items() if cell * CELLS > shortest * (1 + ROUNDING)]
     if coarse:
         yield (
-            f"{' and '.join(coarse)} above a quarter of the correlation length {least:.3g} m ({key}): contacts are not "
-            f"resolved. Take at most {least / CELLS:.3g} m, unless heights are to be independent from node to node"
+            f"{' and '.join(coarse)} above a quarter of the correlation length {shortest:.3g} m ({key}): contacts are "
+            f"not resolved. Take at most {shortest / CELLS:.3g} m, unless heights are to be independent from node to "
+            "node"
         )
     if window_m is not None and along * LENGTHS > window_m * (1 + ROUNDING):
         yield (

@@ -1,7 +1,7 @@
 """Rules as plain numbers: the ends between which a statement wants stored numbers.
 
-Each family of statements holds its own. They judge final statistics and what a pilot foresees: the stage that asks for
-strips is given them in its key file, so that no text stands among what it depends on.
+Each family of statements holds its own. They judge final statistics and what a pilot foresees. The stage that asks
+for strips is given them in its key file, so it does not depend on any text.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def farthest(friction: Arrays, bounds: Bounds) -> int:
 def say_of_levels(friction: Arrays, bounds: Bounds, factor: float = 1.0) -> list[int]:
     """What the bounds say of each level, with so many times their tolerance."""
     levels = [judged_at(friction, bounds, level) for level in range(len(friction["percentile"]))]
-    return [one.holds(one.interval) for one in (level.with_tolerance(factor) or level for level in levels)]
+    return [finding.holds(finding.interval) for finding in (level.with_tolerance(factor) or level for level in levels)]
 
 
 def _at_every_level(friction: Arrays, bounds: Bounds, factor: float = 1.0) -> Finding:
@@ -88,4 +88,4 @@ def _at_every_level(friction: Arrays, bounds: Bounds, factor: float = 1.0) -> Fi
     others = min([*says[:shown], *says[shown + 1 :]], default=1)
     there = judged_at(friction, bounds, shown)
     at = partial(_at_every_level, friction, bounds)
-    return replace(there.with_tolerance(factor) or there, joined=lambda *here: min(*here, others), at=at)
+    return replace(there.with_tolerance(factor) or there, combine=lambda *here: min(*here, others), at=at)

@@ -22,15 +22,15 @@ Answer = Callable[[float], Hashable | None]
 class End:
     """One end of a range.
 
-    stands : the farthest value up to which the answer is known to stay
-    changes : the nearest one beyond whose answer is known to be another; None where there is none within reach
+    last_same : the farthest value up to which the answer is known to be the same
+    first_different : the nearest one beyond whose answer is known to be another; None where there is none within reach
     """
 
-    stands: float
-    changes: float | None
+    last_same: float
+    first_different: float | None
 
 
-def end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) -> End:
+def range_end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) -> End:
     """The end of the range around `start` towards `reach`, both positive.
 
     answer : of a value; None where it is unknown
@@ -45,15 +45,15 @@ def end(answer: Answer, start: float, reach: float, accuracy: float = ACCURACY) 
     if own is None:
         raise ParameterError(f"the answer at the start value {start:g} is unknown, so no range begins there")
     values = [start, *(float(value) for value in np.geomspace(start, reach, STEPS + 1)[1:])]
-    stands, left = start, True
+    last_same, left = start, True
     for before, value in pairwise(values):
-        found = answer(value)
-        if left and found != own:
-            stands, _ = _bisected(lambda trial: answer(trial) == own, before, value, accuracy)
+        here = answer(value)
+        if left and here != own:
+            last_same, _ = _bisected(lambda trial: answer(trial) == own, before, value, accuracy)
             left = False
-        if found not in (None, own):
-            return End(stands, _bisected(lambda trial: answer(trial) in (None, own), before, value, accuracy)[1])
-    return End(values[-1] if left else stands, None)
+        if here not in (None, own):
+            return End(last_same, _bisected(lambda trial: answer(trial) in (None, own), before, value, accuracy)[1])
+    return End(values[-1] if left else last_same, None)
 
 
 def _bisected(holds: Callable[[float], bool], inside: float, outside: float, accuracy: float) -> tuple[float, float]:

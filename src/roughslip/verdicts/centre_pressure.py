@@ -33,11 +33,11 @@ def shown(stored: tuple[float, Interval], digits: int = 2) -> str:
 
 
 def _of_method(square: Arrays, name: str, method: str) -> tuple[float, Interval]:
-    return number(square, name, [str(one) for one in square["method"]].index(method))
+    return number(square, name, [str(kind) for kind in square["method"]].index(method))
 
 
 def _of_variant(square: Arrays, name: str, variant: str) -> tuple[float, Interval]:
-    return number(square, name, [str(one) for one in square["variant"]].index(variant))
+    return number(square, name, [str(kind) for kind in square["variant"]].index(variant))
 
 
 def _distance_note(square: Arrays) -> str:
@@ -53,16 +53,16 @@ def _latin_hypercube(square: Arrays) -> Finding:
 
 def _with_probability(square: Arrays) -> Finding:
     """The error of a probability of contact below one half is at least that of the distribution at any pressure."""
-    value = float(square["distance"][[str(one) for one in square["method"]].index("latin_hypercube")])
-    both = [_of_method(square, "contact_probability", one) for one in ("monte_carlo", "latin_hypercube")]
+    value = float(square["distance"][[str(kind) for kind in square["method"]].index("latin_hypercube")])
+    both = [_of_method(square, "contact_probability", method) for method in ("monte_carlo", "latin_hypercube")]
     half = float(np.linalg.norm([(high - low) / 2 for _, (low, high) in both]))
-    first, second = (shown(one, 4) for one in both)
+    first, second = (shown(stored, 4) for stored in both)
     note = f"Kolmogorov distance of the pressure with its zeros; probability of contact {first} and {second}"
     return judged_inside((value, (max(value - half, 0.0), value + half)), note, high=VISIBLE)
 
 
 def _given_contact(square: Arrays, variant: str) -> Finding:
-    row = [str(one) for one in square["variant"]].index(variant)
+    row = [str(kind) for kind in square["variant"]].index(variant)
     agree, chance = (float(square[f"judged_{name}"][row]) for name in ("distance", "chance"))
     note = (
         f"{_distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "

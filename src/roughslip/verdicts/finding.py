@@ -22,9 +22,9 @@ class Finding:
     """Our number on a statement with its 95 % interval.
 
     note : what the number is, and others that belong to it
-    says : what the rule says of an interval of this number, as `inside` does
+    rule : verdict on an interval of this number, as that of `inside`
     thresholds : of the rule for this number, at which that changes; infinite without one
-    other, joined : a second number of the rule, and the verdict from what the rule says of both
+    other, combine : a second number of the rule, and the verdict from what the rules give for both
     contradicts : whether another number of the paper is at odds with the statement
     at : the same number judged with so many times the tolerance of its rule; None for a rule without one
     """
@@ -32,10 +32,10 @@ class Finding:
     ours: float
     interval: Interval
     note: str
-    says: Callable[[Interval], int]
+    rule: Callable[[Interval], int]
     thresholds: tuple[float, ...] = ()
     other: Finding | None = None
-    joined: Callable[[int, int], int] = min
+    combine: Callable[[int, int], int] = min
     contradicts: bool = False
     at: Callable[[float], Finding] | None = None
 
@@ -50,19 +50,21 @@ class Finding:
             return None
         own = self.at(factor) if self.at else self
         if own.other is None and self.other is not None:
-            return replace(own, other=self.other.with_tolerance(factor) or self.other, joined=self.joined)
+            return replace(own, other=self.other.with_tolerance(factor) or self.other, combine=self.combine)
         return own
 
     def holds(self, interval: Interval) -> int:
         """What the whole rule says if our number had this interval."""
-        return self.joined(self.says(interval), self.other.says(self.other.interval) if self.other else 1)
+        return self.combine(self.rule(interval), self.other.rule(self.other.interval) if self.other else 1)
 
     @property
     def near_threshold(self) -> float | None:
         """The threshold that our number lies on, and its interval holds, if there is one."""
         low, high = self.interval
-        on_it = (one for one in self.thresholds if abs(one - self.ours) <= ON_THRESHOLD * abs(one) < np.inf)
-        return next((one for one in on_it if low <= one <= high), None)
+        for threshold in self.thresholds:
+            if abs(threshold - self.ours) <= ON_THRESHOLD * abs(threshold) < np.inf and low <= threshold <= high:
+                return threshold
+        return None
 
 
 def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
@@ -96,7 +98,7 @@ def judged_inside(
     if centre is not None and any(np.isfinite(end) and end != centre for end in (low, high)):
 
         def at(factor: float) -> Finding:
-            least, most = (centre + factor * (end - centre) for end in (low, high))
-            return judged_inside(stored, note, least, most, centre)
+            minimum, maximum = (centre + factor * (end - centre) for end in (low, high))
+            return judged_inside(stored, note, minimum, maximum, centre)
 
     return Finding(*stored, note, partial(inside, low=low, high=high), (low, high), at=at)

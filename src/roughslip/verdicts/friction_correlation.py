@@ -63,7 +63,7 @@ def _close(friction: Arrays) -> Finding:
 
 
 def _length(friction: Arrays, name: str, by: str) -> Finding:
-    own = 1e6 * float(friction["triangle_length"][[str(one) for one in friction["length_name"]].index(name)])
+    own = 1e6 * float(friction["triangle_length"][[str(kind) for kind in friction["length_name"]].index(name)])
     stored = at_median(friction, f"length_{name}")
     shorter = 1e6 * window(friction) * PAPER_LENGTH / stored[0]
     lengths = 1e6 * friction[f"combined_length_{name}"]
@@ -78,15 +78,16 @@ def _length(friction: Arrays, name: str, by: str) -> Finding:
 
 
 def _at_any_depth(friction: Arrays, name: str) -> Finding | str:
-    found = judged(friction, [_steady(name)])
-    if found is None:
+    finding = judged(friction, [_steady(name)])
+    if finding is None:
         return ONE_LEVEL
     lengths = friction[f"combined_length_{name}"]
     note = (
-        f"metres, change along a straight line through all levels; {1e6 * found.thresholds[1]:.0f} µm are allowed; the "
+        f"metres, change along a straight line through all levels; {1e6 * finding.thresholds[1]:.0f} µm are allowed; "
+        "the "
         f"levels have {1e6 * lengths.min():.0f} to {1e6 * lengths.max():.0f} µm"
     )
-    return replace(found, note=note)
+    return replace(finding, note=note)
 
 
 def _of_line(share: float) -> str:

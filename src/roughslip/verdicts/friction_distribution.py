@@ -73,16 +73,16 @@ def _at_every_level(friction: Arrays, name: str, title: str) -> Finding | str:
     others = min(inside((low[row], high[row]), low=0.0) for row in range(len(low)) if row != worst)
     note = f"{title} at percentile {friction['percentile'][worst]:g}, of the least lower end"
 
-    def says(interval: Interval) -> int:
+    def rule(interval: Interval) -> int:
         return min(inside(interval, low=0.0), others)
 
-    return Finding(float(value[worst]), (float(low[worst]), float(high[worst])), note, says, (0.0,))
+    return Finding(float(value[worst]), (float(low[worst]), float(high[worst])), note, rule, (0.0,))
 
 
 def _kurtosis(friction: Arrays, by_the_beta: bool) -> Finding:
-    found = judged_inside(at_median(friction, "kurtosis"), low=0.0)
+    finding = judged_inside(at_median(friction, "kurtosis"), low=0.0)
     note = f"excess kurtosis at median penetration; Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
-    return replace(found, note=note, contradicts=by_the_beta and BETA_KURTOSIS < 0)
+    return replace(finding, note=note, contradicts=by_the_beta and BETA_KURTOSIS < 0)
 
 
 def _beta(friction: Arrays) -> Finding:
@@ -99,9 +99,9 @@ def _beta(friction: Arrays) -> Finding:
     return _with_notes(judged_at(friction, BOUNDS["mu-beta-2.1-5"], middle), note)
 
 
-def _with_notes(found: Finding, note: str) -> Finding:
-    assert found.other is not None  # the rule of the Beta has two numbers
-    return replace(found, note=note, other=replace(found.other, note="skewness"))
+def _with_notes(finding: Finding, note: str) -> Finding:
+    assert finding.other is not None  # the rule of the Beta has two numbers
+    return replace(finding, note=note, other=replace(finding.other, note="skewness"))
 
 
 def _window_of_the_beta(friction: Arrays, skewness: float) -> str:
@@ -131,15 +131,15 @@ def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
     if every_level and len(levels) == 1:
         return ONE_LEVEL
     high = friction["beta_distance_scaled_high"]
-    level = max(levels, key=lambda one: high[one])
+    level = max(levels, key=lambda row: high[row])
     percentile = friction["percentile"][level]
     note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {percentile:g}"
     others = [
-        inside((friction["beta_distance_scaled_low"][one], high[one]), high=VISIBLE) for one in levels if one != level
+        inside((friction["beta_distance_scaled_low"][row], high[row]), high=VISIBLE) for row in levels if row != level
     ]
-    value, (low, most) = number(friction, "beta_distance_scaled", level)
-    found = judged_inside((value, (low, min(most, 1.0))), note, high=VISIBLE)
-    return replace(found, joined=lambda *here: min(*here, *others, 1), at=None) if others else found
+    value, (low, high_end) = number(friction, "beta_distance_scaled", level)
+    finding = judged_inside((value, (low, min(high_end, 1.0))), note, high=VISIBLE)
+    return replace(finding, combine=lambda *here: min(*here, *others, 1), at=None) if others else finding
 
 
 def _in_sets(friction: Arrays, every_level: bool) -> Finding | str:
@@ -147,7 +147,7 @@ def _in_sets(friction: Arrays, every_level: bool) -> Finding | str:
     if every_level and len(levels) == 1:
         return ONE_LEVEL
     says = {level: _shapes_say(friction, level) for level in levels}
-    level = min(levels, key=lambda one: says[one])
+    level = min(levels, key=lambda row: says[row])
     shapes = ", ".join(f"{friction[f'set_beta_{shape}'][level]:.2f}" for shape in "ab")
     ends = number(friction, "set_beta_b", level)
     note = (
@@ -169,8 +169,8 @@ def _shapes_say(friction: Arrays, level: int) -> int:
 
 def _beta_at_any_depth(friction: Arrays) -> Finding | str:
     bounds = BOUNDS["mu-beta-any-depth"]
-    found = judged(friction, bounds)
-    if found is None:
+    finding = judged(friction, bounds)
+    if finding is None:
         return ONE_LEVEL
     follows, skewness = say_of_levels(friction, bounds), friction["combined_skewness"]
     percentile = friction["percentile"][farthest(friction, bounds)]
@@ -178,7 +178,7 @@ def _beta_at_any_depth(friction: Arrays) -> Finding | str:
         f"Kolmogorov distance at percentile {percentile:g}, of the largest upper end; "
         f"{follows.count(1)} of {len(follows)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
     )
-    return _with_notes(found, note)
+    return _with_notes(finding, note)
 
 
 STATEMENTS = (

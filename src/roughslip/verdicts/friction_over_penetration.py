@@ -20,11 +20,11 @@ BOUNDS: dict[str, Bounds] = {
 
 
 def _over_all_levels(friction: Arrays, name: str, key: str, title: str) -> Finding | str:
-    found, values = judged(friction, BOUNDS[name]), friction[f"combined_{key}"]
-    if found is None or found.other is None:
+    finding, values = judged(friction, BOUNDS[name]), friction[f"combined_{key}"]
+    if finding is None or finding.other is None:
         return ONE_LEVEL
     note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
-    return replace(found, note=note, other=replace(found.other, note="change along a straight line"))
+    return replace(finding, note=note, other=replace(finding.other, note="change along a straight line"))
 
 
 def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:
@@ -37,16 +37,16 @@ def _every_step(friction: Arrays, key: str, title: str) -> Finding | str:
     above = np.hypot(high[1:] - value[1:], value[:-1] - low[:-1])
     ends = list(zip((steps - below).tolist(), (steps + above).tolist(), strict=True))
     worst = int(np.argmax(steps + above))
-    others = min((inside(one, high=0.0) for row, one in enumerate(ends) if row != worst), default=1)
+    others = min((inside(interval, high=0.0) for row, interval in enumerate(ends) if row != worst), default=1)
     percentile = friction["percentile"]
     note = (
         f"largest change of the {title} in a step, from percentile {percentile[worst]:g} to {percentile[worst + 1]:g}"
     )
 
-    def says(interval: Interval) -> int:
+    def rule(interval: Interval) -> int:
         return min(inside(interval, high=0.0), others)
 
-    return Finding(float(steps[worst]), ends[worst], note, says, (0.0,))
+    return Finding(float(steps[worst]), ends[worst], note, rule, (0.0,))
 
 
 def _by_sums(friction: Arrays) -> Finding | str:

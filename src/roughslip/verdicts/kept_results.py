@@ -56,26 +56,26 @@ def keep(results: Path, reference: Path) -> None:
             shutil.copyfile(results / name, temporary)
 
 
-def compared_claims(found: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]) -> list[Compared]:
+def compared_claims(ours: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]) -> list[Compared]:
     """Every verdict and every number of claims.json. A claim that only one of them has does not agree."""
-    of_run, of_kept = ({str(claim["id"]): claim for claim in claims} for claims in (found, kept))
+    of_run, of_kept = ({str(claim["id"]): claim for claim in claims} for claims in (ours, kept))
     rows = []
     for name in dict.fromkeys((*of_kept, *of_run)):
-        one, other = of_run.get(name), of_kept.get(name)
-        verdicts = [str(claim["verdict"]) if claim else "missing" for claim in (one, other)]
+        our_claim, kept_claim = of_run.get(name), of_kept.get(name)
+        verdicts = [str(claim["verdict"]) if claim else "missing" for claim in (our_claim, kept_claim)]
         rows.append(_equal(f"{name}, verdict", *verdicts))
-        if one and other:
-            rows.append(_within(name, one["ours"], other["ours"], other["interval"]))
+        if our_claim and kept_claim:
+            rows.append(_within(name, our_claim["ours"], kept_claim["ours"], kept_claim["interval"]))
     return rows
 
 
-def compared_summaries(found: str, kept: str) -> list[Compared]:
+def compared_summaries(ours: str, kept: str) -> list[Compared]:
     """Every number of summary.csv, a row a penetration; one without an interval must be the same.
 
     Raises StoreError where a text is no such table.
     """
     tables = []
-    for text in (found, kept):
+    for text in (ours, kept):
         rows = table_rows(text)
         if not rows or "percentile" not in rows[0] or any(None in row.values() or None in row for row in rows):
             raise StoreError("summary.csv is not a table of penetrations: make the scene again")
@@ -100,7 +100,7 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
     Both are compared on these cells, so without the extrapolation, and in units of the mean at the median. Differences
     are in standard errors of both; half a 95 % interval is 1.96 of them.
     """
-    ours, direct = (int(np.flatnonzero(np.isclose(one["percentile"], 50.0))[0]) for one in (friction, reference))
+    ours, direct = (int(np.flatnonzero(np.isclose(of["percentile"], 50.0))[0]) for of in (friction, reference))
     scale, rows = float(friction["combined_mean"][ours] / reference["mean"][direct]), []
     for level, percentile in enumerate(reference["percentile"]):
         at = int(np.flatnonzero(np.isclose(friction["percentile"], percentile))[0])
@@ -124,16 +124,16 @@ def _end(name: str, end: str) -> str:
     return f"{name.removesuffix('_m')}{end}_m" if name.endswith("_m") else name + end
 
 
-def _equal(name: str, found: str, kept: str) -> Compared:
-    return Compared(name, found, kept, kept, found != kept, found == kept)
+def _equal(name: str, ours: str, kept: str) -> Compared:
+    return Compared(name, ours, kept, kept, ours != kept, ours == kept)
 
 
-def _within(name: str, found: float | None, kept: float | None, interval: Sequence[float] | None) -> Compared:
-    if found is None or kept is None or interval is None or math.isnan(found) or math.isnan(kept):
-        return _equal(name, *("none" if value is None else f"{value:.6g}" for value in (found, kept)))
+def _within(name: str, ours: float | None, kept: float | None, interval: Sequence[float] | None) -> Compared:
+    if ours is None or kept is None or interval is None or math.isnan(ours) or math.isnan(kept):
+        return _equal(name, *("none" if value is None else f"{value:.6g}" for value in (ours, kept)))
     # a number of six digits may lie outside its own interval by a rounding
-    rounding = 1e-5 * max(abs(found), abs(kept))
-    inside = interval[0] - rounding <= found <= interval[1] + rounding
-    moved = abs(found - kept) > rounding
-    texts = (f"{found:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
+    rounding = 1e-5 * max(abs(ours), abs(kept))
+    inside = interval[0] - rounding <= ours <= interval[1] + rounding
+    moved = abs(ours - kept) > rounding
+    texts = (f"{ours:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
     return Compared(name, *texts, moved, inside or not moved)

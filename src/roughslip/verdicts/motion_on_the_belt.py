@@ -161,18 +161,18 @@ def _under_load(both: Arrays) -> Finding | str:
 def _moments(oscillator: Arrays, factor: float = 1.0) -> Finding:
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
     moments_p, anderson_p = (float(oscillator[f"normality_{test}_p"]) for test in ("jarque_bera", "anderson_darling"))
-    at_most = "at most " if anderson_p <= (1 + 1e-9) * LEAST_ANDERSON_P else ""
+    bound = "at most " if anderson_p <= (1 + 1e-9) * LEAST_ANDERSON_P else ""
     _, (_, farthest) = number(oscillator, "reattachment_distance_to_normal")
     seen = "; the distance to the normal is less than an eye sees" if farthest < VISIBLE else ""
     note = (
         f"skewness; excess kurtosis {shown(kurtosis)}; p of normality {max(moments_p, LEAST_P):.1g} by these two and "
-        f"{at_most}{anderson_p:.2g} by Anderson and Darling, of cycles as dependent as those of a run{seen}"
+        f"{bound}{anderson_p:.2g} by Anderson and Darling, of cycles as dependent as those of a run{seen}"
     )
     size = factor * NON_NORMAL
-    says = partial(_beyond_normal, size=size)
-    peaked = Finding(*kurtosis, "excess kurtosis", says, (-size, size))
+    rule = partial(_beyond_normal, size=size)
+    peaked = Finding(*kurtosis, "excess kurtosis", rule, (-size, size))
     return Finding(
-        *skewness, note, says, peaked.thresholds, peaked, max, at=lambda times: _moments(oscillator, times * factor)
+        *skewness, note, rule, peaked.thresholds, peaked, max, at=lambda times: _moments(oscillator, times * factor)
     )
 
 

@@ -27,14 +27,14 @@ class PValue(NamedTuple):
 
     variable: str
     hypothesis: str
-    least: str = "least_p_value"
+    minimum: str = "least_p_value"
 
     def __call__(self, arrays: Arrays) -> str:
         """`; no change: p at most 0.0025`, empty where it was not computed."""
         p = float(arrays[self.variable])
         if not np.isfinite(p):
             return ""
-        at_floor = p <= float(arrays[self.least]) * (1 + 1e-9)
+        at_floor = p <= float(arrays[self.minimum]) * (1 + 1e-9)
         return f"; {self.hypothesis}: p {'at most' if at_floor else '='} {p:.2g}"
 
 
@@ -75,31 +75,35 @@ class Statement:
     @property
     def natural(self) -> Reading:
         """The natural reading."""
-        (found,) = (one for one in self.readings if one.natural)
-        return found
+        (natural,) = (reading for reading in self.readings if reading.natural)
+        return natural
 
     def claim(self, arrays: Arrays | None) -> dict[str, Any]:
         """What claims.json holds of the statement: the natural reading, the headline and all readings.
 
         arrays : results of the branch; None where the scene does not run it
         """
-        found = {one.id: _judged(one, arrays) for one in self.readings}
+        judged = {reading.id: _judged(reading, arrays) for reading in self.readings}
         own = self.natural
-        verdicts = [one["verdict"] for one in found.values()]
+        verdicts = [judgement["verdict"] for judgement in judged.values()]
         counted = [
-            UNDECIDED if one.chosen and verdict == REPRODUCED else verdict
-            for one, verdict in zip(self.readings, verdicts, strict=True)
+            UNDECIDED if reading.chosen and verdict == REPRODUCED else verdict
+            for reading, verdict in zip(self.readings, verdicts, strict=True)
         ]
         head = {"id": self.id, "statement": self.text, "paper": self.paper}
         readings = [
-            {**head, "id": one.id, "taken": one.taken, "place": one.place, "rule": one.rule}
-            | {"natural": bool(one.natural), "why": one.natural, "chosen": one.chosen, "unit": one.unit.name}
-            | found[one.id]
-            for one in self.readings
+            {**head, "id": reading.id, "taken": reading.taken, "place": reading.place, "rule": reading.rule}
+            | {"natural": bool(reading.natural), "why": reading.natural, "chosen": reading.chosen}
+            | {"unit": reading.unit.name, **judged[reading.id]}
+            for reading in self.readings
         ]
-        judged = {"headline": headline(found[own.id]["verdict"], counted), "unit": own.unit.name, **found[own.id]}
+        of_statement = {
+            "headline": headline(judged[own.id]["verdict"], counted),
+            "unit": own.unit.name,
+            **judged[own.id],
+        }
         tried = sum(verdict != NOT_TESTED for verdict in verdicts)
-        return {**head, **judged, "rule": own.rule, "tried": tried, "readings": readings}
+        return {**head, **of_statement, "rule": own.rule, "tried": tried, "readings": readings}
 
 
 def headline(natural: str, verdicts: Sequence[str]) -> str:
@@ -119,19 +123,19 @@ NO_STAGE = "the scene does not run this stage"
 
 def _judged(reading: Reading, arrays: Arrays | None) -> dict[str, Any]:
     """The verdict of a reading with its number, or the reason why there is none."""
-    found = NO_STAGE if arrays is None else reading.judge(arrays)
-    if arrays is None or isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
+    finding = NO_STAGE if arrays is None else reading.judge(arrays)
+    if arrays is None or isinstance(finding, str) or not np.isfinite([finding.ours, *finding.interval]).all():
         nothing: dict[str, Any] = dict.fromkeys(("ours", "interval", "shown", "turns", "at_half", "at_twice"))
-        return nothing | {"verdict": NOT_TESTED, "note": found if isinstance(found, str) else NO_NUMBER}
-    note = found.note + (reading.p_value(arrays) if reading.p_value else "")
-    shown, low, high = (in_unit(reading.unit, number) for number in (found.ours, *found.interval))
-    scaled = {name: found.with_tolerance(factor) for name, factor in (("at_half", 0.5), ("at_twice", 2.0))}
+        return nothing | {"verdict": NOT_TESTED, "note": finding if isinstance(finding, str) else NO_NUMBER}
+    note = finding.note + (reading.p_value(arrays) if reading.p_value else "")
+    shown, low, high = (in_unit(reading.unit, number) for number in (finding.ours, *finding.interval))
+    scaled = {name: finding.with_tolerance(factor) for name, factor in (("at_half", 0.5), ("at_twice", 2.0))}
     return {
-        "ours": found.ours,
-        "interval": found.interval,
+        "ours": finding.ours,
+        "interval": finding.interval,
         "shown": f"{shown} ({low} to {high})",
-        "verdict": found.verdict,
-        "turns": what_turns(reading.unit, found),
-        **{name: one.verdict if one else None for name, one in scaled.items()},
+        "verdict": finding.verdict,
+        "turns": what_turns(reading.unit, finding),
+        **{name: scaled_finding.verdict if scaled_finding else None for name, scaled_finding in scaled.items()},
         "note": note,
     }

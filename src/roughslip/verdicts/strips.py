@@ -20,42 +20,42 @@ from roughslip.probability.estimate import variance_margin
 from roughslip.verdicts.bounds import Bounds, judged
 from roughslip.verdicts.finding import Arrays, Finding
 
-ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips settle a statement
+ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips decide a statement
 STEP = 1.1  # of one number of strips over the one before
 STEPS = 72  # to a thousand times the strips
 
 
-def narrowed(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
+def with_more_samples(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
     """Results of so many times the samples, in first order: the same numbers, their intervals over sqrt(factor)."""
-    found = dict(arrays)
+    foreseen = dict(arrays)
     for name in (name for name in arrays if f"{name}_low" in arrays):
         for close in (f"{name}_low", f"{name}_high"):
-            found[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
-    return found
+            foreseen[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
+    return foreseen
 
 
-def _is_settled(found: Finding | None) -> bool:
+def _is_settled(finding: Finding | None) -> bool:
     """Whether a statement is decided, or lies on its threshold, or cannot be tested."""
-    if found is None or not np.isfinite([found.ours, *found.interval]).all():
+    if finding is None or not np.isfinite([finding.ours, *finding.interval]).all():
         return True
-    if found.contradicts or found.holds(found.interval):
+    if finding.contradicts or finding.holds(finding.interval):
         return True
-    return any(one.near_threshold is not None for one in (found, found.other) if one is not None)
+    return any(number.near_threshold is not None for number in (finding, finding.other) if number is not None)
 
 
 def factors_to_settle(arrays: Arrays, rules: Mapping[str, Bounds]) -> dict[str, float]:
-    """By statement the least of 1, STEP, STEP^2, ... times the strips that settle it; STEP^STEPS where none does.
+    """By statement the least of 1, STEP, STEP^2, ... times the strips that decide it; STEP^STEPS where none does.
 
-    Intervals of more strips lie within those of fewer, so that a settled statement stays so.
+    Intervals of more strips lie within those of fewer, so that a decided statement stays so.
     """
-    at = cache(lambda power: narrowed(arrays, STEP**power))
+    at = cache(lambda power: with_more_samples(arrays, STEP**power))
 
-    def least(rule: Bounds) -> int:
+    def minimum(rule: Bounds) -> int:
         if _is_settled(judged(arrays, rule)):
             return 0
         return bisect_left(range(STEPS), True, lo=1, key=lambda power: _is_settled(judged(at(power), rule)))
 
-    return {name: STEP ** least(rule) for name, rule in rules.items()}
+    return {name: STEP ** minimum(rule) for name, rule in rules.items()}
 
 
 def strips_that_decide(friction: Arrays, strips: int, rules: Mapping[str, Bounds]) -> dict[str, int]:
@@ -67,7 +67,7 @@ def strips_that_decide(friction: Arrays, strips: int, rules: Mapping[str, Bounds
 def strips_from_pilot(
     estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int, rules: Mapping[str, Bounds]
 ) -> dict[str, int]:
-    """By statement the strips that settle it for ODDS of the numbers that the pilot leaves possible.
+    """By statement the strips that decide it for ODDS of the numbers that the pilot leaves possible.
 
     estimates : by name what the rules read, each () or (levels,)
     strips : of the pilot; rules : by statement
@@ -78,9 +78,9 @@ def strips_from_pilot(
     needed: dict[str, list[float]] = {name: [] for name in rules}
     for replicate in range(next(iter(estimates.values())).replicates.shape[-1]):
         possible: dict[str, np.ndarray] = {"percentile": percentiles}
-        for name, one in estimates.items():
-            value = 2.0 * one.value - one.replicates[..., replicate]
-            ends = (value + margin * (end - one.value) for end in (one.low, one.high))
+        for name, estimate in estimates.items():
+            value = 2.0 * estimate.value - estimate.replicates[..., replicate]
+            ends = (value + margin * (end - estimate.value) for end in (estimate.low, estimate.high))
             possible |= dict(zip((name, f"{name}_low", f"{name}_high"), (value, *ends), strict=True))
         for name, times in factors_to_settle(possible, rules).items():
             needed[name].append(strips * times)

@@ -90,7 +90,10 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
         values = tuple(real("TableLaw.values", value) for value in self.values)
         if len(speeds) < 2 or len(speeds) != len(values) or not np.isfinite((speeds, values)).all():
-            raise ParameterError("TableLaw.values must be finite, one for each of at least two finite speeds")
+            raise ParameterError(
+                f"TableLaw.values must be finite, one for each of at least two finite speeds: {len(values)} values for "
+                f"{len(speeds)} speeds"
+            )
         if speeds[0] != 0.0 or not np.all(np.diff(speeds) > 0.0):
             raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")
         if min(values) < 0.0:
@@ -99,12 +102,14 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         if near.size:
             raise ParameterError(
                 f"TableLaw.speeds_m_per_s {speeds[near[0]]} and {speeds[near[0] + 1]} are nearer than {NEAREST:g} of "
-                "their speed, which no step resolves: space them further, as hardly changes the motion"
+                "their speed, which no step resolves: space them further, as hardly changes the motion; scene key: "
+                "oscillator.friction_table"
             )
         if values[0] < 0.5 * values[1] and speeds[1] < SMOOTHED * speeds[-1]:
             raise ParameterError(
                 f"TableLaw.values rise from {values[0]} to {values[1]} within {speeds[1]} m/s: stick needs no such "
-                f"approximation here, and steps as short; start the table at 0 m/s with {values[1]} and give `static`"
+                f"approximation here, and steps as short; start the table at 0 m/s with {values[1]} and give static; "
+                "scene keys: oscillator.friction_table, oscillator.static_friction"
             )
         if self.interpolation not in INTERPOLATIONS:
             raise ParameterError(
@@ -146,15 +151,15 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
         return TableParameters(float(self.static), self.values[0], min(self.values), table)
 
-    def steeper_than(self, most: float) -> str:
+    def steeper_than(self, maximum: float) -> str:
         slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)
         row = int(np.argmax(np.abs(slopes)))
-        if abs(slopes[row]) <= most:
+        if abs(slopes[row]) <= maximum:
             return ""
         (low, high), (first, last) = self.speeds_m_per_s[row : row + 2], self.values[row : row + 2]
         return (
             f"friction goes from {first:g} to {last:g} between the knots {low:.9g} and {high:.9g} m/s of the table, "
-            f"nearer than the integrator resolves: put them at least {abs(last - first) / most:.2g} m/s apart"
+            f"nearer than the integrator resolves: put them at least {abs(last - first) / maximum:.2g} m/s apart"
         )
 
     @staticmethod

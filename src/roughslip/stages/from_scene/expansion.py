@@ -46,8 +46,8 @@ def variables_of(scene: Scene, surface: GaussianModel, grid: Grid, modes: np.nda
 
     modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
     """
-    found, odd = directions(surface, grid, modes, nodes, scene.expansion.variables)
-    return Variables(found, nodes.distance2, odd)
+    chosen, odd = directions(surface, grid, modes, nodes, scene.expansion.variables)
+    return Variables(chosen, nodes.distance2, odd)
 
 
 def directions(
@@ -62,11 +62,11 @@ def directions(
     odd : (count, symmetries) what the symmetries of the surface do to each, as in `Samples`.
     """
     functionals = local_functionals(modes, stencil(surface, grid))[:, :, nodes.x, nodes.y]
-    found = np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
-    own = np.abs(np.einsum("nvm,vmn->nv", found, functionals[:count])) / np.linalg.norm(functionals[:count], axis=1).T
+    chosen = np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
+    own = np.abs(np.einsum("nvm,vmn->nv", chosen, functionals[:count])) / np.linalg.norm(functionals[:count], axis=1).T
     if not np.all(own > INDEPENDENT):  # one was passed over, so that a variable is not the functional of its number
-        return found, np.zeros((0, 0), dtype=np.int64)
-    return found, symmetries(surface)[:count]
+        return chosen, np.zeros((0, 0), dtype=np.int64)
+    return chosen, symmetries(surface)[:count]
 
 
 def symmetries(surface: GaussianModel) -> np.ndarray:

@@ -19,7 +19,7 @@ STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
 STREAM_ANSWER = 18
-APART = 0.5  # correlation lengths from the central nodes to the outer ones; of 0.5, 1 and 1.5 it has the least bias
+OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
 
 
 def square_grid(scene: Scene) -> Grid:
@@ -142,7 +142,7 @@ def training_nodes(lengths_m: tuple[float, float], grid: Grid) -> Nodes:
     """The central nodes, and such as lie half a correlation length from them where the mesh resolves that."""
     lines = []
     for n, cell, length in zip(grid.shape, (grid.dx, grid.dy), lengths_m, strict=True):
-        central, far = _central(n), round(APART * length / cell)
+        central, far = _central(n), round(OUTER_NODE_DISTANCE * length / cell)
         outer = [central[0] + far, central[-1] - far]
         lines.append(central + outer if far >= 2 and outer[1] >= 1 else central)
     return _nodes(lengths_m, grid, lines)

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.friction.paths import Paths, prepare
+from roughslip.friction.paths import Paths, path_sampler
 from roughslip.friction.penetration import between
 from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal, average_beta
 from roughslip.oscillator.equation import Oscillator
@@ -63,24 +63,24 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
         "beta_a": result["beta_a"],
         "beta_b": result["beta_b"],
     }
-    found = {name: at_penetration(scene, result, values) for name, values in columns.items()}
-    if windows > 1 or is_light(scene, result):
-        found["mean"] = pad_at(scene, result, "pad_mean", windows)
-    if is_light(scene, result):  # then few of the windows touch, and a small pad may scatter more than one that does
-        found["standard_deviation"] = max(found["standard_deviation"], pad_at(scene, result, "pad_std", windows))
+    numbers = {name: at_penetration(scene, result, values) for name, values in columns.items()}
+    if windows > 1 or below_first_level(scene, result):
+        numbers["mean"] = pad_at(scene, result, "pad_mean", windows)
+    if below_first_level(scene, result):  # few windows touch there, and a small pad may scatter more
+        numbers["standard_deviation"] = max(numbers["standard_deviation"], pad_at(scene, result, "pad_std", windows))
     if "load_mean_friction" in result:
-        found["standard_deviation"] *= float(result["load_mean_friction"]) / found["mean"]
-        found["mean"] = float(result["load_mean_friction"])
-    return FrictionNumbers(**found)
+        numbers["standard_deviation"] *= float(result["load_mean_friction"]) / numbers["mean"]
+        numbers["mean"] = float(result["load_mean_friction"])
+    return FrictionNumbers(**numbers)
 
 
 def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
     """Values : (levels,) of the friction statistics at the penetration of the windows, or at the first level above."""
-    percentile = penetration_percentile(scene, result)
-    return between(result["percentile"], values, result["percentile"][0] if is_light(scene, result) else percentile)
+    percentile = max(penetration_percentile(scene, result), float(result["percentile"][0]))
+    return between(result["percentile"], values, percentile)
 
 
-def is_light(scene: Scene, result: store.Result) -> bool:
+def below_first_level(scene: Scene, result: store.Result) -> bool:
     """Whether the load penetrates less than the levels at which windows have statistics of their own."""
     return bool(penetration_percentile(scene, result) < result["percentile"][0])
 
@@ -88,7 +88,7 @@ def is_light(scene: Scene, result: store.Result) -> bool:
 def pad_at(scene: Scene, result: store.Result, name: str, windows: float) -> float:
     """Mean or scatter of a pad at the penetration of its load, light levels among those that are interpolated."""
     percentiles, values = result["percentile"], of_pad(result, name, windows)
-    if is_light(scene, result):
+    if below_first_level(scene, result):
         percentiles = np.concatenate((result["light_percentile"], percentiles))
         values = np.concatenate((of_pad(result, f"light_{name}", windows), values))
     return between(percentiles, values, penetration_percentile(scene, result))
@@ -120,7 +120,7 @@ def independent_windows(scene: Scene, statistics: Path | None, windows: int | No
     if count == 1 or statistics is None:
         return float(count)
     result = store.read(statistics)
-    if is_light(scene, result):
+    if below_first_level(scene, result):
         numbers = friction_numbers(scene, statistics)
         pads = {name: pad_at(scene, result, name, count) for name in ("pad_mean", "pad_std")}
         ratio = numbers.standard_deviation / numbers.mean * pads["pad_mean"] / pads["pad_std"]
@@ -177,8 +177,8 @@ def friction_process(
         marginal = QuantileDistribution(store.read(statistics)["quantile"], *moments)
     else:
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
-        one = BetaDistribution.of_moments(*shapes, *moments)
-        marginal = average_beta(one, independent_windows(scene, statistics, windows))
+        window = BetaDistribution.of_moments(*shapes, *moments)
+        marginal = average_beta(window, independent_windows(scene, statistics, windows))
     return FrictionProcess(marginal, numbers.correlation_length_m)
 
 
@@ -188,4 +188,4 @@ def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int
     periods = max(ensemble.duration_periods, DISCARDED_PERIODS + DRAWN_PERIODS)
     length = path_length(oscillator(scene), periods)
     spacing = process.correlation_length_m / nodes_per_length
-    return prepare(process, spacing, length, ensemble.process)
+    return path_sampler(process, spacing, length, ensemble.process)

@@ -11,7 +11,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import existence_limit, hopf_damping
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -31,8 +31,7 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
 
     statistics : the file of the friction, if any
     """
-    given = scene.ensemble.damping_ratios
-    if not isinstance(given, str):
+    if (given := unless_auto(scene.ensemble.damping_ratios)) is not None:
         return given
     section = scene.oscillator
     free = replace(mass_on_belt.oscillator(scene), excitation_force_n=0.0)
@@ -62,8 +61,8 @@ def own_range(name: str, own: System) -> tuple[float, float]:
     value = PARAMETERS[name].value(own)
     values = [value / FACTOR, value * FACTOR] if value > 0.0 else []
     if name == "damping":
-        limits = [one for one in limits_or_nan(own.belt, own.law) if one > 0.0]
-        values += [factor * one for one in limits for factor in (0.5, 2.0)]
+        limits = [limit for limit in limits_or_nan(own.belt, own.law) if limit > 0.0]
+        values += [factor * limit for limit in limits for factor in (0.5, 2.0)]
         values = values or [0.01, 1.0]
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 

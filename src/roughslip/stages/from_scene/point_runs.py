@@ -9,7 +9,7 @@ from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.scene.expansion import AUTO
+from roughslip.scene.auto import unless_auto
 from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
@@ -33,11 +33,11 @@ def box(scene: Scene, numbers: FrictionNumbers, asked: StickSlipMap) -> Box:
         if name not in changeable:
             allowed = ", ".join(changeable)
             raise InputError(f"map.parameters: {name} has no effect in this scene; choose of: {allowed}")
-    ranges = dict(zip(asked.parameters, asked.ranges, strict=True))
+    ends = {name: unless_auto(value) for name, value in zip(asked.parameters, asked.ranges, strict=True)}
     return {
-        name: own_range(name, own) if ranges[name] == AUTO else (float(ranges[name][0]), float(ranges[name][1]))
+        name: own_range(name, own) if (pair := ends[name]) is None else (float(pair[0]), float(pair[1]))
         for name in variation.PARAMETERS
-        if name in ranges
+        if name in ends
     }
 
 
@@ -77,7 +77,7 @@ class PointRuns:
             process = variation.process(self._scene, system, self._statistics)
             self._recursion = recursion(process, process.correlation_length_m / NODES)
             self._of_friction, self._kept = of_friction, {}
-        found = np.empty(len(realisations))
+        shares = np.empty(len(realisations))
         for row, number in enumerate(realisations):
             if number not in self._kept:
                 self._kept[number] = KeptPath(self._recursion.realisation([*self._seed, number]))
@@ -87,7 +87,7 @@ class PointRuns:
                 system.belt, system.law, path, spacing, self._periods, self._options
             )
             share = states.share(first + 0.5 * self._periods, first + self._periods)
-            found[row] = np.nan_to_num(share)  # micro-slips alone are no stick-slip
+            shares[row] = np.nan_to_num(share)  # micro-slips alone are no stick-slip
             self.runs, self.steps = self.runs + 1, self.steps + motion.steps
             self.sticks += motion.cycles + motion.micro_slips
-        return found
+        return shares

@@ -2,10 +2,11 @@
 
 from roughslip import store
 from roughslip.limits import SHARES
+from roughslip.scene.auto import Auto
 from roughslip.stages.runtime.command import Job
 
 
-def numbers_of(job: Job, name: str, start: int = 0) -> range:
+def sample_range(job: Job, name: str, start: int = 0) -> range:
     """Numbers of the samples of a job.
 
     name : in the allocation, of the number of samples that all jobs of the stage take
@@ -18,7 +19,12 @@ def numbers_of(job: Job, name: str, start: int = 0) -> range:
     return range(start + count * first // SHARES, start + count * last // SHARES)
 
 
-def solved_strips(job: Job) -> int:
-    """Number of strips that are solved, as the scene says or as allotted."""
+def given_or_found(job: Job, number: Auto[int], name: str) -> int:
+    """A number of the scene, or where there is an allocation that of this name in it."""
     allocation = job.arguments.allocation
-    return int(job.scene.strip.samples if allocation is None else store.read(allocation)["strips"])
+    return int(number if allocation is None else store.read(allocation)[name])
+
+
+def solved_strips(job: Job) -> int:
+    """Number of strips that are solved."""
+    return given_or_found(job, job.scene.strip.samples, "strips")

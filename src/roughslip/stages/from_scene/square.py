@@ -67,8 +67,8 @@ def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -
     xi : `count` samples (M,) of the variables of the modes
     """
     skipped = elastic.empty_skip_counts()
-    for number, one in enumerate(xi):
-        rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
+    for number, variables in enumerate(xi):
+        rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
         solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
         elastic.count_solve(skipped, solution)
         yield solution
@@ -110,11 +110,11 @@ def pressures_at(
     nothing = np.zeros(len(nodes.x))
     methods: Counter[str] = Counter()
     work = 0
-    for row, one in enumerate(xi):
-        found = NodePressures(nothing, nothing, nothing, 0, "none")
-        if is_small or (problem.model.heights(heights(there, one)) > problem.plane_m).any():
-            rough = problem.model.heights(heights(problem.modes, one)) - problem.plane_m
-            found = solve_at(
+    for row, variables in enumerate(xi):
+        bounds = NodePressures(nothing, nothing, nothing, 0, "none")
+        if is_small or (problem.model.heights(heights(there, variables)) > problem.plane_m).any():
+            rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
+            bounds = solve_at(
                 problem.influence,
                 rough,
                 kept,
@@ -123,9 +123,9 @@ def pressures_at(
                 hardness_pa=problem.hardness_pa,
                 points=points,
             )
-        pressure[row], error[row] = found.pressure, found.high - found.low
-        methods[found.method] += 1
-        work += found.work
+        pressure[row], error[row] = bounds.pressure, bounds.high - bounds.low
+        methods[bounds.method] += 1
+        work += bounds.work
         job.usage.progress(row + 1, count)
     job.usage.count(surfaces=count, solves=count - methods["none"], products=work)
     job.usage.skip({skip_reasons.NODES_BELOW: methods["none"], skip_reasons.NODES_KNOWN: methods["bounded"]})

@@ -92,9 +92,9 @@ def stored_model(
     law: dict[str, Any] | None = None
     if isinstance(marginal, EmpiricalDistribution):
         law = {"tail_share": marginal.tail_share}
-        one = ("score",)
-        variables["marginal_score"] = store.Variable(one, marginal.normal, "1", "standard normal score")
-        variables["marginal_height"] = store.Variable(one, marginal.values, "m", "height at that score")
+        score = ("score",)
+        variables["marginal_score"] = store.Variable(score, marginal.normal, "1", "standard normal score")
+        variables["marginal_height"] = store.Variable(score, marginal.values, "m", "height at that score")
     elif marginal is not None:
         law = asdict(marginal)
     model = {

@@ -65,12 +65,12 @@ def share_of_time(stick_slip: np.ndarray) -> np.ndarray:
     """
     known = np.count_nonzero(~np.isnan(stick_slip), axis=0)
     is_known = known > 1
-    found = np.full((3, stick_slip.shape[1]), np.nan)
+    interval = np.full((3, stick_slip.shape[1]), np.nan)
     columns, runs = stick_slip[:, is_known], known[is_known]
     mean = np.nanmean(columns, axis=0)
     half = student_95(runs) * np.nanstd(columns, axis=0, ddof=1) / np.sqrt(runs)
-    found[:, is_known] = mean, np.maximum(mean - half, 0.0), np.minimum(mean + half, 1.0)
-    return found
+    interval[:, is_known] = mean, np.maximum(mean - half, 0.0), np.minimum(mean + half, 1.0)
+    return interval
 
 
 NORMALITY = {
@@ -87,14 +87,14 @@ def normality_variables(
     place: np.ndarray, owner: np.ndarray, generator: np.random.Generator, warn: Callable[[str], None]
 ) -> dict[str, store.Variable]:
     """Tests of normality of the reattachment point, and its correlation from one cycle to the next."""
-    found, successive = None, np.nan
+    test, successive = None, np.nan
     try:
-        found = normality(place, owner, generator)
-        successive = float(found.autocorrelation[1]) if found.autocorrelation.size > 1 else np.nan
+        test = normality(place, owner, generator)
+        successive = float(test.autocorrelation[1]) if test.autocorrelation.size > 1 else np.nan
     except IllPosedError as error:
         warn(f"{error}; tests of normality are stored as NaN")
     variables = {
-        f"normality_{name}": store.Variable((), getattr(found, name, np.nan), "1", title)
+        f"normality_{name}": store.Variable((), getattr(test, name, np.nan), "1", title)
         for name, title in NORMALITY.items()
     }
     title = "correlation of the reattachment points of successive cycles"

@@ -91,7 +91,7 @@ class Sampled:
     @property
     def tail_from(self) -> float:
         """The least of the low probabilities: that which FEWEST_BELOW samples of one design give."""
-        contacts = min(np.count_nonzero(one) for one in self.latin_hypercube)
+        contacts = min(np.count_nonzero(pressure) for pressure in self.latin_hypercube)
         return max(TAIL[0], FEWEST_BELOW / contacts)
 
     def ratio(self, curve: np.ndarray, other: np.ndarray, surfaces: int) -> float:
@@ -101,52 +101,52 @@ class Sampled:
         return float(np.max(np.abs(np.log10(np.maximum(curve[low], least) / other[low])))) if low.any() else np.nan
 
 
-def variant_rows(found: Members, sampled: Sampled) -> tuple[np.ndarray, dict[str, Row]]:
+def variant_rows(variant: Members, sampled: Sampled) -> tuple[np.ndarray, dict[str, Row]]:
     """Curves (members, levels) given contact of one variant, and its numbers."""
     solved, levels = sampled.solved, sampled.solved.levels
-    surfaces = found.pressures.shape[1]
-    curves = np.array([cumulative_given_contact(one, levels) for one in found.pressures])
+    surfaces = variant.pressures.shape[1]
+    curves = np.array([cumulative_given_contact(pressure, levels) for pressure in variant.pressures])
     moved = np.max(np.abs(curves - curves[0]), axis=1)
-    tails_moved = np.array([sampled.ratio(one, curves[0], surfaces) for one in curves])
+    tails_moved = np.array([sampled.ratio(curve, curves[0], surfaces) for curve in curves])
     least = np.sqrt(sampled.tail_from)
     chance = {
         "distance": NORMAL_95 / 2 * np.sqrt(1 / solved.contacts + 1 / surfaces),
         "tail": NORMAL_95 / np.log(10) / least * np.sqrt(1 / solved.contacts + 1 / surfaces),
     }
-    own = [cumulative_given_contact(one, levels) for one in sampled.latin_hypercube]
-    own_curves = own if found.designs > 1 else own * len(curves)
-    alone = 0.0 if found.designs > 1 else 1 / np.count_nonzero(sampled.latin_hypercube[0])
+    own = [cumulative_given_contact(pressure, levels) for pressure in sampled.latin_hypercube]
+    own_curves = own if variant.designs > 1 else own * len(curves)
+    alone = 0.0 if variant.designs > 1 else 1 / np.count_nonzero(sampled.latin_hypercube[0])
     of_design = NORMAL_95 / np.log(10) / least * np.sqrt(alone + 1 / surfaces)
-    ratios = np.array([sampled.ratio(one, solved.cumulative, surfaces) for one in curves])
+    ratios = np.array([sampled.ratio(curve, solved.cumulative, surfaces) for curve in curves])
     to_design = np.array([sampled.ratio(*pair, surfaces) for pair in zip(curves, own_curves, strict=True)])
-    distances = np.array([solved.distance(one) for one in found.pressures])
+    distances = np.array([solved.distance(pressure) for pressure in variant.pressures])
     return curves, {
-        "distance": found.row(distances, moved, float(chance["distance"])),
-        "tail_error": found.row(ratios, tails_moved, float(chance["tail"])),
-        "tail_error_of_design": found.row(to_design, tails_moved, float(of_design)),
+        "distance": variant.row(distances, moved, float(chance["distance"])),
+        "tail_error": variant.row(ratios, tails_moved, float(chance["tail"])),
+        "tail_error_of_design": variant.row(to_design, tails_moved, float(of_design)),
     }
 
 
-def between(found: Mapping[str, Members]) -> Row:
+def between(solved: Mapping[str, Members]) -> Row:
     """Kolmogorov distance of the variants at the same surfaces and designs."""
-    if len(found) < len(VARIANTS):
+    if len(solved) < len(VARIANTS):
         return NOTHING
-    first, second = (found[name] for name in VARIANTS)
+    first, second = (solved[name] for name in VARIANTS)
     pairs = list(zip(first.pressures, second.pressures, strict=True))
     distances = np.array([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs])
     return first.row(distances, np.abs(distances - distances[0]), NORMAL_95 / 2 / np.sqrt(first.pressures.shape[1]))
 
 
-def _of_variant(found: Members, judged: Members, sampled: Sampled) -> dict[str, np.ndarray]:
+def _of_variant(known: Members, judged: Members, sampled: Sampled) -> dict[str, np.ndarray]:
     """What is stored of one variant, each with its interval in the last axis where it has one."""
-    levels, designs = sampled.solved.levels, found.designs
-    curves, numbers = variant_rows(found, sampled)
+    levels, designs = sampled.solved.levels, known.designs
+    curves, numbers = variant_rows(known, sampled)
     ends = (curves.min(axis=0), curves.max(axis=0)) if designs > 1 else np.quantile(curves, TAILS, axis=0)
-    pairs = list(zip(found.pressures[:designs], judged.pressures[:designs], strict=True))
-    sizes = (found.pressures.shape[1], judged.pressures.shape[1])
+    pairs = list(zip(known.pressures[:designs], judged.pressures[:designs], strict=True))
+    sizes = (known.pressures.shape[1], judged.pressures.shape[1])
     return {f"given_{name}": np.array(row) for name, row in numbers.items()} | {
         "given_cumulative": np.stack([curves[0], *ends], axis=-1),
-        "given_positive_share": np.mean(found.pressures[:designs] > 0),
+        "given_positive_share": np.mean(known.pressures[:designs] > 0),
         "judged_cumulative": cumulative_given_contact(judged.pressures[0], levels),
         "judged_distance": np.mean([kolmogorov_distance(a[a > 0], b[b > 0]) for a, b in pairs]),
         "judged_chance": KOLMOGOROV_95 * np.sqrt(sum(1 / size for size in sizes)),
@@ -154,15 +154,15 @@ def _of_variant(found: Members, judged: Members, sampled: Sampled) -> dict[str, 
 
 
 def given_contact(
-    found: Mapping[str, Members], judged: Mapping[str, Members], sampled: Sampled, first_variable: np.ndarray
+    known: Mapping[str, Members], judged: Mapping[str, Members], sampled: Sampled, first_variable: np.ndarray
 ) -> dict[str, store.Variable]:
     """The variables that stage chaos_square stores of this reading; NaN for a variant whose fit was refused.
 
-    found, judged : by variant, at solved surfaces in contact and at draws that our expansion finds in contact
+    known, judged : by variant, at solved surfaces in contact and at draws that our expansion finds in contact
     first_variable : (surfaces,) of the solved surfaces in contact
     """
     levels = len(sampled.solved.levels)
-    of_variant = {name: _of_variant(found[name], judged[name], sampled) for name in found}
+    of_variant = {name: _of_variant(known[name], judged[name], sampled) for name in known}
     variables = {"variant": store.Variable(("variant",), np.array(VARIANTS), "1", "expansion at surfaces in contact")}
     for name, (dimensions, ends, text) in STORED.items():
         shape = (*((levels,) if dimensions else ()), *((3,) if ends else ()))
@@ -174,7 +174,7 @@ def given_contact(
         else:
             variables[name] = store.Variable(where, values, "1", text)
     text = "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"
-    variables |= store.with_interval("given_between", (), between(found), "1", text)
+    variables |= store.with_interval("given_between", (), between(known), "1", text)
     design = sampled.latin_hypercube[0]
     contacts = int(np.count_nonzero(design))
     curve = cumulative_given_contact(design, sampled.solved.levels)

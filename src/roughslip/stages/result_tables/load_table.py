@@ -74,7 +74,7 @@ def load_table(
         together = solved["ratio_of_sums"][level].rows / solved["mean"][level].rows - 1.0
         mean = 1.0 + together[:, None] * (1.0 - np.minimum(std, 1.0) ** 2)
         own_mean, own_std = (of_all(name, level, statistics)[:, None] for name in ("mean", "std"))
-        found = {
+        columns = {
             "force_per_window": each,
             "nominal_pressure": each / (strip.window_m * strip.width_m),
             "pad_mean": own_mean * mean,
@@ -85,8 +85,8 @@ def load_table(
         if scene.oscillator.normal_force_n is not None:
             windows = scene.oscillator.normal_force_n / each
             of_load = np.sqrt(between_pads(variance, np.maximum(windows, 1.0)))
-            found |= {"load_windows": windows, "load_std": (own_std * of_window)[:, 0] * of_load}
-        for name, rows in found.items():
+            columns |= {"load_windows": windows, "load_std": (own_std * of_window)[:, 0] * of_load}
+        for name, rows in columns.items():
             table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
     return table
 
@@ -102,7 +102,7 @@ def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray
     change is then that of the next level without such windows, if there is one.
     """
     solved, best = statistics
-    missing = [float(one.value) for one in solved["missing_share"]]
+    missing = [float(share.value) for share in solved["missing_share"]]
     full = next((k for k in range(level, len(missing)) if missing[k] == 0.0), level)
     if full == level:
         return best[name][level].rows
@@ -132,16 +132,16 @@ def light_table(
         ):  # one strip alone need not scatter
             continue
         totals = resampled(weights, np.stack((a.sum(axis=1), f.sum(axis=1), np.full(len(f), f.shape[1])), axis=1)).T
-        covariance, one = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)
+        covariance, adjacent = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)
         sizes = strip.window_spacing_m, strip.width_m, strip.window_m
-        variance = pad_scatter(covariance, one, surface, *sizes)
-        found = {
+        variance = pad_scatter(covariance, adjacent, surface, *sizes)
+        columns = {
             "light_percentile": np.full(len(weights), percentile),
             "light_pressure": totals[1] / totals[2] / block,
             "light_pad_mean": np.repeat((scale * totals[0] / totals[1])[:, None], len(WINDOWS), axis=1),
             "light_pad_std": scale[:, None] * np.sqrt(variance),
         }
-        for name, rows in found.items():
+        for name, rows in columns.items():
             table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
     return table
 
@@ -154,10 +154,10 @@ def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.
         "adjacent_windows": store.Variable(("adjacent",), np.array(ADJACENT[:count]), "1", "windows along a strip"),
     }
     title = "standard deviation of the friction coefficient of adjacent windows together, as measured along the strips"
-    titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *one) for name, one in TITLES.items()}
-    titles |= {name: (("level", "pad"), *one) for name, one in OF_PADS.items()}
+    titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *title) for name, title in TITLES.items()}
+    titles |= {name: (("level", "pad"), *title) for name, title in OF_PADS.items()}
     titles["adjacent_std"] = (("level", "adjacent"), "1", title)
-    titles |= {name: (("light", "pad")[: 1 + ("pad" in name)], *one) for name, one in OF_LIGHT.items()}
+    titles |= {name: (("light", "pad")[: 1 + ("pad" in name)], *title) for name, title in OF_LIGHT.items()}
     for name, estimates in (table | light).items():
         dimensions, unit, title = titles[name]
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
@@ -167,11 +167,12 @@ def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.
         pressures = [*light.get("light_pressure", ()), *table["nominal_pressure"]]
         pressure = np.stack([each.rows for each in pressures], axis=1)
         levels = np.array(
-            [float(one.value) for one in light.get("light_percentile", ())] + [*scene.strip.penetration_percentiles]
+            [float(percentile.value) for percentile in light.get("light_percentile", ())]
+            + [*scene.strip.penetration_percentiles]
         )
-        found = Estimate.from_rows(percentile_of_pressure(levels, pressure, wanted))
+        percentile = Estimate.from_rows(percentile_of_pressure(levels, pressure, wanted))
         title = "penetration at which the mean pressure of the strips is the scene's nominal pressure"
-        ends = [found.value, found.low, found.high]
+        ends = [percentile.value, percentile.low, percentile.high]
         if scene.load.mean_friction is not None:
             measured = "mean friction coefficient of the pad as measured under its load"
             variables["load_mean_friction"] = store.Variable((), scene.load.mean_friction, "1", measured)

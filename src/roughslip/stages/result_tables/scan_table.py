@@ -26,19 +26,19 @@ NUMBERS = {
 NOTHING = Estimate(*(np.array(np.nan) for _ in range(3)))
 
 
-def numbers_of(found: ScanStatistics) -> dict[str, Estimate]:
+def numbers_of(statistics: ScanStatistics) -> dict[str, Estimate]:
     """The statistics that are one number each."""
-    own = {"fractal_dimension": NOTHING if found.fractal is None else found.fractal}
-    own |= {name: getattr(found, name) for name in ("rms_height", "skewness", "kurtosis")}
-    return {name: own[name] if name in own else getattr(found.autocorrelation, name) for name in NUMBERS}
+    own = {"fractal_dimension": NOTHING if statistics.fractal is None else statistics.fractal}
+    own |= {name: getattr(statistics, name) for name in ("rms_height", "skewness", "kurtosis")}
+    return {name: own[name] if name in own else getattr(statistics.autocorrelation, name) for name in NUMBERS}
 
 
-def of_scan(scan: Topography, found: ScanStatistics, outliers: np.ndarray) -> dict[str, Variable]:
+def of_scan(scan: Topography, statistics: ScanStatistics, outliers: np.ndarray) -> dict[str, Variable]:
     """Every statistic with its interval, a map to draw, and the mesh and sub-areas that twins need.
 
     outliers : (nx, ny) bool, true at outliers of the scan
     """
-    parts, correlation, spectrum = found.sub_areas, found.autocorrelation, found.spectrum
+    parts, correlation, spectrum = statistics.sub_areas, statistics.autocorrelation, statistics.spectrum
     step = math.ceil(max(scan.grid.shape) / MOST_DRAWN)
     axis = ("axis",)
     marked = np.zeros([-(-n // step) for n in scan.grid.shape], dtype=int)  # a point drawn stands for step x step
@@ -62,14 +62,14 @@ def of_scan(scan: Topography, found: ScanStatistics, outliers: np.ndarray) -> di
         "sufficient": Variable((), int(parts.sufficient), "1", "1 where the sub-areas are long enough for intervals"),
         "lag_x": Variable(("lag_x",), correlation.lag_x, "m", "lag along x"),
         "lag_y": Variable(("lag_y",), correlation.lag_y, "m", "lag along y"),
-        "density_edge": Variable(("edge",), found.density.edges, "m", "edges of bins of height"),
+        "density_edge": Variable(("edge",), statistics.density.edges, "m", "edges of bins of height"),
         "wavenumber": Variable(("ring",), spectrum.wavenumber, "rad m-1", "wavenumber"),
     }
-    for name, estimate in numbers_of(found).items():
+    for name, estimate in numbers_of(statistics).items():
         variables |= with_interval(name, (), _columns(estimate), *NUMBERS[name])
     lags = ("lag_x", "lag_y")
     variables |= with_interval("correlation", lags, _columns(correlation.correlation), "1", "autocorrelation")
-    variables |= with_interval("density", ("bin",), _columns(found.density.density), "m-1", "density of heights")
+    variables |= with_interval("density", ("bin",), _columns(statistics.density.density), "m-1", "density of heights")
     variables |= with_interval("power", ("ring",), _columns(spectrum.power), "m4", "radially averaged power spectrum")
     return variables
 
@@ -84,11 +84,11 @@ def sub_areas_of(result: Result, scan: Topography) -> SubAreas:
 
 def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarray) -> dict[str, Variable]:
     """What twins, one or more, show of the same, a row a twin. edges : [m] of bins of height."""
-    one, step = ("twin",), math.ceil(max(twins[0][0].grid.shape) / MOST_DRAWN)
+    twin, step = ("twin",), math.ceil(max(twins[0][0].grid.shape) / MOST_DRAWN)
     first = twins[0][0].heights[::step, ::step]
-    tables = np.stack([found.autocorrelation.correlation.value for _, found in twins])
+    tables = np.stack([statistics.autocorrelation.correlation.value for _, statistics in twins])
     density = [np.histogram(z.heights, edges)[0] / z.heights.size / np.diff(edges) for z, _ in twins]
-    powers = [found.spectrum.power.value for _, found in twins]
+    powers = [statistics.spectrum.power.value for _, statistics in twins]
     i, j = tables.shape[1] // 2, tables.shape[2] // 2
     variables = {
         "twin_map": Variable(("map_x", "map_y"), first, "m", "heights of the first twin, thinned"),
@@ -98,8 +98,8 @@ def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarr
         "twin_power": Variable(("twin", "ring"), np.stack(powers), "m4", "radially averaged power spectrum"),
     }
     for name, (unit, title) in NUMBERS.items():
-        values = np.array([float(numbers_of(found)[name].value) for _, found in twins])
-        variables[f"twin_{name}"] = Variable(one, values, unit, title)
+        values = np.array([float(numbers_of(statistics)[name].value) for _, statistics in twins])
+        variables[f"twin_{name}"] = Variable(twin, values, unit, title)
     return variables
 
 

@@ -1,16 +1,14 @@
-"""Checksums of what a job read and wrote, kept in its record of cost, and the seal of the record itself.
+"""Checksums of files, and what a record of cost says of the files that its job made.
 
-With them a later run finds a damaged result, and one that was made from other inputs, at any times of the files. Every
-start of Snakemake imports this module, so it imports little.
+Every start of Snakemake imports this module, so it imports little.
 """
 
 import hashlib
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
-
-SEAL = "checksum"
 
 
 def checksum(path: Path) -> str:
@@ -19,27 +17,23 @@ def checksum(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def checksums(paths: Iterable[Path]) -> dict[str, str]:
-    """Checksums by path; what is no file is left out."""
-    return {path.as_posix(): checksum(path) for path in sorted(set(paths)) if path.is_file()}
+def describe(record: Path, made: Iterable[Path]) -> dict[str, dict[str, Any]]:
+    """Size [B] and checksum of files, by their names from the folder above that of their record of cost."""
+    folder = record.parent.parent
+    return {
+        os.path.relpath(path, folder): {"bytes": path.stat().st_size, "sha256": checksum(path)}
+        for path in sorted(made)
+        if path.is_file()
+    }
 
 
-def sealed(record: dict[str, Any]) -> dict[str, Any]:
-    """The record with a checksum of itself."""
-    return {**record, SEAL: _seal(record)}
+def is_whole(record: Path) -> bool:
+    """Whether a job has ended: its record is there, and each of its files has the size that the record says.
 
-
-def read(path: Path) -> dict[str, Any] | None:
-    """A sealed record; None where the file is damaged or is none. Raises FileNotFoundError where there is no file."""
+    A job writes its record last.
+    """
     try:
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError:
-        return None
-    if not isinstance(record, dict):
-        return None
-    seal = record.pop(SEAL, None)
-    return record if seal == _seal(record) else None
-
-
-def _seal(record: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+        made = json.loads(record.read_text(encoding="utf-8"))["made"]
+        return all((record.parent.parent / name).stat().st_size == file["bytes"] for name, file in made.items())
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return False

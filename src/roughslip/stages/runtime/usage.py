@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from roughslip.stages.runtime.record import checksums, sealed
+from roughslip.atomic_write import replacing
+from roughslip.stages.runtime.record import describe
 
 _IMPORTED = time.perf_counter()
 _LINES_APART = 5.0  # seconds between two lines of progress
@@ -25,8 +26,8 @@ class Usage:
 
     The record holds the stage, the number of jobs (1), and the wall and CPU seconds of the process from its start. The
     CPU seconds of `core` follow, and the peak memory, null where the platform gives none. Its entries `did` and
-    `skipped` are counts by name. Its entry `warnings` holds texts for the user. Its entries `read` and `made` are
-    checksums by file. A checksum of the record is last.
+    `skipped` are counts by name. Its entry `warnings` holds texts for the user. Its entry `made` holds size
+    and checksum of each file that the job made, by its name from the folder above that of the record.
     """
 
     def __init__(self, path: str | Path, stage: str) -> None:
@@ -35,8 +36,7 @@ class Usage:
         self.did: dict[str, float] = {}
         self.skipped: dict[str, int] = {}
         self.warnings: list[str] = []
-        self.read: dict[str, str] = {}
-        self.made: dict[str, str] = {}
+        self.made: dict[str, dict[str, Any]] = {}
         self.core_cpu_seconds = 0.0
         self._last_line = time.perf_counter()
         self._done = 0
@@ -47,9 +47,8 @@ class Usage:
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         if error is None:
-            partial = self.path.with_name(f".{self.path.name}.{os.getpid()}")
-            partial.write_text(json.dumps(sealed(self.record()), indent=2) + "\n", encoding="utf-8")
-            os.replace(partial, self.path)
+            with replacing(self.path) as temporary:
+                temporary.write_text(json.dumps(self.record(), indent=2) + "\n", encoding="utf-8")
 
     def record(self) -> dict[str, Any]:
         """The record up to now."""
@@ -64,7 +63,6 @@ class Usage:
             "did": dict(sorted(self.did.items())),
             "skipped": dict(sorted(self.skipped.items())),
             "warnings": self.warnings,
-            "read": self.read,
             "made": self.made,
         }
 
@@ -98,9 +96,9 @@ class Usage:
                 self.warnings.append(text)
                 print(f"{self.stage}: warning: {text}", file=sys.stderr, flush=True)
 
-    def files(self, read: Iterable[Path], made: Iterable[Path]) -> None:
-        """Take the checksums of the files that the job read and made."""
-        self.read, self.made = checksums(read), checksums(made)
+    def files(self, made: Iterable[Path]) -> None:
+        """Take size and checksum of the files that the job made."""
+        self.made = describe(self.path, made)
 
     def progress(self, done: int, total: int) -> None:
         """A line on stderr, which is the job's log: every few seconds, with the time to go, and when all is done.

@@ -64,7 +64,7 @@ def hold(state: Path) -> Hold:
     elif locks:
         lines = [f"{state.resolve().parent}: another run is at work in this folder; wait for its end, or stop it"]
     else:
-        lines = [f"{state.resolve().parent}: another Snakemake reads this folder; results were not checked"]
+        lines = [f"{state.resolve().parent}: another Snakemake reads this folder"]
     fcntl.flock(file, fcntl.LOCK_SH)
     return Hold(is_alone, lines)
 

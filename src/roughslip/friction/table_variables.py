@@ -1,11 +1,12 @@
-"""What the friction stage stores: statistics with units and titles, tests of what the paper says, summary.csv."""
+"""The friction table as stored: statistics with units and titles, tests of what the paper says, summary.csv."""
+
+from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.combination import Combined
 from roughslip.friction.correlation import (
     LOG_LINE_WINDOWS,
     LONGEST_WINDOWS,
@@ -15,14 +16,13 @@ from roughslip.friction.correlation import (
     white_autocorrelation,
     window_lengths,
 )
+from roughslip.friction.level import Windows
 from roughslip.friction.marginal import FAMILIES, SHAPES, fit_candidates, standardised_distribution
 from roughslip.friction.over_penetration import LENGTHS, trend_estimates, trend_of
 from roughslip.friction.penetration import p_value, p_value_of_equality, penetration_curve
 from roughslip.friction.statistics import PERCENTS, ratio_of_sums
+from roughslip.friction.table import BY_SOURCE, FrictionTable, WindowLayout
 from roughslip.probability import Estimate
-from roughslip.scene.contact import Strip
-from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry
 
 WHITE_REPLICATES = 200
 MOST_MISSING = 0.01  # of the windows, above which a warning says that some have no friction coefficient
@@ -32,7 +32,6 @@ SOURCES = ("solved", "expansion")
 HISTOGRAM_BINS = 40
 BINS = np.linspace(-4.0, 6.0, 41)  # of standardised mu
 QUANTILES = 1000
-BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
     "force_per_window": "force_per_window_n",
     "nominal_pressure": "nominal_pressure_pa",
@@ -89,8 +88,6 @@ TITLES = {
 
 
 CONTROLLED = ", solved windows with the expansion as control"
-
-Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, each (levels, strips, windows)
 TESTS = {
     "least_p_value": "least that these p-values can be, with so many replicates",
     "p_equal_distribution": "p-value of the standardised distribution being the same at every penetration",
@@ -119,48 +116,37 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
     return store.with_interval(name, dimensions, columns, unit, title)
 
 
-def table_variables(
-    table: dict[str, list[Estimate]],
-    combined: dict[str, list[Estimate]],
-    percentiles: np.ndarray,
-    strip: Strip,
-) -> dict[str, store.Variable]:
-    """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels.
-
-    table : by name the estimates of the solved windows of all levels, then of the expansion for names in BY_SOURCE
-    combined : by name those of all levels from all strips
-    percentiles : (levels,) [%]; strip : the section of the scene
-    """
-    levels = len(percentiles)
+def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
+    """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels."""
+    layout, combined = table.layout, table.combined
     extra = {"quantiles": ("quantile",), "autocorrelation": ("lag",)}
     variables = {
         "source": store.Variable(("source",), np.array(SOURCES), "1", "where the pressure comes from"),
-        "percentile": store.Variable(("level",), percentiles, "percent", "share of heights above the plane"),
+        "percentile": store.Variable(("level",), layout.percentiles, "percent", "share of heights above the plane"),
         "quantile": store.Variable(("quantile",), PERCENTS, "percent", "probability of the quantiles"),
     }
-    for name, estimates in table.items():
+    for name, estimates in table.solved.items():
         sources = ("source",) if name in BY_SOURCE else ()
         variables |= stored(name, (*sources, "level", *extra.get(name, ())), estimates)
     for name, estimates in combined.items():
         variables |= stored(f"combined_{name}", ("level", *extra.get(name, ())), estimates)
-    if levels > 1:
-        for name, estimate in trend_estimates(combined, percentiles).items():
+    if len(layout.percentiles) > 1:
+        for name, estimate in trend_estimates(combined, layout.percentiles).items():
             variables |= stored(name, (), [estimate])
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
     at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
     title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
     variables["beta_at_bound"] = store.Variable(("level",), at_bound.astype(np.int8), "1", title)
-    lags = strip.window_spacing_m * np.arange(len(table["autocorrelation"][0].value))
-    variables["lag"] = store.Variable(("lag",), lags, "m", "distance of two windows")
+    variables["lag"] = store.Variable(("lag",), layout.lags, "m", "distance of two windows")
     variables["triangle"] = store.Variable(
-        ("lag",), triangular(lags, strip.window_m), "1", "autocorrelation that the window alone would give"
+        ("lag",), triangular(layout.lags, layout.window_m), "1", "autocorrelation that the window alone would give"
     )
     return variables
 
 
 def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterator[str]:
     """One where more than MOST_MISSING of the windows of a penetration have no friction coefficient."""
-    missing = {f"{level:g} %": float(one.value) for level, one in zip(percentiles, shares, strict=True)}
+    missing = {f"{level:g} %": float(share.value) for level, share in zip(percentiles, shares, strict=True)}
     worst = max(missing, key=lambda level: missing[level])
     if missing[worst] > MOST_MISSING:
         where = ", ".join(level for level, share in missing.items() if share > MOST_MISSING)
@@ -170,12 +156,12 @@ def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterato
         )
 
 
-def error_variables(combined: list[Combined]) -> dict[str, store.Variable]:
+def error_variables(table: FrictionTable) -> dict[str, store.Variable]:
     """What the second mesh changed, and what the expansion is worth."""
     variables: dict[str, store.Variable] = {}
     for name in GAINS:
-        variables |= stored(f"mesh_change_of_{name}", ("level",), [each.mesh_change(name) for each in combined])
-        gains, gain = np.array([1.0 / each.variance_share[name] for each in combined]), f"combined_{name}_gain"
+        variables |= stored(f"mesh_change_of_{name}", ("level",), [level.mesh_change(name) for level in table.levels])
+        gains, gain = np.array([1.0 / level.variance_share[name] for level in table.levels]), f"combined_{name}_gain"
         variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
     return variables
 
@@ -185,11 +171,11 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
     counts, edges = np.histogram(mu[valid], HISTOGRAM_BINS)
     density = counts / counts.sum() / np.diff(edges)
     probability = np.arange(QUANTILES + 1) / QUANTILES
-    found = np.quantile(mu[valid], probability)
+    values = np.quantile(mu[valid], probability)
     return {
         "histogram": store.Variable(("bin",), density, "1", "density of solved windows at median penetration"),
         "histogram_edge": store.Variable(("edge",), edges, "1", "edges of its bins"),
-        "quantile": store.Variable(("probability",), found, "1", "quantiles of solved windows at median penetration"),
+        "quantile": store.Variable(("probability",), values, "1", "quantiles of solved windows at median penetration"),
         "quantile_probability": store.Variable(("probability",), probability, "1", "their probabilities"),
     }
 
@@ -197,7 +183,7 @@ def distribution(mu: np.ndarray, valid: np.ndarray) -> dict[str, store.Variable]
 def histograms(mu: Windows) -> dict[str, store.Variable]:
     """Densities of the standardised windows of every penetration."""
     standard = [(values[valid] - values[valid].mean()) / values[valid].std() for values, valid in zip(*mu, strict=True)]
-    density = [np.histogram(one, BINS)[0] / len(one) / np.diff(BINS) for one in standard]
+    density = [np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard]
     title = "density of solved windows, less their mean, over their standard deviation"
     return {
         "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
@@ -216,7 +202,7 @@ def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> st
     header = ["percentile", *titles, "beta_at_bound", *load_titles]
     shown = zip(header, ["percentile", *names, "beta_at_bound", *loads], strict=True)
     explained = [(title, variables[name]) for title, name in shown if not name.endswith(("_low", "_high"))]
-    comment = [*SUMMARY, *(f"{title} [{one.units}]: {one.long_name}" for title, one in explained)]
+    comment = [*SUMMARY, *(f"{title} [{variable.units}]: {variable.long_name}" for title, variable in explained)]
     at_bound = np.asarray(variables["beta_at_bound"].values)
     rows = []
     for level, percentile in enumerate(percentiles):
@@ -245,30 +231,24 @@ def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Var
     return variables
 
 
-def p_value_variables(
-    mu: Windows,
-    combined: dict[str, list[Estimate]],
-    percentiles: np.ndarray,
-    weights: np.ndarray,
-) -> dict[str, store.Variable]:
+def p_value_variables(table: FrictionTable) -> dict[str, store.Variable]:
     """p-values of what the paper says of the friction coefficient; NaN where there is one penetration only."""
-    levels, median = len(percentiles), int(np.flatnonzero(percentiles == 50.0)[0])
-    found: dict[str, float] = dict.fromkeys(TESTS, np.nan)
-    if levels > 1:
-        shares = [
-            standardised_distribution(values, valid, weights, STANDARD) for values, valid in zip(*mu, strict=True)
-        ]
-        found["p_equal_distribution"] = p_value_of_equality(np.stack(shares))
+    percentiles, median, combined = table.layout.percentiles, table.layout.median, table.combined
+    p_values: dict[str, float] = dict.fromkeys(TESTS, np.nan)
+    if len(percentiles) > 1:
+        windows = zip(*table.mu, strict=True)
+        shares = [standardised_distribution(values, valid, table.weights, STANDARD) for values, valid in windows]
+        p_values["p_equal_distribution"] = p_value_of_equality(np.stack(shares))
         curves = np.stack([estimate.rows for estimate in combined["autocorrelation"]])
-        found["p_equal_correlation"] = p_value_of_equality(curves)
+        p_values["p_equal_correlation"] = p_value_of_equality(curves)
         for name in ("mean", "std", "variation"):
             change = trend_of(percentiles, combined[name]).change
-            found[f"p_no_change_of_{name}"] = p_value(change)
-    found["p_exponential_nearer"] = p_value(combined["misfit_difference"][median])
-    found["p_no_skewness"] = p_value(combined["skewness"][median])
-    found["p_no_kurtosis"] = p_value(combined["kurtosis"][median])
-    found["least_p_value"] = 1.0 / (1 + len(combined["skewness"][median].replicates))
-    return {name: store.Variable((), value, "1", TESTS[name]) for name, value in found.items()}
+            p_values[f"p_no_change_of_{name}"] = p_value(change)
+    p_values["p_exponential_nearer"] = p_value(combined["misfit_difference"][median])
+    p_values["p_no_skewness"] = p_value(combined["skewness"][median])
+    p_values["p_no_kurtosis"] = p_value(combined["kurtosis"][median])
+    p_values["least_p_value"] = 1.0 / (1 + len(combined["skewness"][median].replicates))
+    return {name: store.Variable((), value, "1", TESTS[name]) for name, value in p_values.items()}
 
 
 def fit_variables(means: list[Estimate], percentiles: np.ndarray) -> dict[str, store.Variable]:
@@ -277,7 +257,7 @@ def fit_variables(means: list[Estimate], percentiles: np.ndarray) -> dict[str, s
     columns = [[getattr(means[0], part)[None] for part in ("value", "low", "high")], [np.full(1, np.nan)] * 3]
     if len(percentiles) > 1:
         points, curve = np.linspace(percentiles[0], percentiles[-1], FIT_POINTS), penetration_curve(percentiles, means)
-        columns = [[one.value, one.low, one.high] for one in (curve.at(points), curve.slope(points))]
+        columns = [[line.value, line.low, line.high] for line in (curve.at(points), curve.slope(points))]
     names = {
         "fit": ("1", "mu_fit, the mean friction coefficient as a function of penetration"),
         "fit_slope": ("percent-1", "derivative of mu_fit by the percentile of penetration"),
@@ -288,23 +268,16 @@ def fit_variables(means: list[Estimate], percentiles: np.ndarray) -> dict[str, s
     return variables
 
 
-def white_variables(scene: Scene, strips: int, count: int) -> dict[str, store.Variable]:
-    """What so many windows of white pressure on each strip would show in this measurement: autocorrelation, length."""
-    strip, windows = scene.strip, geometry.windows(scene)
-    rng = np.random.default_rng([scene.seed, geometry.STREAM_WHITE])
-    columns = windows.length + (count - 1) * windows.spacing
-    curve = white_autocorrelation(strips, columns, windows.length, windows.spacing, count, WHITE_REPLICATES, rng)
-    lags = strip.window_spacing_m * np.arange(count)
-    length = correlation_fit(lags, curve, strip.window_m).least_squares
+def white_variables(layout: WindowLayout, strips: int, rng: np.random.Generator) -> dict[str, store.Variable]:
+    """What so many strips of white pressure would show in this measurement: autocorrelation, length."""
+    length, spacing = layout.cells
+    columns = length + (layout.count - 1) * spacing
+    curve = white_autocorrelation(strips, columns, length, spacing, layout.count, WHITE_REPLICATES, rng)
+    fit = correlation_fit(layout.lags, curve, layout.window_m).least_squares
     title = "autocorrelation of windows of white pressure, and the range of 95 % of such measurements"
     variables = store.with_interval("white_autocorrelation", ("lag",), [curve.value, curve.low, curve.high], "1", title)
     title = f"exponential length of windows of white pressure, lags to {LONGEST_WINDOWS:g} windows; range of 95 %"
-    return variables | store.with_interval("white_length", (), [length.value, length.low, length.high], "m", title)
-
-
-def window_variables(scene: Scene, strips: int, lags: np.ndarray, curve: Estimate) -> dict[str, store.Variable]:
-    """What windows alone make of white pressure. curve : autocorrelation at median penetration at the lags"""
-    return white_variables(scene, strips, len(lags)) | line_variables(curve, lags, scene.strip.window_m)
+    return variables | store.with_interval("white_length", (), [fit.value, fit.low, fit.high], "m", title)
 
 
 def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str, store.Variable]:
@@ -314,8 +287,8 @@ def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str
     """
     lengths, triangle = window_lengths(lags, window), triangular(lags, window)
     largest = lags[(lags > 0.0) & (lags < window * (1.0 - 1e-9))]
-    lines = [Estimate.from_rows(log_line(lags, curve.rows, one)[0]) for one in largest]
-    own = [float(log_line(lags, triangle[None], one)[0][0]) for one in largest]
+    lines = [Estimate.from_rows(log_line(lags, curve.rows, lag)[0]) for lag in largest]
+    own = [float(log_line(lags, triangle[None], lag)[0][0]) for lag in largest]
     straight = float(log_line(lags, triangle[None], LOG_LINE_WINDOWS[-1] * window)[1][0])
     names, title = np.array(LENGTHS), "length that the triangle of the window alone gives"
     columns = [np.array([getattr(each, part) for each in lines]) for part in ("value", "low", "high")]
@@ -330,24 +303,22 @@ def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str
     return variables | store.with_interval("log_line", ("largest_lag",), columns, "m", title)
 
 
-def law_variables(
-    scene: Scene, mu: Windows, combined: dict[str, list[Estimate]], weights: np.ndarray
-) -> dict[str, store.Variable]:
-    """What the paper says of friction, and mu_fit(d). mu : solved windows; weights : of their strips"""
-    strip, strips = scene.strip, mu[0].shape[1]
-    percentiles = np.array(strip.penetration_percentiles, dtype=float)
-    lags, median = strip.window_spacing_m * np.arange(mu[0].shape[2]), int(np.flatnonzero(percentiles == 50.0)[0])
+def law_variables(table: FrictionTable, rng: np.random.Generator) -> dict[str, store.Variable]:
+    """What the paper says of friction, and mu_fit(d). rng : draws white pressure"""
+    layout = table.layout
     return (
-        candidate_variables(mu, weights)
-        | p_value_variables(mu, combined, percentiles, weights)
-        | fit_variables(combined["mean"], percentiles)
-        | window_variables(scene, strips, lags, combined["autocorrelation"][median])
+        candidate_variables(table.mu, table.weights)
+        | p_value_variables(table)
+        | fit_variables(table.combined["mean"], layout.percentiles)
+        | white_variables(layout, table.mu[0].shape[1], rng)
+        | line_variables(table.combined["autocorrelation"][layout.median], layout.lags, layout.window_m)
     )
 
 
-def windows_variables(mu: Windows, median: int) -> dict[str, store.Variable]:
-    """Densities and quantiles of the solved windows. median : number of the median penetration"""
-    return distribution(mu[0][median], mu[1][median]) | histograms(mu)
+def windows_variables(table: FrictionTable) -> dict[str, store.Variable]:
+    """Densities and quantiles of the solved windows."""
+    median = table.layout.median
+    return distribution(table.mu[0][median], table.mu[1][median]) | histograms(table.mu)
 
 
 def solve_variables(batches: list[store.Result], shear: Estimate, weights: np.ndarray) -> dict[str, store.Variable]:

@@ -1,0 +1,116 @@
+"""The friction table: every statistic over penetration, with its interval, from levels of windows of falling cost.
+
+Three estimates of a statistic stand side by side. Solved windows alone have all of them. From all levels together,
+`combination` gives those with the smallest error. The expansion alone has mean and scatter. All resample whole strips,
+with the same draws at every penetration, so that differences between penetrations have intervals too. The friction
+coefficient is in units in which the combined mean at the median is as given, in each resampled set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.errors import IllPosedError
+from roughslip.friction.combination import Combined, mesh_factors
+from roughslip.friction.description import describe
+from roughslip.friction.level import Level, Windows, group_weights
+from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.friction.over_penetration import calibrated_levels, combined_estimates
+from roughslip.friction.statistics import estimate_of, ratio_of_sums
+from roughslip.probability import Estimate
+
+BY_SOURCE = ("mean", "std")  # also given of the expansion alone
+
+
+@dataclass(frozen=True, eq=False)
+class WindowLayout:
+    """Penetrations, and how windows lie on a strip.
+
+    percentiles : (levels,) [%] share of heights above the plane, increasing, 50 among them
+    window_m, spacing_m : [m] length of a window and distance between the starts of two neighbours
+    cells : of the mesh along a window, and along a spacing
+    count : windows of a strip
+    """
+
+    percentiles: np.ndarray
+    window_m: float
+    spacing_m: float
+    cells: tuple[int, int]
+    count: int
+
+    @property
+    def lags(self) -> np.ndarray:
+        """(count,) [m] distances of two windows."""
+        return self.spacing_m * np.arange(self.count)
+
+    @property
+    def median(self) -> int:
+        """Number of the level at median penetration."""
+        return int(np.flatnonzero(self.percentiles == 50.0)[0])
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionTable:
+    """Statistics at every penetration.
+
+    layout : penetrations and windows
+    mu : (levels, S, W) friction coefficient of the solved windows, and whether they have one
+    weights : (1 + R, S) how often each solved strip counts, in the sample and in each resampled set
+    shear : () [Pa] shear strength
+    solved : by name the estimates of the solved windows at each level; for those of BY_SOURCE then of the expansion
+    levels : statistics from all strips at each level, as rows
+    combined : the same by name, as estimates, with correlation lengths
+    """
+
+    layout: WindowLayout
+    mu: Windows
+    weights: np.ndarray
+    shear: Estimate
+    solved: dict[str, list[Estimate]]
+    levels: list[Combined]
+    combined: dict[str, list[Estimate]]
+
+
+def friction_table(
+    levels: Sequence[Level],
+    sums: Windows,
+    layout: WindowLayout,
+    mean: float,
+    replicates: int,
+    seed: Sequence[int],
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> FrictionTable:
+    """Calibrate the shear strength at the median, and estimate every statistic.
+
+    levels : each (levels, S, W), as of `combination.combine`, for a shear strength of 1 Pa
+    sums : area [m2] and force [N] of the solved windows, each (levels, S, W)
+    mean : friction coefficient at median penetration
+    replicates : resampled sets; seed : of their draws
+    progress : receives the number of levels that are done, and of all
+
+    Raises IllPosedError where windows are too few or do not scatter, with the penetration.
+    """
+    generator = np.random.default_rng(seed)
+    weights, factors = group_weights(levels, replicates, generator), mesh_factors(replicates, generator)
+    best, shear = calibrated_levels(layout.percentiles, levels, weights, factors, mean)
+    combined = combined_estimates(best, layout.lags, layout.window_m)
+    mu = float(shear.value) * levels[0].mu, levels[0].valid
+    solved: dict[str, list[Estimate]] = {}
+    for number, percentile in enumerate(layout.percentiles):
+        sets = np.random.default_rng([*seed, SET_WINDOWS])
+        try:
+            estimates = describe((mu[0][number], mu[1][number]), weights[0], layout.lags, layout.window_m, sets)
+            area, force = (values[number] for values in sums)
+            estimates["ratio_of_sums"] = ratio_of_sums(area, force, float(shear.value), weights[0])
+        except IllPosedError as error:
+            raise IllPosedError(f"percentile {percentile:g}: {error}") from error
+        for name, estimate in estimates.items():
+            solved.setdefault(name, []).append(estimate)
+        progress(number + 1, len(layout.percentiles))
+    for name in BY_SOURCE:
+        rows = ((shear.value * np.exp(level.control[name]), level.strips[1]) for level in best)
+        solved[name] += [estimate_of(name, *pair) for pair in rows]
+    return FrictionTable(layout, mu, weights[0], shear, solved, best, combined)

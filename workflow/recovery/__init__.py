@@ -1,1 +1,0 @@
-"""Recover from an interrupted or damaged run."""

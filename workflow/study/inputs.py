@@ -46,7 +46,7 @@ class Inputs:
             if is_whole(record):
                 return []
             self._clear(record, *(Path(entry.folder, file.format(**values)) for file in declared.results.values()))
-            return [*entry.awaited, self.newest]
+            return [*_not_ended(entry.awaited), self.newest]
 
         return awaited
 
@@ -63,10 +63,11 @@ class Inputs:
         if self.shows_all:
             return records
         folder = Path("results", wildcards.scene)
-        if is_published(folder, self.names.published(wildcards.scene)) and all(map(is_whole, map(Path, records))):
+        awaited = _not_ended(records)
+        if not awaited and is_published(folder, self.names.published(wildcards.scene)):
             return []
         self._clear(folder / LISTED)
-        return [*records, self.newest]
+        return [*awaited, self.newest]
 
     def of_file(self, path: str, source: str) -> dict[str, str]:
         """The file of the store that stands at a path, and what is newer than all if another one is there."""
@@ -90,3 +91,8 @@ class Inputs:
         files: Mapping[str, str] = declarations()[stage].results
         made = {option: f"results/{file or stage}" for option, file in files.items()}
         return f"{self.names.over_published(stage, made, scenes=folders, **inputs).folder}/key.json"
+
+
+def _not_ended(records: list[str]) -> list[str]:
+    """Those of jobs that have not ended. The others are no inputs: their times may lie in the future."""
+    return [record for record in records if not is_whole(Path(record))]

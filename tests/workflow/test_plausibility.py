@@ -127,14 +127,14 @@ def test_columns_of_a_strip_count_each_where_the_correlation_length_is_not_known
 
 
 def test_a_surface_that_does_not_exist_is_a_mistake_of_its_scene(tmp_path, monkeypatch):
-    """A wave each 0.01 %: refused by the surface itself, before any job."""
+    """126 frequencies, ln(2.4e-3 / 5.2e-6) / ln(1.05), at 1000 azimuths: refused by the surface, before any job."""
     monkeypatch.chdir(tmp_path)
     text = "extends: fractal\nroughness: {fractal: {gamma: 1.05, azimuths: 1000, wavelengths_m: [5.2e-6, 2.4e-3]}}\n"
     (tmp_path / "config/scenes").mkdir(parents=True)
     for name in ("paper", "resolved", "fractal"):
         (tmp_path / f"config/scenes/{name}.yaml").write_bytes((CONFIG / f"scenes/{name}.yaml").read_bytes())
     (tmp_path / "config/scenes/mine.yaml").write_text(text)
-    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: more than 100000 waves: use a larger"):
+    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: 126000 waves, more than 100000: use"):
         Scenes(tmp_path, ["mine"])
 
 

@@ -98,7 +98,8 @@ def test_a_stage_with_its_figure(copy):
     assert {"karhunen_loeve", "figure_slopes", "scene_report"} <= set(planned.split())
     assert "contact_square" not in planned
     copy.make("-j1", "results/steep/figure_slopes.png")
-    key = json.loads(copy.path("results/steep/keys/figure_slopes.json").read_text())
+    (file,) = copy.path("results/store/figure_slopes").glob("*/key.json")
+    key = json.loads(file.read_text())
     assert key["configuration"]["slopes"] == {"bins": 20}
     assert copy.path("results/steep/figure_slopes.svg").is_file()
     copy.scene("lacking", "extends: tiny\ntargets: [figure_slopes]\n")

@@ -71,7 +71,7 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     numbers = mass_on_belt.friction_numbers(scene, friction)
     process = mass_on_belt.friction_process(scene, numbers, friction)
     name = "nodes_per_correlation_length"
-    nodes = shares.given_or_found(job, getattr(scene.ensemble, name), name)
+    nodes = shares.given_or_found(job, lambda: getattr(scene.ensemble, name), name)
     paths = mass_on_belt.friction_paths(scene, process, nodes)
     seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])

@@ -57,7 +57,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     process = mass_on_belt.friction_process(scene, numbers, statistics)
     dampings = damping_ratios(scene, numbers, statistics)
-    nodes = shares.given_or_found(job, ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")
+    nodes = shares.given_or_found(job, lambda: ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")
     options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
     until = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
     paths = mass_on_belt.friction_paths(scene, process, nodes)

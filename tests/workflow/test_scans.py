@@ -31,7 +31,7 @@ roughness:
 """
 PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "report.html")
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1, "figure3_law": 1}
-END = {"claims": 1, "costs": 1, "scene_report": 1}
+END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 
 needs_library = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`"

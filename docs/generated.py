@@ -31,6 +31,7 @@ PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
 OF_THE_PLAN = {
     "extends": "which values the file changes",
     "sweep": "which variants are made",
+    "jobs": "how many jobs take the samples of a stage",
     "targets": "which stages run",
 }
 
@@ -55,7 +56,7 @@ def keys() -> dict[str, dict[str, Any]]:
 def reads(stage: Stage) -> tuple[str, ...]:
     """Keys and sections that a stage reads, with those that set the number of its samples and name its files."""
     batches = stage.batches
-    of_batches = (batches.size, *batches.totals.values(), batches.asked) if batches else ()
+    of_batches = (*batches.totals.values(), batches.asked) if batches else ()
     files = (word for words in stage.inputs.values() for word in words.split() if "." in word)
     return (*stage.keys, *filter(None, of_batches), *files)
 
@@ -113,7 +114,7 @@ def key_effects() -> str:
         for key, part in keys().items():
             if key.partition(".")[0] == section and "properties" not in part and key not in OF_THE_PLAN:
                 rows.setdefault(affected(key)[1], []).append(key.removeprefix(f"{section}."))
-        for shown, names in rows.items() if section != "batches" else ():
+        for shown, names in rows.items():
             same = ", ".join(f"`{name}`" for name in names)
             marks = ["●" if column in shown else "" for column in columns]
             text.append(f"| {'' if section in names else f'**{section}** '}{same} | {' | '.join(marks)} |")

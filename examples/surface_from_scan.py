@@ -1,31 +1,15 @@
-"""From a scan to a model of it, and a twin drawn from the model. The scan here is simulated, so we know its maker."""
+"""From a scan to a model of it, and a twin drawn from the model."""
 
-import tempfile
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
-from roughslip import Grid
-from roughslip.scan import (
-    Grinding,
-    Topography,
-    fitted_covariances,
-    fitted_marginal,
-    ground_surface,
-    read_scan,
-    remove_form,
-    scan_statistics,
-)
+from roughslip.scan import Topography, fitted_covariances, fitted_marginal, read_scan, remove_form, scan_statistics
 from roughslip.surface import gaussian_model
 
-grid = Grid(nx=400, ny=200, dx=1e-6, dy=0.5e-6)
-heights = ground_surface(Grinding(), grid, np.random.default_rng(1))
-with tempfile.TemporaryDirectory() as folder:
-    path = Path(folder, "scan.nc")  # an instrument's file is read in the same way, with roughslip[scans]
-    axes = {"x": ("x", grid.x(), {"units": "m"}), "y": ("y", grid.y(), {"units": "m"})}
-    xr.Dataset({"heights": (("x", "y"), heights * 1e6, {"units": "um"})}, coords=axes).to_netcdf(path)
-    scan = remove_form(read_scan(path), "plane")
+file = Path(__file__).resolve().parents[1] / "config/scans/ground.nc"  # or of an instrument, with roughslip[scans]
+scan = remove_form(read_scan(file), "plane")
+grid = scan.grid
 
 found = scan_statistics(scan)
 rms, skewness = found.rms_height, found.skewness

@@ -72,7 +72,7 @@ def test_surface_from_scan():
     """The twin lies in the intervals of the scan, and the grooves lie along x."""
     found = run("surface_from_scan")
     along, across = found["best"].axis_lengths_m
-    assert along > 3 * across
+    assert along > 2 * across
     for name in ("rms_height", "skewness"):
         scan, twin = getattr(found["found"], name), getattr(found["again"], name)
         assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high

@@ -67,7 +67,8 @@ def test_shell_lines_quote_every_path(file):
     """`:q` on inputs, outputs and logs. Parameters are quoted where they are made; wildcards have patterns."""
     text = file.read_text(encoding="utf-8")
     assert [use for use in re.findall(r"\{((?:input|output|log)[^}]*)\}", text) if not use.endswith(":q")] == []
-    shells = "\n".join(line for line in text.splitlines() if ".message" not in line)  # messages run nowhere
+    shells = "\n".join(re.findall(r"shell:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL))
+    assert shells.count("exec ") + shells.count("{params.command}") == text.count("shell:")
     for use in re.findall(r"\{((?:wildcards)[^}]*)\}", shells):
         assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last", "wildcards.stage")
     made = [line for line in text.splitlines() if re.search(r'f"--\w+ \{', line)]

@@ -310,7 +310,6 @@ def chain_result(nodes=8):
         "pressure": 1e11 * np.maximum(height - height.mean(), 0.0) / height.max(),
         "penetration": np.array(50.0),
         "path": path,
-        "path_axis": np.array(["slipped distance [mm]"]),
         "friction": 0.3 + 0.05 * np.sin(2e3 * np.array([path, 2 * path])),
         "friction_mean": np.array(0.3),
         **{name: found[name] for name in CYCLE},

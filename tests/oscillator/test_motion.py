@@ -89,7 +89,7 @@ def test_slips_too_short_to_be_one_do_not_stop_the_run():
 
 def test_step_limit_is_an_error(monkeypatch):
     monkeypatch.setattr(module, "STEPS_PER_PERIOD", 3)
-    with pytest.raises(ConvergenceError, match="step limit; try a larger tolerance; scene key: ") as caught:
+    with pytest.raises(ConvergenceError, match="step limit; try a larger tolerance; local errors") as caught:
         simulate(STUDY, CoulombLaw(0.3, 0.4), None, 0.0, 50.0)
     assert 3 * 51 <= caught.value.work < 3 * 51 + 10
     with pytest.raises(ConvergenceError, match="or a coarser path"):

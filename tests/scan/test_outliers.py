@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from roughslip.grid import Grid
-from roughslip.scan import Grinding, fitted_marginal, ground_surface, read_scan, remove_form, scan_statistics
+from roughslip.scan import fitted_marginal, read_scan, remove_form, scan_statistics
 from roughslip.scan.outliers import outliers, warnings, without
 from roughslip.scan.topography import topography
 from roughslip.surface.embedding import embed
@@ -20,6 +20,7 @@ measured = pytest.mark.skipif(
 )
 
 N = 128
+GROUND = read_scan(Path(__file__).resolve().parents[2] / "config/scans/ground.nc")
 GRID = Grid(N, N, 1e-6, 1e-6)
 X, Y = np.meshgrid(np.arange(float(N)), np.arange(float(N)), indexing="ij")
 
@@ -45,6 +46,12 @@ def grooves(rng, depths, width):
     return z
 
 
+def ground(rng):
+    """A part of the shipped scan."""
+    i, j = rng.integers(0, GROUND.heights.shape[0] - N, 2)
+    return GROUND.heights[i : i + N, j : j + N]
+
+
 def dimples(rng):
     """A laser texture: round dimples, 3 µm deep, on a sixth of the area."""
     period = rng.uniform(14.0, 24.0)
@@ -66,7 +73,7 @@ SURFACES = {
     "honed": lambda rng: 0.3 * field("exponential", rng) + grooves(rng, rng.exponential(5e-7, 20), 1.0),
     "turned": lambda rng: 0.3 * field("exponential", rng) + 5e-6 * (Y / rng.uniform(6.0, 30.0) % 1.0 - 0.5) ** 2,
     "milled": lambda rng: 0.4 * field("gaussian", rng) + milled(rng),
-    "ground": lambda rng: ground_surface(Grinding(), GRID, rng),
+    "ground": ground,
     "dimples": lambda rng: 0.3 * field("exponential", rng) + dimples(rng),
 }
 

@@ -14,7 +14,7 @@ instruments = pytest.mark.skipif(
 
 NX, NY = 36, 40
 STATED = ((1e-6, 2e-6), "um")
-KEYS = "set roughness.scan.height_unit, roughness.scan.spacing_x_m and roughness.scan.spacing_y_m"
+KEYS = "set roughness.scan.height_unit and roughness.scan.spacing_m"
 HEIGHTS = np.round(np.random.default_rng(61).standard_normal((NX, NY)), 4)  # [um]
 
 
@@ -111,7 +111,7 @@ def test_all_that_is_missing_stands_in_one_line(tmp_path, suffix):
     with pytest.raises(InputError, match=f"its unit of heights and its spacing; {KEYS}") as caught:
         read_scan(path)
     assert ("its points lie 0.5 x 0.25 apart" in str(caught.value)) == (suffix == ".xyz")
-    with pytest.raises(InputError, match=r"not give its spacing; set roughness.scan.spacing_x_m and"):
+    with pytest.raises(InputError, match=r"not give its spacing; set roughness.scan.spacing_m"):
         read_scan(path, unit="um")
 
 

@@ -1,4 +1,4 @@
-"""Whole scans: ground ones against their model; from scans to models, twins and back; and two measured surfaces."""
+"""Whole scans: from scans to models, twins and back; and two measured surfaces."""
 
 import importlib.util
 import math
@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import distribution_of_moments
 from roughslip.scan.covariance_fit import fitted_covariances
-from roughslip.scan.grinding import Grinding, ground_surface
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.spectrum import HIGHEST, rings
 from roughslip.scan.statistics import fitted_marginal, scan_statistics
@@ -34,6 +32,7 @@ FEWEST = int(binom.ppf(FALSE_ALARM / FAMILY, TWINS, INSIDE))  # 11 of 19
 # Of all together: lengths along x and along the lay are nearly one, so that five of the nine count as independent.
 FEWEST_OF_ALL = FAMILY / 5 * int(binom.ppf(FALSE_ALARM, 5 * TWINS, INSIDE))  # 135 of 171
 
+GROUND = Path(__file__).resolve().parents[2] / "config/scans/ground.nc"
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 measured = pytest.mark.skipif(
     not DATA.is_dir() or importlib.util.find_spec("SurfaceTopography") is None,
@@ -41,46 +40,20 @@ measured = pytest.mark.skipif(
 )
 
 
-def test_heights_of_a_flat_blank_follow_the_boolean_model():
-    """A point lies above -h where no grain's cut is that deep there: grains that do are Poisson, so that
-
-    P(z > -h) = exp(-n <2 pi (d - h)+ sqrt(R r)>) = exp(-2 pi n D exp(-h/D) sqrt(R r0) exp(s^2/8)).
-    """
-    grid = Grid(200, 200, 0.5e-6, 0.5e-6)
-    grinding = Grinding(grains_per_m2=1e10, path_radius_m=5e-5, blank_rms_m=1e-15)
-    d, r = grinding.depth_m, grinding.tip_radius_m
-    area = 2 * math.pi * d * math.sqrt(5e-5 * r) * math.exp(grinding.tip_spread**2 / 8)
-    samples = [ground_surface(grinding, grid, np.random.default_rng([41, i])) for i in range(24)]
-    for h in np.array([1e-3, 0.5, 1.0, 2.0]) * d:
-        above = np.array([np.mean(z > -h) for z in samples])
-        edge = np.array([np.mean(z[:4] > -h) for z in samples])  # grains outside the mesh cut its edge as often
-        truth = math.exp(-1e10 * area * math.exp(-h / d))
-        # 24 independent surfaces: four standard errors, each from their own scatter
-        assert np.mean(above) == pytest.approx(truth, abs=4 * above.std(ddof=1) / math.sqrt(24))
-        assert np.mean(edge) == pytest.approx(truth, abs=4 * edge.std(ddof=1) / math.sqrt(24))
-
-
-def test_a_ground_surface_has_a_lay_along_x_and_negative_skewness():
-    grid = Grid(512, 256, 0.5e-6, 0.5e-6)
-    z = ground_surface(Grinding(), grid, np.random.default_rng([42, 0]))
-    found = scan_statistics(remove_form(topography(z, grid.dx, grid.dy, "ground"), "plane"))
+def test_the_shipped_scan_has_a_lay_along_x_and_negative_skewness():
+    """Grains leave grooves along x in a plateau; its Sq and lengths are those of scene `measured`."""
+    found = scan_statistics(remove_form(read_scan(GROUND), "plane"))
     assert found.sub_areas.sufficient
+    assert found.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
     assert found.skewness.high < 0.0
     assert found.autocorrelation.strength.low > 0.5
     assert abs(found.autocorrelation.lay.value) < math.radians(3)
+    assert found.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
     assert found.autocorrelation.length_x.low > 2.0 * found.autocorrelation.length_y.high
 
 
-def test_grinding_has_positive_parameters():
-    for value in (0.0, math.nan):
-        with pytest.raises(ParameterError, match="tip_radius_m"):
-            Grinding(tip_radius_m=value)
-
-
 def ground():
-    grinding = Grinding(tip_radius_m=1.6e-5, blank_length_m=8e-6)
-    grid = Grid(320, 320, 1e-6, 1e-6)
-    return ground_surface(grinding, grid, np.random.default_rng([21, 0])), 1e-6
+    return read_scan(GROUND).heights[:320, :320], 1e-6
 
 
 def drawn(covariance, marginal=None):

@@ -24,8 +24,8 @@ FIGURES = (
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
-STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5}"
-TABLE = "{speeds_m_per_s: [0, 1], values: [0.4, 0.3]}"
+STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_shapes: [2.1, 5]}"
+TABLE = "[[0, 0.4], [1, 0.3]]"
 
 
 def shipped_scene(name: str) -> dict:

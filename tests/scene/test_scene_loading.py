@@ -40,9 +40,7 @@ def test_overlays_in_a_circle(mine):
 
 SOLVED = "friction: {mean_at_median: 0.25, least_contact_fraction: 0.002}"
 FIELD = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
-TABLE_IN_TIME = (
-    f"oscillator: {{law: table, friction_table: {TABLE}, friction_follows: time, correlation_time_s: 2.6e-4}}"
-)
+BY_TABLE = f"oscillator: {{law: table, friction_table: {TABLE}}}"
 SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"
 BY_SHARE = "extends: paper\nsquare: {variance_share: 1, nodes: 5}\nexpansion: {samples: 1000000, degree: 1}"
 MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
@@ -56,13 +54,10 @@ MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
         ("extends: fractal", f"roughness: {{fractal: {FRACTAL}}}", "roughness", "rms_height_m fractal", "covariance"),
         (SCANNED, FIELD, "roughness", "covariance rms_height_m correlation_length_m", "scan"),
         (MATERN, "roughness: {covariance: gaussian}", "roughness", "rms_height_m", "smoothness"),
-        (f"extends: given\n{TABLE_IN_TIME}", "seed: 4", "oscillator", "friction_table correlation_time_s", ""),
-        (f"extends: given\n{TABLE_IN_TIME}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
-        (
-            *(f"extends: given\n{TABLE_IN_TIME}", "oscillator: {friction_follows: belt}"),
-            *("oscillator", "friction_table", "correlation_time_s"),
-        ),
+        (f"extends: given\n{BY_TABLE}", "seed: 4", "oscillator", "friction_table", ""),
+        (f"extends: given\n{BY_TABLE}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
         ("extends: paper", BY_SHARE.partition("\n")[2], "square", "variance_share", "modes"),
+        ("extends: paper", "map: {parameters: [mass, load]}", "map", "parameters points", "ranges"),
         (BY_SHARE, "square: {modes: 20}", "square", "modes", "variance_share"),
     ],
 )
@@ -147,23 +142,21 @@ def test_names_and_files(folder, monkeypatch):
 def test_all_mistakes_at_once(mine):
     text = """extends: base
 seed: 1
-seed: 2
 strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
 material: {young_modulus_pa: 2.1e11}
 square: {modes: 101, nodes: 10}
 oscillator:
-ensemble: {discarded_periods: 200}
+ensemble: {drawn_realisations: 200}
 """
-    base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 150, realisations: 2.5}\n"
+    base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 10, realisations: 150}\n"
     assert sorted(lines_of(mine, text, base=base)) == [
-        "scenes/base.yaml: ensemble.realisations: 2.5 is not allowed; a whole number >= 8 and <= 1000000, or auto",
+        "scenes/base.yaml: ensemble.duration_periods: 10 is not allowed; a number >= 20 and <= 10000",
         f"scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of {KINDS}",
-        "scenes/mine.yaml: ensemble.discarded_periods: 200 is not allowed; less than ensemble.duration_periods = 150",
+        "scenes/mine.yaml: ensemble.drawn_realisations: 200 is not allowed; at most ensemble.realisations = 150",
         "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "
         "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
         "scenes/mine.yaml: oscillator: no value is not allowed; "
         + describe_allowed(SCHEMA["properties"]["oscillator"]),
-        "scenes/mine.yaml: seed: 2 in line 3 repeats the key; give it once",
         "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
         "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m], or auto",
         "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
@@ -210,10 +203,10 @@ def test_friction_has_one_of_its_forms(mine):
 
 def test_a_scene_that_lacks_what_its_targets_need(mine):
     needed = {
-        "figure2": {"material", "roughness", "square", "expansion", "numerics", "batches"},
+        "figure2": {"material", "roughness", "square", "expansion", "numerics"},
         "figure_field": {"material", "roughness", "square", "expansion", "numerics"},
-        "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics", "batches"},
-        "figure5": {"oscillator", "ensemble", "friction", "numerics", "batches"},
+        "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics"},
+        "figure5": {"oscillator", "ensemble", "friction", "numerics"},
         "answer": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "friction", "numerics"},
         "figure_lifetimes": {"oscillator", "survival", "friction", "numerics"},
@@ -244,7 +237,7 @@ def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
     }
     expected["material"]["hardness_pa"] = 2.0e9
     expected["oscillator"]["damping_ratio"] = 0.2
-    expected["map"] = {key: expected["map"][key] for key in expected["map"] if not key.endswith(("_ratios", "_per_s"))}
+    del expected["map"]["ranges"]
     del expected["ensemble"]["damping_ratios"]  # ranges and lists around the point of the scene go with its oscillator
     found = load("mine-5", folder / "scenes")
     found["ensemble"].pop("damping_ratios", None)

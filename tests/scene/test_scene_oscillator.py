@@ -28,7 +28,7 @@ def test_a_scene_with_neither_says_so(mine):
 def test_another_oscillator_or_friction_has_its_own_list_and_ranges(mine, changed):
     scene = mine(f"extends: paper\n{changed}")
     assert "damping_ratios" not in scene["ensemble"]
-    assert not {"damping_ratios", "belt_velocities_m_per_s"} & scene["map"].keys()
+    assert "ranges" not in scene["map"]
     kept = mine(f"extends: paper\n{changed}\nensemble: {{damping_ratios: [0.1]}}")
     assert kept["ensemble"]["damping_ratios"] == [0.1]
 

@@ -27,13 +27,11 @@ CERTAIN = [72 / (72 + 1.959964**2), 1.0]  # Wilson's interval of 72 hits in 72 r
 
 @pytest.fixture(scope="module")
 def answered(folder):
-    """answered(std, varied, **oscillator) is answer.json; `varied` are the parameters that are searched. The tolerance
-    is that of the shipped scenes. Each is computed once."""
+    """answered(std, varied, **oscillator) is answer.json, once; `varied` are the parameters that are searched."""
 
     @functools.cache
     def of_scene(std, varied=("damping",), **others):
         asked = scattered(std, **others) | {"answer": {"realisations": 72, "duration_periods": 20.0}}
-        asked |= {"numerics": {"oscillator_tolerance": 1e-6}}
         output, usage = folder / "answer.json", Usage(folder / "answer", "answer")
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(answer, "VARIED", varied)

@@ -92,7 +92,7 @@ def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
     law = surface_model.surface_model(scene_of(scene)).law
     assert law.longest_wavelength_m == pytest.approx(3e-3)
     assert 1 / law.frequencies[-1] > 5e-6 > 1 / law.frequencies[-1] / 1.5
-    fractal |= {"longest_wavelength_m": 6e-5, "shortest_wavelength_m": 8e-6}
+    fractal |= {"wavelengths_m": [8e-6, 6e-5]}
     law = surface_model.surface_model(scene_of(scene)).law
     assert (law.longest_wavelength_m, law.shortest_wavelength_m) == (6e-5, 8e-6)
 

@@ -12,14 +12,14 @@ from tests.stages.scenes import OSCILLATOR
 from tests.stages.test_stages_motion import scattered
 
 MAP = {
-    "belt_velocities_m_per_s": [0.474, 1.896],
-    "damping_ratios": [0.1, 0.5],
+    "parameters": ["belt_velocity", "damping"],
+    "ranges": [[0.474, 1.896], [0.1, 0.5]],
     "points": 5,
-    "computed_points": 25,
     "realisations": 8,
     "duration_periods": 40,
 }
 SURVIVAL = {"scatter_factors": [0.5, 1.0], "points": 5, "realisations": 8, "duration_periods": 40}
+ALL = 1.0  # share of the points that are run
 LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
 
 
@@ -29,9 +29,10 @@ def asked(std: float, **others: object) -> dict:
     return found
 
 
-def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
+def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run, monkeypatch):
     """0 or 1 at every point, as runs begin in stick. mu_D' of eq. (13) by hand: the paper's own velocity is the middle
     one, and friction rises with speed soon after. All points are computed."""
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
     hardly = run(stick_slip_map, asked(1e-9))
     damping, v = hardly["map_x"], hardly["map_y"]
     assert list(hardly["map_parameters"]) == ["damping", "belt_velocity"]
@@ -50,13 +51,14 @@ def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
 
 
 @pytest.mark.slow
-def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run):
+def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run, monkeypatch):
     """The same realisations at every point, in any order; here the paths change with one of the parameters."""
-    ranges = {"normal_forces_n": [2000.0, 6000.0], "correlation_lengths_m": [1e-4, 1e-3]}
-    plane = {key: value for key, value in MAP.items() if "_m_per_s" not in key and "damping" not in key} | ranges
-    scene = asked(0.05, damping_ratio=0.4) | {"map": plane}
+    ranges = {"parameters": ["load", "correlation_length"], "ranges": [[2000.0, 6000.0], [1e-4, 1e-3]]}
+    scene = asked(0.05, damping_ratio=0.4) | {"map": MAP | ranges}
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
     whole = run(stick_slip_map, scene, "whole")
-    few = run(stick_slip_map, scene | {"map": plane | {"computed_points": 18}}, "few")
+    monkeypatch.setattr(stick_slip_map, "SHARE", 18 / 25)
+    few = run(stick_slip_map, scene, "few")
     computed = few["is_computed"] == 1
     assert computed.sum() == 18
     np.testing.assert_array_equal(few["probability"][computed], whole["probability"][computed])
@@ -65,9 +67,8 @@ def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run):
 
 
 def test_a_range_without_effect_is_refused(run):
-    ranges = {"windows_in_parallel": [1, 5], "damping_ratios": [0.1, 0.5]}
-    scene = asked(1e-9) | {"map": {**MAP, **ranges}, "ensemble": {"marginal": "empirical"}}
-    with pytest.raises(InputError, match="windows_in_parallel has no effect in this scene; choose of: damping_ratios"):
+    scene = asked(1e-9) | {"map": MAP | {"parameters": ["windows", "damping"]}, "ensemble": {"marginal": "empirical"}}
+    with pytest.raises(InputError, match="windows has no effect in this scene; choose of: damping, belt_velocity"):
         run(stick_slip_map, scene, "none")
 
 
@@ -94,9 +95,10 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
 
 
 @pytest.mark.slow
-def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys):
+def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys, monkeypatch):
     """At 20 m/s eq. (13) rises with speed: the quadratic term has the slope 0.4 s/m there."""
-    fast = asked(1e-9) | {"map": MAP | {"belt_velocities_m_per_s": [0.948, 20.0]}}
+    fast = asked(1e-9) | {"map": MAP | {"ranges": [[0.948, 20.0], [0.1, 0.5]]}}
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
     found = run(stick_slip_map, fast, "fast")
     assert list(np.isnan(found["existence_limit"][[0, -1]])) == [False, True]
     assert found["hopf_damping"][-1] < 0

@@ -61,11 +61,12 @@ def test_the_empirical_marginal_has_the_quantiles_of_the_windows_and_the_moments
 @pytest.mark.parametrize("method", ["recursion", "spectral"])
 def test_paths_are_long_enough_for_every_run(method):
     """For the runs and for the trajectories drawn, whichever take longer; a path by recursion has no end."""
-    ensemble = {"duration_periods": 2, "discarded_periods": 1, "process": method}
+    ensemble = {"duration_periods": 2, "process": method}
     configuration = {"ensemble": ensemble, "oscillator": OSCILLATOR}
     paths = friction_paths(scene_of(configuration), process_of(FrictionNumbers(**GIVEN)), 4)
     assert paths.spacing == 2.5e-4 / 4
-    belt, periods = mass_on_belt.oscillator(scene_of(configuration)), 1 + mass_on_belt.DRAWN_PERIODS
+    belt = mass_on_belt.oscillator(scene_of(configuration))
+    periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
     needed = mass_on_belt.path_length(belt, periods)
     assert needed == pytest.approx(0.948 * periods * 2 * np.pi / 316 + 10 * belt.F)  # more than the belt travels
     nodes = 0
@@ -96,7 +97,8 @@ def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene
     assert between.standard_deviation == pytest.approx(0.035)
     assert between.correlation_length_m == pytest.approx(1.5e-4)
     assert (between.beta_a, between.beta_b) == (pytest.approx(2.5), pytest.approx(5.5))
-    given = scene_of({"friction": {"statistics": GIVEN}})
+    moments = {name: value for name, value in GIVEN.items() if not name.startswith("beta")}
+    given = scene_of({"friction": {"statistics": moments | {"beta_shapes": [2.1, 5.0]}}})
     assert friction_numbers(given, tmp_path / "absent.nc") == FrictionNumbers(**GIVEN)
     with pytest.raises(InputError, match="--friction"):
         friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)

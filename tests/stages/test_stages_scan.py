@@ -119,7 +119,7 @@ def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
 
 
 N, STEP = 96, 1e-6
-STATED = {"spacing_x_m": STEP, "spacing_y_m": STEP, "height_unit": "nm"}
+STATED = {"spacing_m": [STEP, STEP], "height_unit": "nm"}
 MODELS = {"form": "plane", "covariance": "exponential", "marginal": "gaussian"}
 
 

@@ -67,9 +67,8 @@ def test_windows_make_the_process_scatter_less_by_their_root():
 
 
 def test_parameters_without_effect_and_impossible_values_are_refused():
-    timed = OSCILLATOR | {"friction_follows": "time", "correlation_time_s": 1e-3, "law": "table"}
-    fixed = scene_of({"oscillator": timed, "ensemble": {"marginal": "empirical"}})
-    assert set(PARAMETERS) - set(changeable(fixed)) == {"mean_friction", "windows", "correlation_length"}
+    fixed = scene_of({"oscillator": OSCILLATOR | {"law": "table"}, "ensemble": {"marginal": "empirical"}})
+    assert set(PARAMETERS) - set(changeable(fixed)) == {"mean_friction", "windows"}
     with pytest.raises(ParameterError, match=r"^windows has no effect in this scene; choose of: damping, "):
         changed(fixed, NUMBERS, {"windows": 2})
     with pytest.raises(ParameterError, match=r"mass must be finite and positive, not 0"):

@@ -15,12 +15,12 @@ from workflow.study.scenes import Scenes
 
 pytestmark = pytest.mark.slow
 
-# Strips two by two, so that those that train fall into two batches; the other batches end in a single sample.
+# Strips two by two, so that those that train fall into two batches.
 SPLIT = """\
 extends: tiny
-batches: {square_samples: 3999, strip_samples: 2, expansion_samples: 15, realisations: 7}
+jobs: 4
 """
-BATCHED = {"contact/square-*": 5, "contact/strip-*": 4, "friction/expansion-*": 2, "oscillator/ensemble-*": 2}
+BATCHED = {"contact/square-*": 12, "contact/strip-*": 4, "friction/expansion-*": 4, "oscillator/ensemble-*": 4}
 
 # What sums up batches; one figure, as figures draw what is stored in these.
 SUMMED_UP = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -10,13 +11,13 @@ import pytest
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
 from roughslip.scene.plan import stages_needed
+from roughslip.scene.types import get
 from tests.scene.shipped import SCENES, shipped_scene
 from workflow.study import memory
 from workflow.study.scenes import Scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 MIB = 1.048576  # MB
-BATCHED = {stage.batches.size: stage.name for stage in declarations().values() if stage.batches}
 DESIGNS = declarations()["contact_square"].batches.totals
 DESIGN = {"contact_square": "monte_carlo"}
 TOTALS = {
@@ -29,8 +30,8 @@ TOTALS = {
 
 def declared(scene: dict, stage: str) -> int:
     """Of the largest job of a stage."""
-    sizes = {stage: scene["batches"][key.partition(".")[2]] for key, stage in BATCHED.items()}
-    return memory.needed_mb(scene, stage, sizes.get(stage, 0))
+    count = get(scene, TOTALS[stage]) if stage in TOTALS else 0
+    return memory.needed_mb(scene, stage, math.ceil(count / get(scene, "jobs")))
 
 
 FOUND = ("strip_allocation", "adaptive_training", "ensemble_pilot")  # stages that find numbers of samples
@@ -81,13 +82,12 @@ def test_jobs_keep_within_what_they_declare(finished):
 def test_every_shipped_scene_fits_a_small_machine_with_the_batches_that_it_asks_for(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     scenes = Scenes(ROOT, [name], memory_mb=4000)
-    for size, stage in BATCHED.items():
+    for stage, total in TOTALS.items():
         if stage in stages_needed(scenes[name]) and not memory.is_allotted(scenes[name], declarations()[stage].batches):
             first, last = scenes.batches(name, stage, DESIGN.get(stage, ""))[0]
-            asked = scenes[name]["batches"][size.partition(".")[2]]
-            section, key = TOTALS[stage].split(".")
-            if scenes[name][section][key] != "auto":  # else jobs take shares
-                assert last - first == min(asked, scenes[name][section][key])
+            count = get(scenes[name], total)
+            if count != "auto":  # else jobs take shares
+                assert last - first == math.ceil(count / 2)
 
 
 def test_a_scene_too_large_for_the_machine_says_so_with_the_number(monkeypatch, tmp_path):

@@ -56,7 +56,7 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
     """A file for each fourth kind of mistake, and variants of which one is refused: all other scenes are planned."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "config" / "scenes"
-    shutil.copytree(ROOT / "config" / "scenes", folder)
+    shutil.copytree(ROOT / "config", tmp_path / "config")
     _, *mistakes = (ROOT / "tests" / "scene" / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")
     mistakes.append("extends: quick\nsweep: {oscillator.damping_ratio: [0.1, -0.2]}\n-> ")
     for number, mistake in list(enumerate(mistakes))[::-4]:
@@ -146,7 +146,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         (folder / f"{name}.yaml").write_bytes((ROOT / f"config/scenes/{name}.yaml").read_bytes())
     np.savetxt(folder / "plane.txt", 1e-3 * np.add.outer(np.arange(40.0), 2 * np.arange(40.0)))
     scan = "file: plane.txt, covariance: best, marginal: gaussian, form: plane"
-    stated = "spacing_x_m: 1.0e-6, spacing_y_m: 1.0e-6, height_unit: um"
+    stated = "spacing_m: [1.0e-6, 1.0e-6], height_unit: um"
     for name, text in {
         "flat": f"roughness: {{scan: {{{scan}, {stated}}}}}",
         "bare": f"roughness: {{scan: {{{scan}}}}}",
@@ -180,7 +180,7 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
     wave = 0.05 * np.cos(2 * np.pi * np.arange(41) / 20)
     np.savetxt(folder / "wave.txt", np.tile(wave, (41, 1)))
     units = ["um", "mm", "nm"]
-    scan = "file: wave.txt, covariance: best, marginal: gaussian, form: mean, spacing_x_m: 1.0e-6, spacing_y_m: 1.0e-6"
+    scan = "file: wave.txt, covariance: best, marginal: gaussian, form: mean, spacing_m: [1.0e-6, 1.0e-6]"
     for unit in units:
         text = f"extends: paper\ntargets: [figure3]\nroughness: {{scan: {{{scan}, height_unit: {unit}}}}}\n"
         (folder / f"{unit}.yaml").write_text(text)

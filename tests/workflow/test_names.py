@@ -36,7 +36,7 @@ def names_of(folder: Path, *words: str) -> Names:
     [
         ("oscillator: {damping_ratio: 0.2}", OF_OSCILLATOR | OF_POINT),
         ("ensemble: {damping_ratios: [0.17, 0.3]}", OF_OSCILLATOR),
-        ("batches: {realisations: 4}", {"oscillator", "cycles"}),  # other files
+        ("jobs: 2", FRICTION | OF_SQUARE - {"design"}),  # other files
         ("expansion: {draws: 3000}", {"chaos_square"}),
         ("strip: {expansion_samples: 24}", {"expansion_strip", "friction"} | OF_OSCILLATOR | OF_POINT),
         ("friction: {mean_at_median: 0.2}", {"friction"} | OF_OSCILLATOR | OF_POINT),

@@ -34,14 +34,12 @@ CHAIN = {"figure_chain": 1}
 FIELD = {"field_square": 1, "figure_field": 1}
 MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
 MORE = {"lifetimes": 1, "figure_lifetimes": 1}
-SCAN = {"grinding": 1, "scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
-STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_a: 2.1, beta_b: 5.0}"
+SCAN = {"scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
+STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_shapes: [2.1, 5.0]}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
 SPACED = "accuracy: {cycles: 5}"
 FOUND = "accuracy: {pressure: 0.2}\nexpansion: {samples: auto}"
-GROUND = """roughness: {scan: {form: plane, covariance: best, marginal: gaussian, grinding: {points: 96,
-  spacing_m: 1.0e-6, grains_per_m2: 2.0e+10, depth_m: 3.0e-7, tip_radius_m: 3.0e-6, path_radius_m: 1.5e-4,
-  blank_rms_m: 3.0e-7, blank_length_m: 3.0e-6}}}"""
+GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covariance: best, marginal: gaussian}}"
 STAGES = {
     "targets: [figure2]": SQUARE,
     "targets: [figure2, figure_field]": {**SQUARE, **FIELD},
@@ -96,7 +94,6 @@ EDITS = [
     (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", AFTER_DAMPINGS),
     (SCENE, "square:", "seed: 1\nsquare:", {"design": 1, **CONTACT}),
     (SCENE, "draws: 2000", "draws: 3000", {**AFTER_SQUARE, **CLAIMS}),
-    (SCENE, "realisations: 8}", "realisations: 4}", {**CYCLES, "oscillator": 2}),
     (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
     (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     (SCENE, "Every stage", "Each stage", {**DRAWN, **CLAIMS}),

@@ -33,8 +33,8 @@ def rms(slope: float, cell: float = 1.25e-6) -> dict:
 
 def table(static: float) -> dict:
     """Friction of 0.4 at rest and at most 0.45."""
-    values = {"speeds_m_per_s": [0.0, 0.5, 1.0], "values": [0.4, 0.45, 0.3]}
-    return {"law": "table", "friction_table": values, "static_friction": static}
+    table = [[0.0, 0.4], [0.5, 0.45], [1.0, 0.3]]
+    return {"law": "table", "friction_table": table, "static_friction": static}
 
 
 # The values on either side of a threshold, the plausible one first, and what the warning says.
@@ -73,7 +73,7 @@ SIDES = {
     "static friction and a table": (
         {"oscillator": table(0.45)},
         {"oscillator": table(0.44)},
-        "oscillator.static_friction = 0.44 is below 0.45, the largest of oscillator.friction_table.values",
+        "oscillator.static_friction = 0.44 is below 0.45, the largest of oscillator.friction_table",
     ),
     "static friction at small penetration": (  # 1.3 times 0.3
         {"oscillator": {"penetration_percentile": 20.0, "static_friction": 0.3901}},
@@ -127,14 +127,14 @@ def test_columns_of_a_strip_count_each_where_the_correlation_length_is_not_known
 
 
 def test_a_surface_that_does_not_exist_is_a_mistake_of_its_scene(tmp_path, monkeypatch):
-    """A wave each 0.01 %: refused by the surface itself, before any job."""
+    """126 frequencies, ln(2.4e-3 / 5.2e-6) / ln(1.05), at 1000 azimuths: refused by the surface, before any job."""
     monkeypatch.chdir(tmp_path)
-    text = "extends: fractal\nroughness: {fractal: {gamma: 1.05, azimuths: 1000, longest_wavelength_m: 2.4e-3}}\n"
+    text = "extends: fractal\nroughness: {fractal: {gamma: 1.05, azimuths: 1000, wavelengths_m: [5.2e-6, 2.4e-3]}}\n"
     (tmp_path / "config/scenes").mkdir(parents=True)
     for name in ("paper", "resolved", "fractal"):
         (tmp_path / f"config/scenes/{name}.yaml").write_bytes((CONFIG / f"scenes/{name}.yaml").read_bytes())
     (tmp_path / "config/scenes/mine.yaml").write_text(text)
-    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: more than 100000 waves: use a larger"):
+    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: 126000 waves, more than 100000: use"):
         Scenes(tmp_path, ["mine"])
 
 
@@ -158,7 +158,7 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
         (tmp_path / "mine.yaml").write_text(f"extends: quick\n{text}", encoding="utf-8")
         return inherited("mine", tmp_path)
 
-    own_curve = "{law: table, static_friction: 0.4, friction_table: {speeds_m_per_s: [0, 1], values: [0.4, 0.3]}}"
+    own_curve = "{law: table, static_friction: 0.4, friction_table: [[0, 0.4], [1, 0.3]]}"
     load = "load: {force_n: 2000, nominal_pressure_pa: 2.0e+6}\n"
     (curve,) = warned(load)
     assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")

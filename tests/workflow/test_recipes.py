@@ -89,8 +89,8 @@ def test_a_stage_with_its_figure(copy):
     )
     copy.edit(
         "src/roughslip/scene/types.py",
-        "    batches: Batches",
-        "    slopes: Slopes = group(Slopes)\n    batches: Batches",
+        "    numerics: Numerics",
+        "    slopes: Slopes = group(Slopes)\n    numerics: Numerics",
     )
     copy.scene("steep", "extends: tiny\ntargets: [figure_slopes]\nslopes: {bins: 20}\n")
     assert "figure_slopes" not in jobs(copy, "tiny")

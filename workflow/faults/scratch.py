@@ -32,11 +32,10 @@ strip:
 ensemble:
   realisations: 8
   duration_periods: 20
-  discarded_periods: 2
   damping_ratios: [0.17, 0.34]
   drawn_realisations: 2
 answer: {realisations: 72, duration_periods: 20}
-batches: {square_samples: 4000, strip_samples: 8, expansion_samples: 16, realisations: 8}
+jobs: 1
 """
 
 # They hold seconds and megabytes, which differ from run to run; only their existence is compared.

@@ -92,7 +92,7 @@ class Names:
             from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
 
             made_of["given"] = {"bounds": BOUNDS}
-        if stage == "scan" and not self._is_ground(scene):
+        if stage == "scan":
             made_of["scans"] = [checksum(Path(file)) for file in inputs["scan"]]
         if declarations()[stage].batches is not None:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
@@ -229,16 +229,13 @@ class Names:
             return {"records": [record for name in others for record in self.records(scene, name)]}
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
         found: dict[str, list[str]] = {}
-        if stage == "scan" and not self._is_ground(scene):
+        if stage == "scan":
             found["scan"] = [self.scenes.scan_file(scene)]
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             found["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
         others = {option: _stages(made_by) for option, made_by in options.items() if option not in found}
         return found | {option: self.results(scene, *stages) for option, stages in others.items()}
-
-    def _is_ground(self, scene: str) -> bool:
-        return "grinding" in self.scenes.stages(scene)
 
     def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
         part = plan.slice_for(self.scenes[scene], stage)

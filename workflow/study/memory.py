@@ -15,8 +15,9 @@ from typing import Any
 
 from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_RUNS, MOST_WINDOWS, SHARES, TRAINING_NODES
 from roughslip.scene import plan
+from roughslip.scene.auto import AUTO
 from roughslip.scene.declarations import Batches, declarations
-from roughslip.scene.expansion import AUTO, terms
+from roughslip.scene.expansion import terms
 from roughslip.scene.types import get
 
 Scene = dict[str, Any]
@@ -158,9 +159,8 @@ def _dampings(scene: Scene) -> int:
 
 
 def _scan_points(scene: Scene) -> int:
-    """Points of a scan: those of one that is made; else as many as are read at all, since its file is not read yet."""
-    points = get(scene, "roughness.scan.grinding.points")
-    return 2**23 if points is None else int(points) ** 2
+    """Points of a scan: as many as are read at all, since its file is not read yet."""
+    return 2**23
 
 
 def _allotted(key: str) -> Callable[[Scene, int], float]:

@@ -11,8 +11,8 @@ from typing import Any
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import SHARES
 from roughslip.scene import plan, strict_yaml
+from roughslip.scene.auto import AUTO
 from roughslip.scene.declarations import declarations
-from roughslip.scene.expansion import AUTO
 from roughslip.scene.loader import inherited, load
 from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
@@ -139,10 +139,10 @@ class Scenes:
         assert declared is not None
         if memory.is_allotted(self.valid[name], declared):
             return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
-        count, step = (get(self.valid[name], key) for key in (declared.totals[design], declared.size))
+        count, jobs = (get(self.valid[name], key) for key in (declared.totals[design], "jobs"))
         if count == AUTO:  # then another stage finds the number of samples
             return []
-        step = memory.largest_batch(self.valid[name], stage, min(step, count), self.memory_mb - self._beside_mb)
+        step = memory.largest_batch(self.valid[name], stage, -(-count // jobs), self.memory_mb - self._beside_mb)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:

@@ -31,9 +31,8 @@ def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked
     from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
     from roughslip.scan.topography import remove_form
 
-    spacing = None if None in stated[:2] else (stated[0], stated[1])
     try:
-        scan = remove_form(read_scan(scan_file, spacing, *stated[2:]), form)
+        scan = remove_form(read_scan(scan_file, tuple(stated[0]) if stated[0] else None, *stated[1:]), form)
     except InputError as error:
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:

@@ -19,7 +19,7 @@ CYCLE = [
     "nominal_damping",
     "deterministic_reattachment",
 ]
-DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "path_axis", "friction", "friction_mean", *CYCLE]
+DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "friction", "friction_mean", *CYCLE]
 
 
 def figure_chain(result: Arrays) -> Figure:
@@ -66,6 +66,6 @@ def _friction(axes: Axes, result: Arrays) -> None:
         axes.plot(place, path, **look)
     axes.plot([], [], color="0.7", lw=0.8, label="others")
     axes.axhline(mean, color="0.1", lw=1.2, ls="--", label=f"mean {mean:.3g}")
-    axes.set(xlabel=str(result["path_axis"][0]), ylabel="friction coefficient $\\mu$", xlim=(0, place[-1]))
+    axes.set(xlabel="slipped distance [mm]", ylabel="friction coefficient $\\mu$", xlim=(0, place[-1]))
     axes.locator_params(axis="y", nbins=6)
     legend_above(axes, columns=3)

@@ -21,9 +21,8 @@ FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
 COARSER = (  # what to try without a friction path, and with one
-    "try a larger tolerance; scene key: numerics.oscillator_tolerance",
-    "try a larger tolerance or a coarser path; scene keys: numerics.oscillator_tolerance, "
-    "ensemble.nodes_per_correlation_length",
+    "try a larger tolerance",
+    "try a larger tolerance or a coarser path; scene key: ensemble.nodes_per_correlation_length",
 )
 
 
@@ -119,10 +118,7 @@ class MotionOptions:
 
     def __post_init__(self) -> None:
         if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
-            raise ParameterError(
-                f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}; scene key: "
-                "numerics.oscillator_tolerance"
-            )
+            raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}")
         if self.samples_per_period < 1:
             raise ParameterError(f"a trajectory needs at least one sample a period, not {self.samples_per_period}")
         for name, allowed in (

@@ -45,7 +45,7 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
     if points < START or not START**2 <= computed <= points**2:
         raise ParameterError(
             f"a map of {points} x {points} nodes, at least {START} x {START}, is computed at {START**2} to {points**2} "
-            f"of them, not at {computed}; scene keys: map.points, map.computed_points"
+            f"of them, not at {computed}; scene key: map.points"
         )
     nodes = np.stack(np.divmod(np.arange(points**2), points), axis=1)
     place = nodes / (points - 1)

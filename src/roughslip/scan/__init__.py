@@ -5,7 +5,6 @@
 
 - read_scan, write_x3p, Topography, remove_form: files of instruments, heights on a mesh, removal of their form
 - scan_statistics, fitted_covariances, fitted_marginal: statistics with intervals, and models for the scan
-- ground_surface: the scan of a simulated ground surface
 
 `__init__.pyi` lists all public names and their modules.
 """

@@ -1,7 +1,5 @@
 from roughslip.scan.covariance_fit import CovarianceFit as CovarianceFit
 from roughslip.scan.covariance_fit import fitted_covariances as fitted_covariances
-from roughslip.scan.grinding import Grinding as Grinding
-from roughslip.scan.grinding import ground_surface as ground_surface
 from roughslip.scan.instrument_file import read_scan as read_scan
 from roughslip.scan.instrument_file import write_x3p as write_x3p
 from roughslip.scan.statistics import ScanStatistics as ScanStatistics

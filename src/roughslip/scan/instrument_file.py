@@ -1,7 +1,7 @@
 """Files of scans: read instrument files, text and netCDF maps, and write X3P.
 
-Files are not trusted. Sizes are checked before heights are read, nothing is unpickled, and each error is one InputError
-line that names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and Properties 10, 2022,
+Sizes and links are checked before heights are read, nothing is unpickled, and each error is one InputError line that
+names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and Properties 10, 2022,
 035032) reads the formats of instruments. It is imported in this module alone, where a file needs it.
 """
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
-from roughslip.scan.limits import check_archive, check_hdf5, check_points, check_size, check_text, first_line
+from roughslip.scan.limits import check_hdf5, check_points, check_size, check_text, first_line
 from roughslip.scan.named_arrays import ARRAYS, read_arrays
 from roughslip.scan.netcdf_map import read_netcdf
 from roughslip.scan.reading import ARRAY_KEY, METRES, MOST_LISTED, Reading, by_name, metres, no_length, settled
@@ -174,7 +174,6 @@ def _read_instrument(
 
     header : the error of text with a header, raised where no reader knows the header
     """
-    check_archive(path)
     check_text(path)
     library = _library(path)
     try:

@@ -1,4 +1,4 @@
-"""Safety limits for untrusted scan files, checked before heights are read: sizes, unpacked sizes and links.
+"""Limits of scan files, checked before heights are read: sizes and links.
 
 Each check raises InputError with a line that names the file.
 """
@@ -6,7 +6,6 @@ Each check raises InputError with a line that names the file.
 from __future__ import annotations
 
 import math
-import zipfile
 from pathlib import Path
 
 import h5py
@@ -18,8 +17,6 @@ MOST_BYTES = 2**29
 # [bytes] The library of the instruments' formats takes some thirty times as much for text with a header.
 MOST_TEXT = 2**26
 SMALLER = "export a part of the scan, or every second point"
-# With these Python unpacks no more than the size in the archive; with others it unpacks everything.
-_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
 
 def check_size(path: Path) -> None:
@@ -48,25 +45,8 @@ def check_points(path: Path, shape: tuple[int, ...]) -> None:
         raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read: {SMALLER}")
 
 
-def check_archive(path: Path) -> None:
-    """Refuses a ZIP archive that is damaged, or that unpacks to more than MOST_BYTES or to an unknown size."""
-    with path.open("rb") as file:
-        if file.read(4) != b"PK\x03\x04":
-            return
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = archive.infolist()
-    except (zipfile.BadZipFile, OSError, ValueError) as error:
-        raise InputError(f"{path}: truncated or damaged archive ({first_line(error)}); export it again") from error
-    if any(member.compress_type not in _PACKED for member in members):
-        raise InputError(f"{path}: an archive that is not packed by DEFLATE; pack it with DEFLATE")
-    unpacked = sum(member.file_size for member in members)
-    if unpacked > MOST_BYTES:
-        raise InputError(f"{path}: unpacks to {unpacked / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
-
-
 def check_hdf5(path: Path) -> None:
-    """Refuses HDF5 and netCDF-4 files with links or external values, or that unpack to too many bytes."""
+    """Refuses HDF5 and netCDF-4 files with links or external values."""
     if not h5py.is_hdf5(path):
         return
     refused: list[str] = []
@@ -76,16 +56,8 @@ def check_hdf5(path: Path) -> None:
             refused.append(f"{name} is a link")
 
     def look_at(name: str, part: h5py.Group | h5py.Dataset) -> None:
-        if not isinstance(part, h5py.Dataset):
-            return
-        if part.is_virtual or part.external:
+        if isinstance(part, h5py.Dataset) and (part.is_virtual or part.external):
             refused.append(f"{name} has its values elsewhere")
-        elif part.nbytes > MOST_BYTES:
-            refused.append(f"{name} unpacks to {part.nbytes / 1e6:.0f} MB; at most {MOST_BYTES / 1e6:.0f} MB are read")
-        elif part.chunks and math.prod(part.chunks) > MOST_POINTS:
-            refused.append(
-                f"{name} is stored in pieces of {math.prod(part.chunks)} values; at most {MOST_POINTS} are read"
-            )
 
     try:
         with h5py.File(path) as file:

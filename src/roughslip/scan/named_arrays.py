@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from roughslip.errors import InputError
-from roughslip.scan.limits import check_archive, check_points, first_line
+from roughslip.scan.limits import check_points, first_line
 from roughslip.scan.matlab import check_matlab
 from roughslip.scan.reading import Reading, array_of_heights, metres, settled
 
@@ -27,7 +27,6 @@ def read_arrays(path: Path, spacing: tuple[float, float] | None, unit: str | Non
     An array `mask` of its shape is not zero at missing points, as in numpy; so is the attribute `_FillValue` of HDF5
     equal to heights that are none.
     """
-    check_archive(path)
     try:
         arrays, other, read = _opened(path)
         name = array_of_heights(path, arrays, other, wanted)

@@ -27,5 +27,5 @@ def warnings(scan: Topography) -> Iterator[str]:
     yield (
         f"rms slope {slope:.3g} between neighbouring points of the scan is {why}. Check the units of its heights, "
         f"which scatter by {np.std(scan.heights):.3g} m, and of their distance, {scan.dx:.3g} m: roughness.scan.file, "
-        "and height_unit, spacing_x_m and spacing_y_m where the file gives none"
+        "and height_unit and spacing_m where the file gives none"
     )

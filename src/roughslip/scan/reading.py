@@ -13,7 +13,7 @@ from roughslip.errors import InputError
 METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 KEYS = {
     "unit of heights": "roughness.scan.height_unit",
-    "spacing": "roughness.scan.spacing_x_m and roughness.scan.spacing_y_m",
+    "spacing": "roughness.scan.spacing_m",
 }
 """What a scene states where the file does not give it."""
 
@@ -52,7 +52,7 @@ def settled(
     ]
     absent = [item for item, own, said in rows if not own and not said]
     if absent:
-        keys = ", ".join(key for _, key in absent)
+        keys = " and ".join(key for _, key in absent)
         wrong.append(f"the file does not give its {' and its '.join(what for what, _ in absent)}; set {keys}{hint}")
     unit, spacing = in_file[0] or stated[0], in_file[1] or stated[1]
     if wrong or unit is None or spacing is None:

@@ -81,7 +81,7 @@ def of_all(value: float) -> dict[str, float]:
     return {"friction_mean": value, "friction_std": value, "pressure": value, "cycles": 100.0 * value}
 
 
-def settled(scene: Values) -> Values:
+def with_sample_counts(scene: Values) -> Values:
     """The scene without accuracies that find nothing, and with the samples that an error of a distribution takes.
 
     The latter do not depend on the distribution: A. N. Kolmogorov, G. Ist. Ital. Attuari 4 (1933) 83.
@@ -90,24 +90,24 @@ def settled(scene: Values) -> Values:
     for name, keys in FINDS.items():
         if scene.get("accuracy", {}).get(name) is not None and any(_value(scene, key) == AUTO for key in keys):
             asked[name] = scene["accuracy"][name]
-    found = {key: value for key, value in scene.items() if key != "accuracy"}
+    whole = {key: value for key, value in scene.items() if key != "accuracy"}
     for part, _, name in (key.partition(".") for key in NUMBERS):
-        if part in found:
-            found[part] = {name: AUTO, **found[part]}
+        if part in whole:
+            whole[part] = {name: AUTO, **whole[part]}
     if not asked.keys() & FINDS.keys():
-        return found
-    found["accuracy"] = asked
+        return whole
+    whole["accuracy"] = asked
     if "pressure" in asked and _value(scene, PRESSURES[0]) == AUTO and "square" in scene:
         samples = math.ceil((KOLMOGOROV_95 / (SHARE * asked["pressure"])) ** 2)
-        found["square"] |= {"monte_carlo_samples": samples}
-    return found
+        whole["square"] |= {"monte_carlo_samples": samples}
+    return whole
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """What is auto needs its accuracy."""
     asked = scene.get("accuracy") or {}
     for keys in (STRIPS, PRESSURES, RUNS):
-        absent = [name for name, found in FINDS.items() if found == keys and asked.get(name) is None]
+        absent = [name for name, numbers in FINDS.items() if numbers == keys and asked.get(name) is None]
         left_open = [key for key in keys if _value(scene, key) == AUTO]
         if absent and left_open:
             yield missing(f"{left_open[0]} = {AUTO} needs it", f"accuracy.{absent[0]}", left_open[0])
@@ -117,7 +117,7 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         yield refused(solved, allowed, STRIPS[0], "accuracy.friction_mean")
 
 
-def idle(document: Values) -> Iterator[Mistake]:
+def unused_accuracy(document: Values) -> Iterator[Mistake]:
     """An accuracy in a file that gives all the numbers itself."""
     asked = document.get("accuracy")
     if isinstance(asked, dict) and asked.keys() & FINDS.keys():

@@ -21,15 +21,13 @@ RANGE = ("first", "last")  # in the name of a result: of the sample numbers of i
 
 @dataclass(frozen=True)
 class Batches:
-    """How the samples of a stage are split into jobs.
+    """How the samples of a stage are split into jobs, as many as the scene key `jobs` says.
 
-    size : scene key of the number of samples of a job
     totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
     asked : scene key of the accuracy that finds the number of samples; jobs then take equal shares of them
     shares : how many of these shares a job takes
     """
 
-    size: str
     totals: Mapping[str, str]
     asked: str = ""
     shares: int = 1
@@ -109,8 +107,8 @@ class Stage:
 @cache
 def declarations() -> dict[str, Stage]:
     """All stages by name. Raises ValueError, with file and line, where a declaration is not written in literals."""
-    found = (_declared(file) for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
-    return {stage.name: stage for stage in found}
+    stages = (_declared(file) for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
+    return {stage.name: stage for stage in stages}
 
 
 @cache
@@ -122,7 +120,7 @@ def targets() -> tuple[str, ...]:
 def _declared(file: Path) -> Stage:
     """The declaration of one stage module."""
     for node in ast.parse(file.read_bytes(), str(file)).body:
-        if isinstance(node, ast.Assign) and [ast.unparse(one) for one in node.targets] == ["STAGE"]:
+        if isinstance(node, ast.Assign) and [ast.unparse(target) for target in node.targets] == ["STAGE"]:
             try:
                 stage = _value(node.value)
             except (TypeError, ValueError) as error:
@@ -138,5 +136,5 @@ def _value(node: ast.expr) -> Any:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.args:
         known = {"Stage": Stage, "Batches": Batches}
         if node.func.id in known:
-            return known[node.func.id](**{str(one.arg): _value(one.value) for one in node.keywords})
+            return known[node.func.id](**{str(argument.arg): _value(argument.value) for argument in node.keywords})
     return ast.literal_eval(node)

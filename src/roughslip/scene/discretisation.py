@@ -34,7 +34,7 @@ FEWEST_MODES = 0.8  # share of the variance at least
 def discretised(scene: Values) -> tuple[Values, list[Mistake]]:
     """The scene with numbers where it says auto, and a mistake where what they follow from is not given."""
     mistakes = []
-    for key, (number_of, needed, others) in _OPEN.items():
+    for key, (number_of, needed, others) in AUTO_KEYS.items():
         if given(scene, key) != AUTO:
             continue
         number, (section, _, name) = number_of(scene), key.partition(".")
@@ -125,7 +125,7 @@ def _positive(scene: Values, key: str) -> float:
 
 
 # By key: the number, what is needed, and the other keys of the message
-_OPEN: dict[str, tuple[Callable[[Values], float | None], str, tuple[str, ...]]] = {
+AUTO_KEYS: dict[str, tuple[Callable[[Values], float | None], str, tuple[str, ...]]] = {
     "strip.cell_m": (
         _strip_cell,
         "a number > 0 [m], or auto with accuracy of friction (mean and std) and a correlation length",

@@ -23,10 +23,9 @@ class Ensemble(Section):
         or_auto=True,
         default=AUTO,
     )
-    duration_periods: float = number("Duration of a run in natural periods, 2 pi/omega", above=0, at_most=10000)
-    discarded_periods: float = number(
-        "Periods at the start that the reattachment statistics leave out; the counts use all periods",
-        at_least=0,
+    duration_periods: float = number(
+        "Duration of a run in natural periods, 2 pi/omega; reattachment statistics leave out the first ten",
+        at_least=20,
         at_most=10000,
     )
     process: Process = choice(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roughslip.scene.fields import Section, group, number, section
+from roughslip.scene.fields import Section, group, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
 
@@ -17,8 +17,9 @@ class FrictionStatistics(Section):
     correlation_length_m: float = number(
         "Length of the exponential autocorrelation along the belt", "m", above=0, at_most=1
     )
-    beta_a: float = number("First shape of the Beta marginal", above=0, at_most=1000)
-    beta_b: float = number("Second shape of the Beta marginal", above=0, at_most=1000)
+    beta_shapes: tuple[float, float] = many(
+        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), fewest=2, most=2
+    )
 
 
 @section

@@ -77,6 +77,6 @@ def derived(scene: Values) -> Values:
     if strip:
         windows = load["apparent_area_m2"] / (strip["window_m"] * strip["width_m"])
         oscillator["windows_in_parallel"] = round(windows)
-        light = [one for one in LIGHT if one < strip["penetration_percentiles"][0]]
+        light = [percentile for percentile in LIGHT if percentile < strip["penetration_percentiles"][0]]
         scene = {**scene, "strip": {**strip, "light_percentiles": strip.get("light_percentiles") or light or None}}
     return {**scene, "load": load, "oscillator": oscillator}

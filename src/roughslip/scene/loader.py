@@ -22,7 +22,7 @@ from roughslip.scene.load import derived
 from roughslip.scene.mistakes import Values, shown
 from roughslip.scene.plan import default_targets
 from roughslip.scene.schema import scene_schema
-from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, Misread, display, line, read
+from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, display, line, read
 from roughslip.scene.types import nested
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
@@ -63,8 +63,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     for path, text, is_refused in _schema_mistakes(merged.values, schema):
         if is_refused:
             faulty.add(".".join(map(str, path)))
-        if text:
-            lines.append(line(topmost([path]), path, text))
+        lines.append(line(topmost([path]), path, text))
     whole, left_open = discretisation.discretised(merged.values)
     faulty |= {mistake.keys[0] for mistake in left_open}
     for keys, text in (*left_open, *rules.mistakes(_without(faulty, whole), faulty)):
@@ -73,7 +72,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = oscillator.with_frequency(whole)
-    return derived(accuracy.settled(cast(Values, _with_floats(whole, schema))))
+    return derived(accuracy.with_sample_counts(cast(Values, _with_floats(whole, schema))))
 
 
 OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
@@ -92,22 +91,22 @@ def inherited(name: str, scenes_folder: Path) -> list[str]:
         paths = [path for key in keys if _has(merged.values, path := tuple(key.split(".")))]
         return min((level[merged.file_of(path)] for path in paths), default=len(chain))
 
-    found = []
+    warnings = []
     curve = height(*(f"oscillator.{key}" for key in OWN_CURVE))
     own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve]
     if own and curve < len(chain):
-        found.append(
+        warnings.append(
             f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
             "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
         )
     if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
         mass, omega = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
-        found.append(
+        warnings.append(
             f"oscillator.mass_kg: with the natural frequency of scene "
             f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
             f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
         )
-    return found
+    return warnings
 
 
 def _has(values: Any, path: tuple[str, ...]) -> bool:
@@ -181,8 +180,8 @@ def _of_the_variant(name: str, variants: dict[str, Values], scene: Values) -> Va
 def _inside(values: Values, section: list[str]) -> Values:
     """The section of that name; empty where there is none."""
     for name in section:
-        found = values.get(name)
-        values = found if isinstance(found, dict) else {}
+        inner = values.get(name)
+        values = inner if isinstance(inner, dict) else {}
     return values
 
 
@@ -212,7 +211,7 @@ def _stay_inside(file: Path, scenes_folder: Path) -> None:
 
 
 def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
-    """The files of a scene from the top of its overlays down, their values merged, and lines on what was misread."""
+    """The files of a scene from the top of its overlays down, their values merged, and lines on unused accuracies."""
     known = scene_names(scenes_folder)
     chain = [top]
     documents: list[Values] = []
@@ -221,21 +220,18 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         file = chain[-1]
         try:
             _stay_inside(file, scenes_folder)
-            values, misread = read(file)
+            values = read(file)
         except InputError as error:
             raise InputError([*lines, *error.lines]) from None
-        lines += [line(file, path, text) for path, text in misread]
         both = values.get("accuracy")
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
-        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.idle(values)]
+        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
         values.pop("sweep", None)  # of the file, not of those that extend it
         documents.append(values)
         if "extends" not in values:
             break
         base = values.pop("extends")
-        if isinstance(base, Misread):
-            raise InputError(lines)
         if base not in known:
             text = f"{shown(base)} is not allowed; {_nearest(str(base), known, 'scenes')}"
             raise InputError([*lines, line(file, ("extends",), text)])
@@ -281,13 +277,11 @@ _Validator = validators.extend(
 
 
 def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
-    """The path, the text of its line ("" where it has one already), and whether there is a value, which is refused."""
+    """The path, the text of its line, and whether there is a value, which is refused."""
     for error in _Validator(schema).iter_errors(values):
         path, given = tuple(error.absolute_path), error.instance
         part = cast(Values, error.schema)
-        if isinstance(given, Misread):
-            yield path, "", True
-        elif error.validator == "required":
+        if error.validator == "required":
             for key in part["required"]:
                 if key not in given:
                     yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
@@ -323,7 +317,7 @@ def describe_allowed(schema: Values) -> str:
             return "a group of the keys " + ", ".join(schema["properties"])
         case "array":
             least, most = schema["minItems"], schema.get("maxItems")
-            number = f"{least} to {most}" if most else f"at least {least}"
+            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
             once = ", each once" if schema.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
     signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}

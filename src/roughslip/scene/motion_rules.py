@@ -12,6 +12,7 @@ from roughslip.scene.plan import FREE
 _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
 _FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
 _VELOCITY, _OMEGA = "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"
+MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
 PATH_NODES, MOST_NODES = 4, 4_000_000  # of a friction path: a correlation length; a run, which takes seconds then
 LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
@@ -33,11 +34,6 @@ def _path_fits(length: float, process: str, velocity: float, omega: float, perio
 
 
 RULES = (
-    Rule(
-        ("ensemble.discarded_periods", "ensemble.duration_periods"),
-        lambda discarded, duration: discarded < duration,
-        "less than ensemble.duration_periods = {1}",
-    ),
     Rule(
         ("oscillator.excitation_frequency_rad_per_s", _FORCE),
         lambda frequency, force: frequency > 0 or force == 0,
@@ -62,19 +58,19 @@ RULES = (
         for mean in ("friction.mean_at_median", "load.mean_friction", f"{friction.STATISTICS}.mean")
     ),
     Rule(
-        (_STATIC, f"{_TABLE}.values"),
-        lambda static, values: static >= values[0],
-        f"at least the first of {_TABLE}.values = {{1}}, or stick holds less than slip",
+        (_STATIC, _TABLE),
+        lambda static, table: static >= table[0][1],
+        f"at least the first coefficient of {_TABLE} = {{1}}, or stick holds less than slip",
     ),
     Rule(
-        (_STATIC, f"{_TABLE}.values"),
-        lambda static, values: static <= MOST_STEP * values[0],
-        f"at most {MOST_STEP:g} times the first of {_TABLE}.values = {{1}}, which is friction at vanishing speed",
+        (_STATIC, _TABLE),
+        lambda static, table: static <= MOST_STEP * table[0][1],
+        f"at most {MOST_STEP:g} times the first coefficient of {_TABLE} = {{1}}, at vanishing speed",
     ),
     Rule(
-        ("load.mean_friction", f"{_TABLE}.values", _LAW),
-        lambda mean, values, law: law != "table" or min(values) <= mean <= max(values),
-        f"a mean between the least and the largest of {_TABLE}.values = {{1}}",
+        ("load.mean_friction", _TABLE, _LAW),
+        lambda mean, table, law: law != "table" or min(row[1] for row in table) <= mean <= max(row[1] for row in table),
+        f"a mean between the smallest and the largest coefficient of {_TABLE} = {{1}}",
     ),
     Rule(
         (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods"),
@@ -91,14 +87,14 @@ RULES = (
         f"{{3}} natural periods, or a run takes more than {MOST_NODES} nodes of friction",
     ),
     Rule(
-        (f"{_TABLE}.values", f"{_TABLE}.speeds_m_per_s"),
-        lambda values, speeds: len(values) == len(speeds),
-        f"one value for each of {_TABLE}.speeds_m_per_s = {{1}}",
+        (_TABLE,),
+        lambda table: table[0][0] == 0 and strictly_increasing([speed for speed, _ in table]),
+        "strictly increasing speeds from 0 on",
     ),
     Rule(
-        (f"{_TABLE}.speeds_m_per_s",),
-        lambda speeds: speeds[0] == 0 and strictly_increasing(speeds),
-        "strictly increasing speeds from 0 on",
+        (_TABLE,),
+        lambda table: all(coefficient <= MOST_FRICTION for _, coefficient in table),
+        f"friction coefficients of at most {MOST_FRICTION}",
     ),
     Rule(
         (_MARGINAL, friction.STATISTICS),

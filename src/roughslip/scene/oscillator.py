@@ -7,29 +7,11 @@ from collections.abc import Iterator
 from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
-from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section
+from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
 from roughslip.scene.load import MOST_WINDOWS
 from roughslip.scene.mistakes import Mistake, Values, missing, not_together
 
-Follows = Literal["slip", "belt", "time"]
-
-
-@section
-class FrictionTable(Section):
-    """Mean friction coefficient at some sliding speeds, with law table; the windows then give the scatter alone."""
-
-    speeds_m_per_s: tuple[float, ...] = many(
-        "Sliding speeds, strictly increasing from 0 on",
-        number("A sliding speed", "m/s", at_least=0, at_most=1e6),
-        fewest=2,
-        most=1000,
-    )
-    values: tuple[float, ...] = many(
-        "Friction coefficients at these speeds; the last one holds beyond its speed",
-        number("A friction coefficient", at_least=0, at_most=10),
-        fewest=2,
-        most=1000,
-    )
+Follows = Literal["slip", "belt"]
 
 
 @section
@@ -61,7 +43,14 @@ class Oscillator(Section):
         FRICTION_LAWS,
         default="stribeck",
     )
-    friction_table: FrictionTable = group(FrictionTable)
+    friction_table: tuple[tuple[float, float], ...] | None = many(
+        "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "
+        "The last one holds beyond its speed, and the windows give the scatter alone",
+        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), fewest=2, most=2),
+        fewest=2,
+        most=1000,
+        default=None,
+    )
     stribeck_decay_s_per_m: float = number(
         "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", at_least=0, at_most=1e6
     )
@@ -71,12 +60,9 @@ class Oscillator(Section):
     stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
     friction_follows: Follows = choice(
         "Argument of the stochastic part: slip, the slipped distance, so that it is constant in stick; belt, the "
-        "travel v0 t of the belt; time",
+        "travel v0 t of the belt",
         Follows,
         default="slip",
-    )
-    correlation_time_s: float | None = number(
-        "Correlation time of the stochastic part where it follows time", "s", above=0, at_most=1e6, default=None
     )
     penetration_percentile: float | None = number(
         "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "
@@ -103,18 +89,18 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """The spring is given by the natural frequency or by its stiffness, one of them."""
-    found = scene["oscillator"]
-    if _FREQUENCY in found and _STIFFNESS in found:
-        yield not_together(f"oscillator.{_STIFFNESS}", found[_STIFFNESS], f"oscillator.{_FREQUENCY}")
-    elif _FREQUENCY not in found and _STIFFNESS not in found:
+    values = scene["oscillator"]
+    if _FREQUENCY in values and _STIFFNESS in values:
+        yield not_together(f"oscillator.{_STIFFNESS}", values[_STIFFNESS], f"oscillator.{_FREQUENCY}")
+    elif _FREQUENCY not in values and _STIFFNESS not in values:
         yield missing(f"give it, or oscillator.{_STIFFNESS}", f"oscillator.{_FREQUENCY}")
 
 
 def with_frequency(scene: Values) -> Values:
     """The scene with the natural frequency that follows from stiffness and mass, where it gives these instead."""
-    found = scene.get("oscillator")
-    if isinstance(found, dict) and _FREQUENCY not in found:
-        stiffness, mass = found.get(_STIFFNESS), found.get(_MASS)
+    values = scene.get("oscillator")
+    if isinstance(values, dict) and _FREQUENCY not in values:
+        stiffness, mass = values.get(_STIFFNESS), values.get(_MASS)
         if isinstance(stiffness, int | float) and isinstance(mass, int | float) and min(stiffness, mass) > 0:
-            return scene | {"oscillator": found | {_FREQUENCY: math.sqrt(stiffness / mass)}}
+            return scene | {"oscillator": values | {_FREQUENCY: math.sqrt(stiffness / mass)}}
     return scene

@@ -13,7 +13,7 @@ from roughslip.scene.types import get, part_of
 Scene = dict[str, Any]
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
-_KEY_BY_KEY = ("roughness", "friction", "numerics", "batches")
+_KEY_BY_KEY = ("roughness", "friction", "numerics")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 AFTER_COSTS = ("costs", "report")  # which the sum of costs of a scene cannot hold
 FREE = frozenset({"figure_map", "figure_lifetimes"})  # figures of the oscillator without excitation
@@ -55,14 +55,14 @@ def captions() -> dict[str, str]:
 
 def needs(scene: Scene, target: str) -> list[str]:
     """Sections and keys without which the stages of a target cannot run."""
-    found: dict[str, None] = {}
+    lacking: dict[str, None] = {}
     for name in sorted(_needed(scene, (target,))):
         stage = declarations()[name]
-        for key in (*stage.reads.split(), *([stage.batches.size] if stage.batches else [])):
+        for key in stage.reads.split():
             section = key.partition(".")[0]
             if key not in _ALWAYS_GIVEN:
-                found[key if section in _KEY_BY_KEY else section] = None
-    return list(found)
+                lacking[key if section in _KEY_BY_KEY else section] = None
+    return list(lacking)
 
 
 def skip_reasons(scene: Scene) -> dict[str, str]:
@@ -100,18 +100,18 @@ def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
     needed. An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
     Without a scene all conditions hold.
     """
-    found: dict[str, str] = {}
+    reached: dict[str, str] = {}
     pending = [(name, "") for target in wanted for name in _starts(target)]
     while pending:
         name, reason = pending.pop(0)
-        if name in found and (reason or not found[name]):
+        if name in reached and (reason or not reached[name]):
             continue
-        found[name] = reason
-        for other, is_always in (*_edges(name), *((one, False) for one in _companions(name))):
+        reached[name] = reason
+        for other, is_always in (*_edges(name), *((companion, False) for companion in _companions(name))):
             stage = declarations()[other]
             holds = is_always or scene is None or runs(scene, stage)
             pending.append((other, reason or ("" if holds else _reason(stage))))
-    return found
+    return reached
 
 
 def _reason(stage: Stage) -> str:
@@ -139,13 +139,13 @@ def _edges(name: str) -> tuple[tuple[str, bool], ...]:
     """Stages that make the inputs of a stage, and whether nothing else can."""
     stage = declarations()[name]
     made_by = (
-        (option, one.split()) for part in (stage.inputs, stage.optional, stage.many) for option, one in part.items()
+        (option, names.split()) for part in (stage.inputs, stage.optional, stage.many) for option, names in part.items()
     )
     return tuple(
-        (one, option not in stage.optional and len(names) == 1)
+        (maker, option not in stage.optional and len(names) == 1)
         for option, names in made_by
-        for one in names
-        if one in declarations()
+        for maker in names
+        if maker in declarations()
     )
 
 

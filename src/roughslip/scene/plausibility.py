@@ -60,11 +60,11 @@ def _static_friction(scene: Values) -> Iterator[str]:
     if "deterministic" not in stages_needed(scene):
         return
     if law == "table":
-        largest = max(get(scene, "oscillator.friction_table.values"))
+        largest = max(coefficient for _, coefficient in get(scene, "oscillator.friction_table"))
         if static < largest:
             yield (
                 f"oscillator.static_friction = {static:.3g} is below {largest:.3g}, the largest of "
-                "oscillator.friction_table.values: stick ends at less friction than slip has. Check both"
+                "oscillator.friction_table: stick ends at less friction than slip has. Check both"
             )
     elif (get(scene, "oscillator.penetration_percentile") or 50.0) < 50:  # none where it follows from a load
         mean = SHALLOW * get(scene, "friction.mean_at_median")

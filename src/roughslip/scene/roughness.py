@@ -21,8 +21,8 @@ def covariance_shapes() -> dict[str, dict[str, tuple[float, float]]]:
     They are read from the source of `surface/models.py`: numpy is not imported.
     """
     classes = [node for node in ast.parse(MODELS.read_text(encoding="utf-8")).body if isinstance(node, ast.ClassDef)]
-    found = {str(own["kind"]): own.get("shapes", {}) for own in map(_literals, classes) if "kind" in own}
-    return dict(sorted(found.items()))
+    shapes = {str(own["kind"]): own.get("shapes", {}) for own in map(_literals, classes) if "kind" in own}
+    return dict(sorted(shapes.items()))
 
 
 def _literals(model: ast.ClassDef) -> dict[str, Any]:
@@ -73,50 +73,29 @@ class Fractal(Section):
         at_most=1000,
     )
     gamma: float = number("Ratio of successive frequencies", at_least=1.05, at_most=10)
-    longest_wavelength_m: float | None = number(
-        "Longest wave; the whole length of the strip where not given", "m", above=0, at_most=1, default=None
+    wavelengths_m: tuple[float, float] | None = many(
+        "Shortest and longest wave; where not given, two cells and the whole length of the strip",
+        number("A wavelength", "m", above=0, at_most=1),
+        fewest=2,
+        most=2,
+        default=None,
     )
-    shortest_wavelength_m: float | None = number(
-        "Shortest wave; two cells of the strip where not given", "m", above=0, at_most=1, default=None
-    )
-
-
-@section
-class Grinding(Section):
-    """In place of a file, a scan that the project makes, of a surface ground along x grain by grain."""
-
-    points: int = integer("Points of the scan on each axis", at_least=64, at_most=2048)
-    spacing_m: float = number("Distance of neighbouring points", "m", at_least=1e-9, at_most=0.001)
-    grains_per_m2: float = number("Grains whose deepest point lies over a unit of area", "1/m^2", above=0, at_most=1e13)
-    depth_m: float = number("Mean depth to which grains dip below the mean of the blank", "m", above=0, at_most=0.001)
-    tip_radius_m: float = number("Median radius of the tips of grains", "m", above=0, at_most=0.01)
-    path_radius_m: float = number("Radius of the path of a grain relative to the workpiece", "m", above=0, at_most=1)
-    blank_rms_m: float = number("Root mean square height of the Gaussian blank", "m", above=0, at_most=0.001)
-    blank_length_m: float = number("Correlation length of the blank", "m", above=0, at_most=0.01)
 
 
 @section
 class Scan(Section):
     """A measured surface; models are fitted to it, and surfaces are sampled from these."""
 
-    file: str | None = text(
+    file: str = text(
         "File of the scan; its path starts at the folder of the scene file or of the project. Allowed: a format of an "
         "instrument that SurfaceTopography reads, a .nc map, or a .txt matrix with a row for each y",
         longest=500,
-        default=None,
     )
-    spacing_x_m: float | None = number(
-        "Distance of neighbouring points along x, where the file does not give it",
-        "m",
-        at_least=1e-11,
-        at_most=0.01,
-        default=None,
-    )
-    spacing_y_m: float | None = number(
-        "Distance of neighbouring points along y, where the file does not give it",
-        "m",
-        at_least=1e-11,
-        at_most=0.01,
+    spacing_m: tuple[float, float] | None = many(
+        "Distance of neighbouring points along x and along y, where the file does not give it",
+        number("A distance", "m", at_least=1e-11, at_most=0.01),
+        fewest=2,
+        most=2,
         default=None,
     )
     height_unit: HeightUnit | None = choice(
@@ -155,7 +134,6 @@ class Scan(Section):
         Literal["keep", "missing"],
         default=None,
     )
-    grinding: Grinding = group(Grinding)
 
 
 @section
@@ -222,7 +200,7 @@ FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
 FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
 # Of each family of distributions: the names of its shapes, and their limits.
 FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
-STATED = ("spacing_x_m", "spacing_y_m", "height_unit", "array")  # for a file that does not give them
+STATED = ("spacing_m", "height_unit", "array")  # for a file that does not give them
 
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
     "roughness": {
@@ -233,7 +211,7 @@ REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
         "scan": (*FORMS["covariance"], "fractal"),
     },
     "roughness.marginal": {"family": ("shapes", "mirrored")},
-    "roughness.scan": {"file": ("grinding",), "grinding": ("file", *STATED), "marginal": ("correct_correlation",)},
+    "roughness.scan": {"marginal": ("correct_correlation",)},
 }
 
 
@@ -274,17 +252,6 @@ def _field_mistakes(field: Values) -> Iterator[Mistake]:
 
 
 def _scan_mistakes(scan: Values) -> Iterator[Mistake]:
-    if "grinding" in scan:
-        for key in ("file", *STATED):
-            if key in scan:
-                yield not_together(f"roughness.scan.{key}", scan[key], "roughness.scan.grinding")
-    elif "file" not in scan:
-        yield missing("give the file of a scan, or grinding to have one made", "roughness.scan.file")
-    spacings = [key for key in STATED[:2] if key in scan]
-    if len(spacings) == 1 and "grinding" not in scan:
-        (absent,) = set(STATED[:2]).difference(spacings)
-        keys = f"roughness.scan.{absent}", f"roughness.scan.{spacings[0]}"
-        yield missing(f"goes with {keys[1]}", *keys)
     if scan.get("marginal") == "gaussian" and "correct_correlation" in scan:
         keys = "roughness.scan.correct_correlation", "roughness.scan.marginal"
         yield refused(scan["correct_correlation"], "a gaussian marginal changes no correlation", *keys)

@@ -16,7 +16,6 @@ from roughslip.limits import (
 )
 from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness
 from roughslip.scene.auto import AUTO
-from roughslip.scene.declarations import declarations
 from roughslip.scene.expansion import terms
 from roughslip.scene.mistakes import (
     Mistake,
@@ -32,18 +31,15 @@ from roughslip.scene.mistakes import (
 from roughslip.scene.plan import needs, stages_needed
 from roughslip.scene.types import get
 
-# Keys that one word of another key takes, and no other word: the key, the other key, the word.
-_TAKEN_BY = (
-    ("oscillator.friction_table", "oscillator.law", "table"),
-    ("oscillator.correlation_time_s", "oscillator.friction_follows", "time"),
-)
+# Keys allowed only when another key has this value: the key, the other key, the value. Then they must be given.
+ONLY_WITH = (("oscillator.friction_table", "oscillator.law", "table"),)
 
 # In an overlay, by section: keys that a key replaces, where the overlay does not give those too.
 REPLACES: dict[str, dict[str, tuple[str, ...]]] = {}
 for _part in (accuracy, load, friction, contact, roughness, oscillator, ranges):
     for _section, _keys in _part.REPLACES.items():
         REPLACES.setdefault(_section, {}).update(_keys)
-for _key, _other, _ in _TAKEN_BY:
+for _key, _other, _ in ONLY_WITH:
     REPLACES.setdefault(_other.partition(".")[0], {})[_other.partition(".")[2]] = (_key.partition(".")[2],)
 
 
@@ -58,13 +54,11 @@ _MULTIPLES = {
 _AT_MOST = (
     ("strip.training_samples", "strip.samples"),
     ("ensemble.drawn_realisations", "ensemble.realisations"),
-    ("roughness.fractal.shortest_wavelength_m", "roughness.fractal.longest_wavelength_m"),
-    ("roughness.fractal.longest_wavelength_m", "strip.length_m"),
 )
 _EXTENDED = ("sobol", "monte_carlo")  # designs
 _ASCENDING = ("strip.penetration_percentiles", "ensemble.damping_ratios", "survival.scatter_factors")
 _HARDNESS, _EXTRAPOLATE = "material.hardness_pa", "numerics.extrapolate_mesh"
-MOST_JOBS = 2000  # of one total: Snakemake plans each of them, and each takes a second or two to start
+_WAVES = "roughness.fractal.wavelengths_m"
 
 
 def training_columns(columns: float) -> int:
@@ -155,14 +149,19 @@ _RULES = (
         "at least eight times roughness.correlation_length_m = {1} [m]",
     ),
     Rule(
-        ("roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
-        lambda shortest, cell: shortest > 2 * cell,
-        "more than two cells, strip.cell_m = {1} [m]",
+        (_WAVES, "strip.length_m"),
+        lambda waves, length: waves[0] <= waves[1] <= length,
+        "the shortest first, the longest at most strip.length_m = {1} [m]",
+    ),
+    Rule(
+        (_WAVES, "strip.cell_m"),
+        lambda waves, cell: waves[0] > 2 * cell,
+        "a shortest wave of more than two cells, strip.cell_m = {1} [m]",
     ),
     Rule(
         ("strip.expansion_spacing_m", "strip.cell_m", "roughness.fractal"),
-        lambda spacing, cell, fractal: spacing == cell or (fractal["shortest_wavelength_m"] or 0.0) > 2 * spacing,
-        "strip.cell_m = {1} [m], or less than half of roughness.fractal.shortest_wavelength_m",
+        lambda spacing, cell, fractal: spacing == cell or (fractal["wavelengths_m"] or [0.0])[0] > 2 * spacing,
+        f"strip.cell_m = {{1}} [m], or less than half of the first of {_WAVES}",
     ),
     Rule(
         (_EXTRAPOLATE, "strip.cell_m", *(f"strip.{length}" for length in _LENGTHS.split())),
@@ -175,9 +174,9 @@ _RULES = (
         "false, or roughness.correlation_length_m = {1} [m] at least four cells, 4 x {2} m",
     ),
     Rule(
-        (_EXTRAPOLATE, "roughness.fractal.shortest_wavelength_m", "strip.cell_m"),
-        lambda asked, shortest, cell: not asked or (shortest or 0.0) > 4 * cell,
-        "false, or roughness.fractal.shortest_wavelength_m = {1} [m] more than four cells, 4 x {2} m",
+        (_EXTRAPOLATE, _WAVES, "strip.cell_m"),
+        lambda asked, waves, cell: not asked or waves[0] > 4 * cell,
+        f"false, or the first of {_WAVES} = {{1}} more than four cells, 4 x {{2}} m",
     ),
     Rule(
         ("targets", "roughness.fractal"),
@@ -234,15 +233,6 @@ _RULES = (
     *(Rule(pair, lambda n, most: n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
     Rule(accuracy.STRIPS[::-1], lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     *motion_rules.RULES,
-    *(
-        Rule(
-            (batches.size, total),
-            lambda size, count: count <= MOST_JOBS * size,
-            f"enough that {total} = {{1}} takes at most {MOST_JOBS} jobs",
-        )
-        for batches in (stage.batches for stage in declarations().values() if stage.batches)
-        for total in batches.totals.values()
-    ),
 )
 
 
@@ -259,17 +249,17 @@ def mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
     if sound("targets"):
         yield from _unmet_needs(scene, sound)
     sections = {"friction": friction, "square": contact, "roughness": roughness, "oscillator": oscillator}
-    found_in = [one for name, one in sections.items() if isinstance(scene.get(name), dict)]
-    for form in (accuracy, load, ranges, *found_in):
+    modules = [module for name, module in sections.items() if isinstance(scene.get(name), dict)]
+    for form in (accuracy, load, ranges, *modules):
         yield from (mistake for mistake in form.mistakes(scene) if all(map(sound, mistake.keys)))
-    for key, other, word in _TAKEN_BY:
-        value, found = given(scene, key), get(scene, other)
-        if not (sound(key) and sound(other)) or found is None:
+    for key, other, word in ONLY_WITH:
+        value, chosen = given(scene, key), get(scene, other)
+        if not (sound(key) and sound(other)) or chosen is None:
             continue
-        if found == word and value is None:
+        if chosen == word and value is None:
             yield missing(f"{other} = {word} needs it", key, other)
-        elif found != word and value is not None:
-            yield not_together(key, value, other, found, allowed=f"only {word} takes it")
+        elif chosen != word and value is not None:
+            yield not_together(key, value, other, chosen, allowed=f"only {word} takes it")
     unread = _sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     whole = oscillator.with_frequency(scene)
     for keys, holds, allowed, of_auto in _RULES:

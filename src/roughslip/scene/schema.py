@@ -64,10 +64,10 @@ def _part(kind: type[Section], described: dict[str, Any]) -> dict[str, Any]:
 
 def _optional(schema: dict[str, Any]) -> dict[str, Any]:
     """The schema without required keys: a file may leave any of them to the scene that it extends."""
-    found = {key: value for key, value in schema.items() if key != "required"}
+    optional = {key: value for key, value in schema.items() if key != "required"}
     if "properties" in schema:
-        found["properties"] = {name: _optional(part) for name, part in schema["properties"].items()}
-    return found
+        optional["properties"] = {name: _optional(part) for name, part in schema["properties"].items()}
+    return optional
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ def variants(file: Path) -> dict[str, Values]:
 
     The last key changes fastest. Raises InputError with a line for each mistake of `sweep`.
     """
-    swept = read(file)[0].get("sweep", {})
+    swept = read(file).get("sweep", {})
     lines = [line(file, path, text) for path, text in _mistakes(swept)]
     names = [f"{file.stem}-{n}" for n in range(1, 1 + prod(map(len, swept.values())))] if swept and not lines else []
     for name in names:
@@ -37,13 +37,13 @@ def variants(file: Path) -> dict[str, Values]:
 
 def all_names(scenes_folder: Path) -> dict[str, dict[str, Values]]:
     """By the name of each scene file, sorted, its variants; none where the file or its `sweep` has a mistake."""
-    found: dict[str, dict[str, Values]] = {}
+    names: dict[str, dict[str, Values]] = {}
     for file in sorted(scenes_folder.glob("*.yaml")):
         try:
-            found[file.stem] = variants(file)
+            names[file.stem] = variants(file)
         except InputError:
-            found[file.stem] = {}
-    return found
+            names[file.stem] = {}
+    return names
 
 
 def scene_file(name: str, scenes_folder: Path) -> Path:
@@ -55,25 +55,25 @@ def scene_file(name: str, scenes_folder: Path) -> Path:
 def _mistakes(swept: Any) -> list[tuple[KeyPath, str]]:
     if not isinstance(swept, dict):
         return [(("sweep",), f"{shown(swept)} is not allowed; {_ALLOWED}")]
-    keys, found = _keys(scene_schema()), []
+    keys, mistakes = _keys(scene_schema()), []
     for key, values in swept.items():
         path: KeyPath = ("sweep", *key.split("."))
         if key not in keys:
             near = difflib.get_close_matches(key[:100], keys, 1)
-            found.append((path, f"unknown key; {f'did you mean {near[0]}? ' if near else ''}allowed: {_ALLOWED}"))
-        elif not isinstance(values, list) or not values or any(one in values[:n] for n, one in enumerate(values)):
-            found.append((path, f"{shown(values)} is not allowed; {_ALLOWED}"))
-    if not found and (count := prod(map(len, swept.values()))) > MOST:
-        found.append((("sweep",), f"{count} variants are too many; at most {MOST}"))
-    return found
+            mistakes.append((path, f"unknown key; {f'did you mean {near[0]}? ' if near else ''}allowed: {_ALLOWED}"))
+        elif not isinstance(values, list) or not values or any(value in values[:n] for n, value in enumerate(values)):
+            mistakes.append((path, f"{shown(values)} is not allowed; {_ALLOWED}"))
+    if not mistakes and (count := prod(map(len, swept.values()))) > MOST:
+        mistakes.append((("sweep",), f"{count} variants are too many; at most {MOST}"))
+    return mistakes
 
 
 def _keys(schema: Values, prefix: str = "") -> list[str]:
     """All dotted keys that hold no section and may be swept."""
-    found = []
+    keys = []
     for name, part in schema["properties"].items():
         if "properties" in part:
-            found += _keys(part, f"{prefix}{name}.")
+            keys += _keys(part, f"{prefix}{name}.")
         elif prefix or name not in ("extends", "sweep", *_NOT_SWEPT):
-            found.append(f"{prefix}{name}")
-    return found
+            keys.append(f"{prefix}{name}")
+    return keys

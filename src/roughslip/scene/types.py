@@ -50,9 +50,6 @@ class Numerics(Section):
         or_auto=True,
         default=None,
     )
-    oscillator_tolerance: float = number(
-        "Relative error allowed in the slip motion per unit of omega t", at_least=1e-13, at_most=0.001, default=None
-    )
     contact_area: ContactArea = choice(
         "corrected: a cell at the edge of a contact counts by its covered share, and the pressure at the centre of the "
         "square by its distance from the edge. With nodes, each node in contact counts as a whole cell, too much by a "
@@ -65,18 +62,6 @@ class Numerics(Section):
         "size. It takes a quarter more time; the heights must be smooth over four cells",
         default=False,
     )
-
-
-@section
-class Batches(Section):
-    """Number of samples that a job takes; no result depends on it."""
-
-    square_samples: int = integer("Squares solved in a job", at_least=1, at_most=100_000_000, default=None)
-    strip_samples: int = integer("Strips solved in a job", at_least=1, at_most=100_000_000, default=None)
-    expansion_samples: int = integer(
-        "Strips on which a job evaluates the expansion", at_least=1, at_most=100_000_000, default=None
-    )
-    realisations: int = integer("Realisations integrated in a job", at_least=1, at_most=100_000_000, default=None)
 
 
 @section
@@ -111,7 +96,13 @@ class Scene(Section):
     survival: Survival = group(Survival)
     answer: Answer = group(Answer)
     numerics: Numerics = group(Numerics)
-    batches: Batches = group(Batches)
+    jobs: int = integer(
+        "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it. "
+        "Samples that an accuracy finds have jobs of their own",
+        at_least=1,
+        at_most=2000,
+        default=2,
+    )
 
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:
@@ -121,14 +112,14 @@ def part_of(scene: Values, keys: Iterable[str]) -> Values:
 
 def nested(values: Values) -> Values:
     """Values by dotted key as the sections of a scene."""
-    found: Values = {}
+    whole: Values = {}
     for key, value in values.items():
         *sections, last = key.split(".")
-        inner = found
+        inner = whole
         for place in sections:
             inner = inner.setdefault(place, {})
         inner[last] = value
-    return found
+    return whole
 
 
 def without_nulls(values: Any) -> Any:

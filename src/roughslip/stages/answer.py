@@ -37,7 +37,7 @@ from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
     name="answer",
-    reads="seed oscillator numerics.oscillator_tolerance",
+    reads="seed oscillator",
     reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="answer.json",
@@ -325,8 +325,6 @@ def work(job: Job) -> None:
     process = variation.process(scene, own, job.arguments.friction)
     paths = recursion(process, process.correlation_length_m / NODES)
     length = process.correlation_length_m
-    if scene.oscillator.friction_follows == "time":
-        length *= own.belt.belt_velocity_m_per_s
     runs = Runs(scene, numbers, own, paths, mass_on_belt.motion_options(scene), count, length)
     with job.usage.core():
         periods = runs.periods(own.belt, own.law)

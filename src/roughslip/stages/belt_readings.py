@@ -27,7 +27,7 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="belt_readings",
-    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads="seed oscillator ensemble",
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
@@ -105,7 +105,7 @@ def _summed_up(
         path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
         counts.append(ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options))
         motions.append(simulate(belt, law, path, paths.spacing, periods, options))
-    places = [motion.reattachments(ensemble.discarded_periods) for motion in motions]
+    places = [motion.reattachments(mass_on_belt.DISCARDED_PERIODS) for motion in motions]
     cycles, micro_slips, last_cycle, stick_slip = (
         np.array([getattr(each, name) for each in counts]) for name in Runs._fields[:4]
     )

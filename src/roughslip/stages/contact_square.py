@@ -15,7 +15,6 @@ STAGE = Stage(
     optional={"scan": "scan", "pilot": "square_pilot"},
     result="contact/square-{design}-{first}-{last}.nc",
     batches=Batches(
-        size="batches.square_samples",
         totals={
             "monte_carlo": "square.monte_carlo_samples",
             "latin_hypercube": "square.latin_hypercube_samples",

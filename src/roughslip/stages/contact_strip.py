@@ -14,7 +14,7 @@ STAGE = Stage(
     reads_if_given="strip.light_percentiles",
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="contact/strip-{first}-{last}.nc",
-    batches=Batches(size="batches.strip_samples", totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
+    batches=Batches(totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
     memory_mb=420,
     memory_doubles={"cells": 190, "batch windows": 16, "trained_strips levels cells": 1},
 )

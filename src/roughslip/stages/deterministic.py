@@ -22,7 +22,7 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="deterministic",
-    reads="oscillator ensemble numerics.oscillator_tolerance",
+    reads="oscillator ensemble",
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/deterministic.nc",
@@ -64,13 +64,13 @@ def work(job: Job) -> None:
         if belt.excitation_force_n == 0:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
-        options = MotionOptions(scene.numerics.oscillator_tolerance)
+        options = MotionOptions(mass_on_belt.TOLERANCE)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
         if ensemble.count_by_period:
             counts = counts_by_period(belt, law, duration, dampings, options)
         else:
             counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
-        periods = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
+        periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
     if belt.q == 0.0 and loading >= duration:
@@ -82,7 +82,7 @@ def work(job: Job) -> None:
     sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
     spared = round(duration * len(counts.cycles) - counts.periods)
     job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
-    variables = of_motion(limits, cycle, counts, drawn, ensemble.discarded_periods) | of_friction(job, numbers)
+    variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
     store.write(job.arguments.output, variables, job.key)
 
 

@@ -18,7 +18,7 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="ensemble_pilot",
-    reads="seed oscillator ensemble accuracy.cycles accuracy.cost_limit_cpu_s numerics.oscillator_tolerance",
+    reads="seed oscillator ensemble accuracy.cycles accuracy.cost_limit_cpu_s",
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/allocation.nc",

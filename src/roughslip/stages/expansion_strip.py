@@ -17,7 +17,6 @@ STAGE = Stage(
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/expansion-{first}-{last}.nc",
     batches=Batches(
-        size="batches.expansion_samples",
         totals={"": "strip.expansion_samples"},
         asked="accuracy.friction_mean",
         shares=2,

@@ -75,12 +75,9 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     paths = mass_on_belt.friction_paths(scene, process, nodes)
     seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
-    is_time = scene.oscillator.friction_follows == "time"
-    axis, unit = ("time [ms]", "s") if is_time else ("slipped distance [mm]", "m")
     place = paths.spacing * np.arange(drawn.shape[1])
     return {
-        "path": store.Variable(("path",), place, unit, "place along the path"),
-        "path_axis": store.Variable(("axis",), np.array([axis]), "1", "what the place is"),
+        "path": store.Variable(("path",), place, "m", "slipped distance"),
         "friction": store.Variable(("run", "path"), numbers.mean + drawn, "1", "friction coefficient of the runs"),
         "friction_mean": store.Variable((), numbers.mean, "1", "its mean"),
     }

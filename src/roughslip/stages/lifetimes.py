@@ -33,7 +33,7 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="lifetimes",
-    reads="seed oscillator survival numerics.oscillator_tolerance",
+    reads="seed oscillator survival",
     reads_if_given="ensemble.marginal friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/lifetimes.nc",

@@ -17,13 +17,11 @@ from roughslip.stages.runtime.command import Job, execute
 
 STAGE = Stage(
     name="oscillator",
-    reads="seed oscillator ensemble numerics.oscillator_tolerance",
+    reads="seed oscillator ensemble",
     reads_if_given="friction.statistics",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
-    batches=Batches(
-        size="batches.realisations", totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2
-    ),
+    batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
     memory_mb=520,
     memory_doubles={
         "path_nodes": 10,
@@ -61,9 +59,9 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     dampings = damping_ratios(scene, numbers, statistics)
     nodes = shares.given_or_found(job, lambda: ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")
     options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
-    until = ensemble.discarded_periods + mass_on_belt.DRAWN_PERIODS
+    until = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
     paths = mass_on_belt.friction_paths(scene, process, nodes)
-    needed = math.ceil(mass_on_belt.path_length(belt, periods, options.friction_follows) / paths.spacing) + 1
+    needed = math.ceil(mass_on_belt.path_length(belt, periods) / paths.spacing) + 1
     runs = []
     for row, number in enumerate(taken):
         path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
@@ -71,7 +69,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
         nominal = simulate(belt, law, path, paths.spacing, periods, options)
         is_drawn = number < ensemble.drawn_realisations
         drawn = trajectory(belt, law, path, paths.spacing, until, options) if is_drawn else None
-        places, sticks = nominal.reattachments(ensemble.discarded_periods), nominal.cycles + nominal.micro_slips
+        places, sticks = nominal.reattachments(mass_on_belt.DISCARDED_PERIODS), nominal.cycles + nominal.micro_slips
         runs.append(Run(counts, places, nominal.last_cycle, sticks, drawn, max(needed - path.nodes, 0)))
         job.usage.progress(row + 1, len(taken))
     return runs
@@ -123,7 +121,7 @@ def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]
     """Those that are drawn, without the periods that are discarded."""
     if not drawn:
         return {}
-    shown = drawn[0].time >= 2 * np.pi * job.scene.ensemble.discarded_periods
+    shown = drawn[0].time >= 2 * np.pi * mass_on_belt.DISCARDED_PERIODS
     variables = {"time": store.Variable(("time",), drawn[0].time[shown], "1", "tau = omega t")}
     for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
         values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])

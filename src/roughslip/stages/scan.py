@@ -26,7 +26,7 @@ STAGE = Stage(
     name="scan",
     reads="targets roughness.scan",
     reads_if_given="strip.length_m strip.margin_m strip.width_m strip.cell_m strip.expansion_spacing_m",
-    inputs={"scan": "grinding roughness.scan.file"},
+    inputs={"scan": "roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
     memory_mb=320,
@@ -40,9 +40,7 @@ FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, 
 def work(job: Job) -> None:
     """Read, remove form, describe, fit."""
     wanted = job.scene.roughness.scan
-    sides = wanted.spacing_x_m, wanted.spacing_y_m
-    spacing = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
-    scan = remove_form(read_scan(job.arguments.scan, spacing, wanted.height_unit, wanted.array), wanted.form)
+    scan = remove_form(read_scan(job.arguments.scan, wanted.spacing_m, wanted.height_unit, wanted.array), wanted.form)
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
     if scan.cut > WIDE_RIM:
         job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")

@@ -121,7 +121,7 @@ class WeierstrassMandelbrot:
             raise ParameterError(
                 f"the band {self.longest_wavelength_m:.3g} m to {self.shortest_wavelength_m:.3g} m is too wide for a "
                 "search of its 1/e length: lengthen the shortest wavelength, which hardly changes it; scene key: "
-                "roughness.fractal.shortest_wavelength_m"
+                "roughness.fractal.wavelengths_m"
             )
         distances = step * np.arange(math.ceil(self.longest_wavelength_m / step) + 1)
         below = np.flatnonzero(excess(distances) <= 0.0)
@@ -192,7 +192,7 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
             raise ParameterError(
                 f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
                 "lengthen the shortest wavelength or use a finer mesh; scene keys: "
-                "roughness.fractal.shortest_wavelength_m, strip.cell_m"
+                "roughness.fractal.wavelengths_m, strip.cell_m"
             )
     x = np.outer(grid.x(), kx)
     return PlaneWaves(grid, amplitudes, np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y())))

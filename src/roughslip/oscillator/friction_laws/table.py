@@ -103,13 +103,13 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             raise ParameterError(
                 f"TableLaw.speeds_m_per_s {speeds[near[0]]} and {speeds[near[0] + 1]} are nearer than {NEAREST:g} of "
                 "their speed, which no step resolves: space them further, as hardly changes the motion; scene key: "
-                "oscillator.friction_table.speeds_m_per_s"
+                "oscillator.friction_table"
             )
         if values[0] < 0.5 * values[1] and speeds[1] < SMOOTHED * speeds[-1]:
             raise ParameterError(
                 f"TableLaw.values rise from {values[0]} to {values[1]} within {speeds[1]} m/s: stick needs no such "
                 f"approximation here, and steps as short; start the table at 0 m/s with {values[1]} and give static; "
-                "scene keys: oscillator.friction_table.values, oscillator.static_friction"
+                "scene keys: oscillator.friction_table, oscillator.static_friction"
             )
         if self.interpolation not in INTERPOLATIONS:
             raise ParameterError(
@@ -130,8 +130,8 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:
         """The table of the scene, which takes the place of the mean friction coefficient."""
-        table = section.friction_table
-        return cls(tuple(table.speeds_m_per_s), tuple(table.values), section.static_friction)
+        speeds, values = zip(*section.friction_table, strict=True)
+        return cls(speeds, values, section.static_friction)
 
     @classmethod
     def example(cls, generator: np.random.Generator, static: float, speed: float) -> TableLaw:

@@ -19,6 +19,9 @@ from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.scene.types import Scene
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
+# Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
+DISCARDED_PERIODS = 10.0
+TOLERANCE = 1e-5  # of the motion; mean counts are the same within their error from 1e-4 to 1e-10
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     """
     given = scene.friction.statistics
     if given is not None:
-        return FrictionNumbers(**{field.name: getattr(given, field.name) for field in fields(FrictionNumbers)})
+        return FrictionNumbers(given.mean, given.standard_deviation, given.correlation_length_m, *given.beta_shapes)
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
@@ -140,20 +143,18 @@ def motion_options(scene: Scene) -> MotionOptions:
     """How every run of the scene treats friction, and how it is integrated."""
     section = scene.oscillator
     return MotionOptions(
-        tolerance=scene.numerics.oscillator_tolerance,
+        tolerance=TOLERANCE,
         stochastic_static_limit=section.stochastic_static_limit,
         friction_follows=section.friction_follows,
     )
 
 
-def path_length(belt: Oscillator, duration_periods: float, follows: str = "slip") -> float:
-    """Length of a friction path that is enough for a run: its time [s], or the travel of the belt [m].
+def path_length(belt: Oscillator, duration_periods: float) -> float:
+    """[m] length of a friction path that is enough for a run: the travel of the belt.
 
-    The travel has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
+    It has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
     ends with an error.
     """
-    if follows == "time":
-        return 2 * np.pi * (1 + duration_periods) / belt.natural_frequency_rad_per_s
     return belt.V * 2 * np.pi * duration_periods + 10 * belt.F
 
 
@@ -165,8 +166,7 @@ def friction_process(
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
     Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
     that of the mean of as many Beta variables as there are `independent_windows`; `windows` replaces the scene's number
-    of windows. Where friction follows time, the
-    correlation length of the process is the scene's correlation time.
+    of windows.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = scene.ensemble.marginal
@@ -179,15 +179,13 @@ def friction_process(
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         window = BetaDistribution.of_moments(*shapes, *moments)
         marginal = average_beta(window, independent_windows(scene, statistics, windows))
-    correlation_time = scene.oscillator.correlation_time_s  # where friction follows time
-    return FrictionProcess(marginal, numbers.correlation_length_m if correlation_time is None else correlation_time)
+    return FrictionProcess(marginal, numbers.correlation_length_m)
 
 
 def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int) -> Paths:
     """Realisations of the process, long enough for every run of the ensemble."""
     ensemble = scene.ensemble
-    periods = max(ensemble.duration_periods, ensemble.discarded_periods + DRAWN_PERIODS)
-    follows = scene.oscillator.friction_follows
-    length = path_length(oscillator(scene), periods, follows)
+    periods = max(ensemble.duration_periods, DISCARDED_PERIODS + DRAWN_PERIODS)
+    length = path_length(oscillator(scene), periods)
     spacing = process.correlation_length_m / nodes_per_length
     return path_sampler(process, spacing, length, ensemble.process)

@@ -43,11 +43,9 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
             f"ensemble.damping_ratios = {AUTO} takes a list around the limits of the stick-slip cycle, which the "
             f"oscillator does not have ({error}); give a list"
         ) from error
-    time = section.correlation_time_s  # where friction follows time
-    length = numbers.correlation_length_m if time is None else time * free.belt_velocity_m_per_s
     deviation = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, statistics))
     limit, hopf = response.limit, max(hopf_damping(free, law), 0.0)
-    moved = REACH * response.scatter(length) * deviation
+    moved = REACH * response.scatter(numbers.correlation_length_m) * deviation
     first = 0.2 * (min(limit, hopf) or limit)
     last = max(1.25 * max(limit, hopf), limit + moved)
     near = np.linspace(max(limit - moved, first), limit + moved, NEAR)

@@ -9,8 +9,8 @@ from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.scene.auto import AUTO, unless_auto
-from roughslip.scene.ranges import KEYS, StickSlipMap
+from roughslip.scene.auto import unless_auto
+from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -21,22 +21,19 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")  # parameters t
 Box = dict[str, tuple[float, float]]
 
 
-def box(scene: Scene, numbers: FrictionNumbers, ranges: StickSlipMap | None, default: Sequence[str] = ()) -> Box:
-    """First and last value of each parameter that a section gives, by names of `variation.PARAMETERS` in their order.
+def box(scene: Scene, numbers: FrictionNumbers, asked: StickSlipMap) -> Box:
+    """First and last value of the two parameters of a map, by names of `variation.PARAMETERS` in their order.
 
-    ranges : section `map`
-    default : the parameters where it gives none; auto stands for `own_range`
+    asked : section `map`; auto stands for `own_range`
 
     Raises InputError for a parameter without effect in the scene.
     """
-    own = variation.system(scene, numbers)
-    given = {name: value for name, key in KEYS.items() if (value := getattr(ranges, key, None)) is not None}
-    changeable = variation.changeable(scene)
-    for name in given:
+    own, changeable = variation.system(scene, numbers), variation.changeable(scene)
+    for name in asked.parameters:
         if name not in changeable:
-            allowed = ", ".join(KEYS[name] for name in changeable)
-            raise InputError(f"{KEYS[name]} has no effect in this scene; choose of: {allowed}")
-    ends = {name: unless_auto(value) for name, value in (given or dict.fromkeys(default, AUTO)).items()}
+            allowed = ", ".join(changeable)
+            raise InputError(f"map.parameters: {name} has no effect in this scene; choose of: {allowed}")
+    ends = {name: unless_auto(value) for name, value in zip(asked.parameters, asked.ranges, strict=True)}
     return {
         name: own_range(name, own) if (pair := ends[name]) is None else (float(pair[0]), float(pair[1]))
         for name in variation.PARAMETERS
@@ -55,7 +52,7 @@ class PointRuns:
     One generator per realisation serves every point, so that neighbours err together. Results do not depend on the
     order of the points.
 
-    scene : with sections `oscillator` and `numerics`, and `ensemble.marginal`
+    scene : with section `oscillator`, and `ensemble.marginal`
     numbers, statistics : friction of the scene, and its file if any
     periods : natural periods of a run after its first departure
     stream : of the random numbers

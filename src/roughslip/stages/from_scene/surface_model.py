@@ -52,15 +52,10 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
 def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
     """The waves of a fractal; where the scene gives no band, that of the strip, from its length to two cells."""
     roughness, grid = scene.roughness, geometry.strip_grid(scene)
-    band = fractal_on(grid, law.hurst, roughness.rms_height_m, law.azimuths, law.gamma)
-    return WeierstrassMandelbrot(
-        law.hurst,
-        roughness.rms_height_m,
-        law.longest_wavelength_m or band.longest_wavelength_m,
-        law.shortest_wavelength_m or band.shortest_wavelength_m,
-        law.azimuths,
-        law.gamma,
-    )
+    if law.wavelengths_m is None:
+        return fractal_on(grid, law.hurst, roughness.rms_height_m, law.azimuths, law.gamma)
+    shortest, longest = law.wavelengths_m
+    return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, law.azimuths, law.gamma)
 
 
 def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float | None = None) -> list[str]:

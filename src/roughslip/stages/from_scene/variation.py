@@ -79,13 +79,12 @@ def leaves_known_speeds(system: System) -> bool:
 def changeable(scene: Scene) -> list[str]:
     """The parameters that have an effect in the scene, in the order of PARAMETERS.
 
-    A friction table gives the mean itself, measured quantiles are those of one window, and friction that follows time
-    has a correlation time. It reads the section `oscillator` and `ensemble.marginal`.
+    A friction table gives the mean itself, and measured quantiles are those of one window. It reads the section
+    `oscillator` and `ensemble.marginal`.
     """
     fixed = {
         "mean_friction": scene.oscillator.law == "table",
         "windows": scene.ensemble.marginal == "empirical",
-        "correlation_length": scene.oscillator.friction_follows == "time",
     }
     return [name for name in PARAMETERS if not fixed.get(name)]
 

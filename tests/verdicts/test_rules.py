@@ -735,8 +735,8 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
         value = value**power
         return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
 
-    found = bracket.end(answer, 1.0, 10.0**power)
-    assert found.stands**power == pytest.approx(stands, rel=2e-6)
-    assert (found.changes and found.changes**power) == (changes and pytest.approx(changes, rel=2e-6))
-    assert answer(found.stands) == "own"
-    assert found.changes is None or answer(found.changes) == "other"
+    found = bracket.range_end(answer, 1.0, 10.0**power)
+    assert found.last_same**power == pytest.approx(stands, rel=2e-6)
+    assert (found.first_different and found.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
+    assert answer(found.last_same) == "own"
+    assert found.first_different is None or answer(found.first_different) == "other"

@@ -97,7 +97,7 @@ def test_a_stage_with_its_figure(copy):
     planned = jobs(copy, "steep")
     assert {"karhunen_loeve", "figure_slopes", "scene_report"} <= set(planned.split())
     assert "contact_square" not in planned
-    copy.make("-j1", "results/steep/figure_slopes.png")
+    copy.make("-j1", "results/steep/figure_slopes.png", "results/steep/figure_slopes.svg")
     (file,) = copy.path("results/store/figure_slopes").glob("*/key.json")
     key = json.loads(file.read_text())
     assert key["configuration"]["slopes"] == {"bins": 20}

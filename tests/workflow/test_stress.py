@@ -136,4 +136,5 @@ def test_a_share_of_all_campaigns_has_no_failure_and_the_same_rows_in_other_proc
     assert len(found["rows"]) == found["problems"] == sum(stage["problems"] for stage in found["summary"]) == 181
     assert found["seeds"] == dict.fromkeys(runner.CAMPAIGNS, SEED)
     assert all(row.keys() == {"stage", "case", "outcome", "residual"} for row in found["rows"])
-    assert np.nanmax([stage["worst_residual_over_tolerance"] for stage in found["summary"]]) <= 1
+    worst = [stage["worst_residual_over_tolerance"] for stage in found["summary"]]  # None where all were refused
+    assert max(value for value in worst if value is not None) <= 1

@@ -225,7 +225,8 @@ def names(package: str) -> str:
         value = getattr(module, name)
         kind = "class" if inspect.isclass(value) else "function"
         if not callable(value):
-            text.append(f"```{{py:data}} {package}.{name}\nOne of {', '.join(f'`{one}`' for one in value)}.\n```\n")
+            meaning = f"{value:g}" if isinstance(value, float) else f"One of {', '.join(f'`{word}`' for word in value)}"
+            text.append(f"```{{py:data}} {package}.{name}\n{meaning}.\n```\n")
             continue
         members = "\n   :members:" if kind == "class" and not issubclass(value, Exception) else ""
         text.append(f"```{{eval-rst}}\n.. auto{kind}:: {package}.{name}{members}\n```\n")

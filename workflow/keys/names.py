@@ -1,7 +1,7 @@
 """Names of results: results/store/<stage>/<key>/<file>, where the key is a hash of all that the result is made of.
 
 So a result that exists is up to date. Two scenes share a result because it has one name, and after an edit is taken
-back the result is still there. Beside the results of a key stands key.json, which says what was hashed.
+back the result is still there. key.json in its folder says what was hashed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import json
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,7 @@ class Entry:
     memory_mb: int = 0
     scene: str = JOINT
 
-    @property
+    @cached_property
     def key(self) -> str:
         text = json.dumps(self.made_of, sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -82,12 +82,9 @@ class Names:
         """What the results of a stage of a scene are made of."""
         inputs = self._inputs(scene, stage)
         files, made_of = {}, {"configuration": self._configuration(scene, stage)}
-        before = plan.makers(stage, self.scenes.stages(scene))
-        if stage == "costs":
-            before = sorted(self.scenes.stages(scene).difference(plan.AFTER_COSTS))
+        before = self._before(scene, stage)
         if stage == "report":
             files = {scene: self.published(scene, without=("report", "sweep"))}
-            before = sorted(self.scenes.stages(scene) - {"report"})
         if stage == "strip_allocation":
             from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
 
@@ -131,8 +128,10 @@ class Names:
         made_of = {"configuration": {"scenes": [scene for scene, _ in pairs]}, "before": before}
         return self._known(Entry(self._code("comparison") | made_of, inputs, awaited))
 
-    def over_published(self, stage: str, outputs: dict[str, str], **inputs: list[str]) -> Entry:
-        """A stage that reads and writes published files: `verify` and `reference`."""
+    def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
+        """A stage that reads and writes published files of these scenes: `verify` and `reference`."""
+        inputs["scenes"] = [f"results/{name}" for name in scenes]
+        outputs = {option: f"results/{file or stage}" for option, file in declarations()[stage].results.items()}
         return self._known(Entry(self._code(stage) | {"configuration": {}}, inputs, [], outputs=outputs))
 
     def solves(self, scene: str, kind: str) -> Entry:
@@ -170,18 +169,18 @@ class Names:
 
         without : stages that are left out
         """
-        found: dict[str, str] = {}
+        files: dict[str, str] = {}
         for stage in sorted(self.scenes.stages(scene).difference(without)):
             declared, folder = declarations()[stage], self.entry(scene, stage).folder
             for job in self._jobs(scene, stage):
                 names = [file.format(**job) for file in declared.results.values()]
                 names.append(f"usage/{declared.job_name(**job)}.json")
-                found |= {name: f"{folder}/{name}" for name in names}
-            found[f"keys/{stage}.json"] = f"{folder}/key.json"
+                files |= {name: f"{folder}/{name}" for name in names}
+            files[f"keys/{stage}.json"] = f"{folder}/key.json"
         if "sweep" not in without and self.scenes.variants.get(scene):
             table = self.variants_table(scene).folder
-            found |= {file: f"{table}/{file}" for file in declarations()["sweep"].results.values()}
-        return found
+            files |= {file: f"{table}/{file}" for file in declarations()["sweep"].results.values()}
+        return files
 
     def file(self, scene: str, name: str) -> str:
         """The file of the store by its name in the folder of a scene. Raises InputError where the scene has none."""
@@ -195,8 +194,8 @@ class Names:
 
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
-        found = [record for stage in sorted(self.scenes.stages(scene)) for record in self.records(scene, stage)]
-        return [*found, *([record_of(self.variants_table(scene))] if self.scenes.variants.get(scene) else [])]
+        records = [record for stage in sorted(self.scenes.stages(scene)) for record in self.records(scene, stage)]
+        return [*records, *([record_of(self.variants_table(scene))] if self.scenes.variants.get(scene) else [])]
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -225,17 +224,24 @@ class Names:
     def _inputs(self, scene: str, stage: str) -> dict[str, list[str]]:
         declared = declarations()[stage]
         if stage == "costs":
-            others = sorted(self.scenes.stages(scene).difference(plan.AFTER_COSTS))
-            return {"records": [record for name in others for record in self.records(scene, name)]}
+            before = self._before(scene, stage)
+            return {"records": [record for name in before for record in self.records(scene, name)]}
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
-        found: dict[str, list[str]] = {}
+        special: dict[str, list[str]] = {}
         if stage == "scan":
-            found["scan"] = [self.scenes.scan_file(scene)]
+            special["scan"] = [self.scenes.scan_file(scene)]
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
-            found["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
-        others = {option: _stages(made_by) for option, made_by in options.items() if option not in found}
-        return found | {option: self.results(scene, *stages) for option, stages in others.items()}
+            special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
+        others = {option: _stages(made_by) for option, made_by in options.items() if option not in special}
+        return special | {option: self.results(scene, *stages) for option, stages in others.items()}
+
+    def _before(self, scene: str, stage: str) -> list[str]:
+        """The stages of a scene whose results a stage takes."""
+        stages = self.scenes.stages(scene)
+        if stage in plan.AFTER_COSTS:  # the sum takes all, and the page the sum too
+            return sorted(stages - {"report"} if stage == "report" else stages.difference(plan.AFTER_COSTS))
+        return plan.makers(stage, stages)
 
     def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
         part = plan.slice_for(self.scenes[scene], stage)
@@ -258,10 +264,9 @@ class Names:
         names = tuple(names)
         files = {name: self.published(name, without=("report", "sweep")) for name in names}
         before = {
-            name: {stage: self.entry(name, stage).key for stage in sorted(self.scenes.stages(name) - {"report"})}
-            for name in names
+            name: {other: self.entry(name, other).key for other in self._before(name, "report")} for name in names
         }
-        records = [record for name in names for stage in before[name] for record in self.records(name, stage)]
+        records = [record for name in names for other in before[name] for record in self.records(name, other)]
         made_of = self._code(stage) | {"configuration": part, "before": before}
         return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
 

@@ -39,11 +39,11 @@ rule verify:
         "results/logs/verify.log",
     localrule: True
     params:
-        key=lambda wildcards: inputs.over_published(
+        folder=lambda wildcards: names.over_published(
             "verify", scenes.default, reference=[str(ROOT / "results" / "reference")]
-        ),
+        ).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.verify --key {params.key} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.verify --key {params.folder}/key.json 2> {log:q}'
 
 
 rule reference:
@@ -54,9 +54,9 @@ rule reference:
         "results/logs/reference.log",
     localrule: True
     params:
-        key=lambda wildcards: inputs.over_published("reference", scenes.default),
+        folder=lambda wildcards: names.over_published("reference", scenes.default).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.reference --key {params.key} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.reference --key {params.folder}/key.json 2> {log:q}'
 
 
 rule clean_unused:

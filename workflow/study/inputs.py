@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,8 @@ class Inputs:
     newest : a file that is newer than results. A job that has to run although a result may be there gets it as one
         more input, because Snakemake compares times
     shows_all : whether a job that has ended has inputs too, for graphs of the study
-    clears : whether what such a job left is removed, as file times may be in disorder; a dry run, or a process that is
-        not alone in the folder, removes nothing
+    clears : whether what such a job left is removed, as file times may be in disorder. False in a dry run, and where
+        another run is at work in the folder
     """
 
     names: Names
@@ -84,13 +84,6 @@ class Inputs:
     def _clear(self, *files: Path) -> None:
         for file in files if self.clears else ():
             file.unlink(missing_ok=True)
-
-    def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> str:
-        """Key file of a stage that reads the published results of these scenes."""
-        folders = [f"results/{name}" for name in scenes]
-        files: Mapping[str, str] = declarations()[stage].results
-        made = {option: f"results/{file or stage}" for option, file in files.items()}
-        return f"{self.names.over_published(stage, made, scenes=folders, **inputs).folder}/key.json"
 
 
 def _not_ended(records: list[str]) -> list[str]:

@@ -1,9 +1,9 @@
 """Meshes, share of modes and tolerance of solves, where a scene leaves them to the accuracy that it asks for.
 
-At x = cell / correlation length the cells of strips leave a x^p of the number after extrapolation, and those of the
-square a x^p of the distribution of the pressure, with and without the error at edges of contacts. Modes that are left
-out leave it a share of their variance. Measured on smooth heights at percentiles 20 to 95, docs/notebook. Pilots
-then show what remains on the scene's own surface. Where that is too much, they refuse it with advice.
+Errors by cells are a x^p at x = cell / correlation length. Of strips it is the error of friction after extrapolation.
+Of the square it is that of the distribution of the pressure, with and without the error at edges of contacts. Modes
+that are left out leave it a share of their variance. Measured on smooth heights at percentiles 20 to 95, docs/notebook.
+Pilots then show what remains on the scene's own surface. Where that is too much, they refuse it with advice.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Set
 from functools import cache
-from graphlib import TopologicalSorter
 from typing import Any
 
 from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations, targets
@@ -127,11 +126,6 @@ def makers(stage: str, stages: Set[str]) -> list[str]:
     if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
         found.discard("contact_strip")
     return sorted(found)
-
-
-def in_order(stages: Set[str]) -> list[str]:
-    """The stages of a scene, each after those that make its inputs."""
-    return list(TopologicalSorter({stage: makers(stage, stages) for stage in sorted(stages)}).static_order())
 
 
 @cache

@@ -92,17 +92,17 @@ def paths(stage: Stage, key: Path, entry: Mapping[str, Any], placeholders: Mappi
     for path in (path for option in inputs.values() for path in option):
         if not path.exists():
             raise StoreError(f"{path}: missing; run snakemake again")
-    found: dict[str, Any] = {
+    read: dict[str, Any] = {
         name: given if name in stage.many else given[0] if given else None for name, given in inputs.items()
     }
     for name in (*stage.inputs, *stage.many):
-        if not found[name]:
+        if not read[name]:
             raise StoreError(f"{key}: names no file for {name!r}; run snakemake again")
     values = {name: placeholders[name] for name in stage.placeholders}
     results = {name: key.parent / file.format(**values) for name, file in stage.results.items() if file}
     record = key.parent / "usage" / f"{stage.job_name(**values)}.json"
     return {
-        **found,
+        **read,
         "usage": record,
         **results,
         **{name: Path(path) for name, path in entry.get("outputs", {}).items()},

@@ -25,7 +25,7 @@ STAGE = Stage(
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
-    memory_mb=420,
+    memory_mb=460,
     memory_doubles={
         "square_modes": 32.5,
         "nodes": 80,

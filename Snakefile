@@ -67,9 +67,9 @@ try:
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
         earlier_runs.refuse_queued_jobs(STATE)
-        for name in scenes.asked:
-            names.published(name)
         source_hash.keep()
+    for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
+        names.published(name)
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

@@ -121,11 +121,11 @@ def _reason(stage: Stage) -> str:
 
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
-    collected = [name for made_by in declarations()[stage].collects.values() for name in made_by.split()]
-    found = {*(name for name, _ in _edges(stage)), *collected} & stages
-    if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
-        found.discard("contact_strip")
-    return sorted(found)
+    collected = [name for names in declarations()[stage].collects.values() for name in names.split()]
+    made_by = {*(name for name, _ in _edges(stage)), *collected} & stages
+    if stage == "chaos_strip" and "strip_pilot" in made_by:  # the pilot then has all training strips
+        made_by.discard("contact_strip")
+    return sorted(made_by)
 
 
 @cache

@@ -1,20 +1,31 @@
-"""The JSON schema of scene files, generated from the types: for editors, and for the check of every file.
+"""The JSON schema of scene files, generated from the types: for editors, and for the check of every value.
 
 `python -m roughslip.scene.schema` writes config/scene.schema.json.
 """
 
 from __future__ import annotations
 
+import difflib
 import json
+import re
+import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+from jsonschema import Draft202012Validator, validators
 
 from roughslip.scene.declarations import targets
 from roughslip.scene.fields import REQUIRED, WORD, Section, default_of, fields_of
+from roughslip.scene.mistakes import KeyPath, Values, shown
 from roughslip.scene.types import Scene
 
 FILE = Path("config/scene.schema.json")
+NAME = "a small letter, then at most 39 small letters, digits, _ or -"  # the WORD that names a scene
+# Numbers as a scene file writes them
+INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,30})")
+FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?")
 
 
 @cache
@@ -68,6 +79,135 @@ def _optional(schema: dict[str, Any]) -> dict[str, Any]:
     if "properties" in schema:
         optional["properties"] = {name: _optional(part) for name, part in schema["properties"].items()}
     return optional
+
+
+def _is_integer(_: object, value: object) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(_: object, value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # false for inf and NaN
+
+
+def _is_text(_: object, value: object) -> bool:
+    return isinstance(value, str) and value.isprintable()  # on one line, and fit for any file
+
+
+_Validator = validators.extend(
+    Draft202012Validator,
+    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
+        {"integer": _is_integer, "number": _is_number, "string": _is_text}
+    ),
+)
+
+
+def refusals(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
+    """The path, the text of its line, and whether there is a value, which is refused."""
+    for error in _Validator(schema).iter_errors(values):
+        path, given = tuple(error.absolute_path), error.instance
+        part = cast(Values, error.schema)
+        if error.validator == "required":
+            for key in part["required"]:
+                if key not in given:
+                    yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
+        elif error.validator == "additionalProperties":
+            for key in given:
+                if key not in part["properties"]:
+                    text = _nearest_key(key, part, schema)
+                    if given[key] is None and str(key).isdigit():  # {damping_ratio: 0,1} has a key 1
+                        text = f"is it the decimal comma of a number? Write a point, as in 0.{key}"
+                    yield (*path, key), f"unknown key; {text}", False
+        elif isinstance(given, str) and (kind := _kind(part)) in ("integer", "number") and _is_numeric(given, part):
+            yield path, f"{shown(given)} is text, not a number; {_as_number(given, {**part, 'type': kind})}", True
+        else:
+            guess = _guess(given, part["enum"]) if isinstance(given, str) and "enum" in part else ""
+            yield path, f"{shown(given)} is not allowed; {guess}{describe_allowed(part)}", True
+
+
+def describe_allowed(schema: Values) -> str:
+    """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
+    if isinstance(schema["type"], list):  # a number, or a word in its place
+        return f"{describe_allowed({**schema, 'type': schema['type'][0]})}, or {schema['pattern'].strip('^$')}"
+    if "enum" in schema:
+        return "one of " + ", ".join(schema["enum"])
+    match schema["type"]:
+        case "boolean":
+            return "true or false"
+        case "string":
+            longest = schema.get("maxLength")
+            return f"text on one line, 1 to {longest} characters" if longest else NAME
+        case "object":
+            return "a group of the keys " + ", ".join(schema["properties"])
+        case "array":
+            least, most = schema["minItems"], schema.get("maxItems")
+            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
+            once = ", each once" if schema.get("uniqueItems") else ""
+            return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
+    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+    bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, sign in signs.items() if key in schema)
+    unit = re.search(r" \[[^\]-]+\]$", schema["description"])
+    return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
+
+
+def _kind(part: Values) -> str:
+    """The type that a part of the schema allows, the first where a word may stand in its place."""
+    return str(part["type"][0] if isinstance(part["type"], list) else part["type"])
+
+
+def _is_numeric(text: str, part: Values) -> bool:
+    """Whether a text is meant as a number: always, or with a digit where a word may stand in its place."""
+    return not isinstance(part["type"], list) or any(character.isdigit() for character in text)
+
+
+def _as_number(text: str, schema: Values) -> str:
+    """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
+    plain = text.strip().replace("_", "")
+    if re.fullmatch(r"[-+]?\d*,\d+", plain):
+        plain = plain.replace(",", ".")
+    if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
+        sign, whole, fraction, exponent_sign, exponent = scientific.groups()
+        plain = f"{sign}{whole or 0}.{fraction or 0}e{exponent_sign or '+'}{exponent}"
+    if schema["type"] == "integer" and FLOAT.fullmatch(plain) and float(plain).is_integer():
+        plain = f"{float(plain):.0f}"
+    known = INTEGER.fullmatch(plain) or FLOAT.fullmatch(plain)
+    return f"write {plain}, {describe_allowed(schema)}" if known else describe_allowed(schema)
+
+
+def _nearest_key(key: str, part: Values, schema: Values) -> str:
+    """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
+    allowed = list(part["properties"])
+    elsewhere = [
+        f"{section}.{key}" for section, inner in schema["properties"].items() if key in inner.get("properties", {})
+    ]
+    if elsewhere and not difflib.get_close_matches(key, allowed):
+        return f"did you mean {' or '.join(elsewhere)}? allowed: {', '.join(allowed)}"
+    return nearest(key, allowed, "allowed")
+
+
+def nearest(given: str, known: list[str], heading: str) -> str:
+    return f"{_guess(given, known)}{heading}: {', '.join(known)}"
+
+
+def _guess(given: str, known: list[str]) -> str:
+    """A question for the known word that is nearest, or nothing where none is near."""
+    given = given[:100].replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")  # else µm is near m
+    near = difflib.get_close_matches(given, known, n=1)
+    return f"did you mean {near[0]}? " if near else ""
+
+
+def with_floats(value: Any, schema: Values) -> Any:
+    """A number is a float however it was written, so that 5 and 5.0 are the same scene."""
+    kind = schema["type"]
+    match kind[0] if isinstance(kind, list) and not isinstance(value, str) else kind:
+        case "object":
+            return {key: with_floats(item, schema["properties"][key]) for key, item in value.items()}
+        case "array":
+            return [with_floats(item, schema["items"]) for item in value]
+        case "number":
+            return float(value)
+    return value
 
 
 if __name__ == "__main__":

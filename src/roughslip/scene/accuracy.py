@@ -94,7 +94,7 @@ PRESSURES = ("square.monte_carlo_samples", "expansion.samples")
 RUNS = ("ensemble.realisations", "ensemble.nodes_per_correlation_length")
 FINDS = {"friction_mean": STRIPS, "friction_std": STRIPS, "pressure": PRESSURES, "cycles": RUNS}
 NUMBERS = (*STRIPS, *PRESSURES, *RUNS)
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {"": {f"accuracy.{name}": keys for name, keys in FINDS.items()}}
+REPLACES: dict[str, tuple[str, ...]] = {f"accuracy.{name}": keys for name, keys in FINDS.items()}
 
 
 def of_all(value: float) -> dict[str, float]:

@@ -161,9 +161,7 @@ MULTIPLES = {
     "expansion_spacing_m": "length_m window_m window_spacing_m",
 }
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
-}
+REPLACES: dict[str, tuple[str, ...]] = {MODES: (SHARE,), SHARE: (MODES,)}
 
 
 def training_columns(columns: float) -> int:

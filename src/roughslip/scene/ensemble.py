@@ -161,9 +161,9 @@ _LENGTH, _PROCESS = f"{STATISTICS}.correlation_length_m", "ensemble.process"
 
 # In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
 _OF_OTHERS = ("ensemble.damping_ratios", "map.ranges")
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "": {"oscillator": _OF_OTHERS, "friction": _OF_OTHERS},
-    "map": {"parameters": ("ranges",)},
+REPLACES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("oscillator", "friction"), _OF_OTHERS),
+    "map.parameters": ("map.ranges",),
 }
 
 

@@ -67,9 +67,10 @@ FORCE = "oscillator.normal_force_n"
 BY_HAND = (FORCE, "oscillator.penetration_percentile", "oscillator.windows_in_parallel")
 NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical"}
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "": {"load": BY_HAND},
-    "friction": {"statistics": SOLVED, **dict.fromkeys(SOLVED, ("statistics",))},
+REPLACES: dict[str, tuple[str, ...]] = {
+    "load": BY_HAND,
+    STATISTICS: tuple(f"friction.{key}" for key in SOLVED),
+    **{f"friction.{key}": (STATISTICS,) for key in SOLVED},
 }
 
 

@@ -26,18 +26,12 @@ RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "c
 LONGEST = 200  # characters of a description
 LARGEST_FILE = 100_000  # bytes
 _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
-_LARGEST_FILE = 100_000  # bytes
 
 # What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
 # a key of an overlay replaces, where the overlay does not give those too.
 _RULES = tuple(rule for part in (contact, expansion, roughness, oscillator, ensemble) for rule in part.RULES)
 _FORMS = (accuracy, friction, contact, ensemble, roughness, oscillator)
-_REPLACED: dict[str, list[str]] = {}
-for _part in _FORMS:
-    for _section, _replaced in _part.REPLACES.items():
-        for _key, _old in _replaced.items():
-            place = f"{_section}." if _section else ""
-            _REPLACED.setdefault(f"{place}{_key}", []).extend(f"{place}{name}" for name in _old)
+_REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES.items()}
 
 
 def load(name_or_path: str | Path, scenes_folder: Path) -> Values:

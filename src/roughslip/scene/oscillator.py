@@ -88,8 +88,10 @@ MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
 FREE = ("figure_lifetimes", "figure_map")  # figures of the oscillator without excitation
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "oscillator": {_FREQUENCY: (_STIFFNESS,), _STIFFNESS: (_FREQUENCY,), "law": ("friction_table",)},
+REPLACES: dict[str, tuple[str, ...]] = {
+    f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),
+    f"oscillator.{_STIFFNESS}": (f"oscillator.{_FREQUENCY}",),
+    _LAW: (_TABLE,),
 }
 
 RULES = (

@@ -202,17 +202,16 @@ FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_hei
 FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
 STATED = ("spacing_m", "height_unit", "array")  # for a file that does not give them
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "roughness": {
-        **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
-        "rms_height_m": ("scan",),
-        "covariance": ("fractal", "scan", *SHAPES),
-        "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
-        "scan": (*FORMS["covariance"], "fractal"),
-    },
-    "roughness.marginal": {"family": ("shapes", "mirrored")},
-    "roughness.scan": {"marginal": ("correct_correlation",)},
+_REPLACES = {
+    **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
+    "rms_height_m": ("scan",),
+    "covariance": ("fractal", "scan", *SHAPES),
+    "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
+    "scan": (*FORMS["covariance"], "fractal"),
+    "marginal.family": ("marginal.shapes", "marginal.mirrored"),
+    "scan.marginal": ("scan.correct_correlation",),
 }
+REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
 
 _LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.fractal.wavelengths_m", "strip.cell_m"
 RULES = (

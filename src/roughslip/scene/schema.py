@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import difflib
 import json
+import operator
 import re
 import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, cast
-
-from jsonschema import Draft202012Validator, validators
+from typing import Any
 
 from roughslip.scene.declarations import targets
 from roughslip.scene.fields import REQUIRED, WORD, Section, default_of, fields_of
@@ -26,6 +25,12 @@ NAME = "a small letter, then at most 39 small letters, digits, _ or -"  # the WO
 # Numbers as a scene file writes them
 INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,30})")
 FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?")
+_BOUNDS = {
+    "minimum": (">=", operator.ge),
+    "exclusiveMinimum": (">", operator.gt),
+    "maximum": ("<=", operator.le),
+    "exclusiveMaximum": ("<", operator.lt),
+}
 
 
 @cache
@@ -81,49 +86,63 @@ def _optional(schema: dict[str, Any]) -> dict[str, Any]:
     return optional
 
 
-def _is_integer(_: object, value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+def refusals(value: Any, part: Values, path: KeyPath = ()) -> Iterator[tuple[KeyPath, str, bool]]:
+    """What a part of the schema refuses in a value and in all inside it.
+
+    Yields the path, the text of its line, and whether there is a value, which is refused.
+    """
+    if not _fits(value, part):
+        yield path, _refusal(value, part), True
+    elif isinstance(value, dict):
+        for key in (key for key in part.get("required", ()) if key not in value):
+            yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
+        for key, inner in value.items():
+            if key in part["properties"]:
+                yield from refusals(inner, part["properties"][key], (*path, key))
+            elif inner is None and str(key).isdigit():  # {damping_ratio: 0,1} has the keys damping_ratio and 1
+                yield (
+                    (*path, key),
+                    f"unknown key; is it the decimal comma of a number? Write a point, as in 0.{key}",
+                    False,
+                )
+            else:
+                yield (*path, key), f"unknown key; {_nearest_key(key, part)}", False
+    if isinstance(value, list) and "items" in part:
+        for number, item in enumerate(value):
+            yield from refusals(item, part["items"], (*path, number))
 
 
-def _is_number(_: object, value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= sys.float_info.max  # false for inf and NaN
+def _fits(value: Any, part: Values) -> bool:
+    """Whether a value has a type and bounds that a part of the schema allows; what is inside it is not looked at."""
+    kinds = part["type"] if isinstance(part["type"], list) else [part["type"]]
+    match value:
+        case bool():
+            return "boolean" in kinds
+        case int() | float():
+            is_kind = "number" in kinds or ("integer" in kinds and isinstance(value, int))
+            is_finite = abs(value) <= sys.float_info.max  # false for NaN, too
+            bounds = ((holds, part[key]) for key, (_, holds) in _BOUNDS.items() if key in part)
+            return is_kind and is_finite and all(holds(value, bound) for holds, bound in bounds)
+        case str():
+            is_word = value in part["enum"] if "enum" in part else re.search(part.get("pattern", ""), value)
+            is_short = part.get("minLength", 0) <= len(value) <= part.get("maxLength", len(value))
+            return (
+                "string" in kinds and bool(is_word) and is_short and value.isprintable()
+            )  # on one line, fit for files
+        case list():
+            is_long = part.get("minItems", 0) <= len(value) <= part.get("maxItems", len(value))
+            once = not part.get("uniqueItems") or all(item not in value[:n] for n, item in enumerate(value))
+            return "array" in kinds and is_long and once
+    return isinstance(value, dict) and "object" in kinds
 
 
-def _is_text(_: object, value: object) -> bool:
-    return isinstance(value, str) and value.isprintable()  # on one line, and fit for any file
-
-
-_Validator = validators.extend(
-    Draft202012Validator,
-    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
-        {"integer": _is_integer, "number": _is_number, "string": _is_text}
-    ),
-)
-
-
-def refusals(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
-    """The path, the text of its line, and whether there is a value, which is refused."""
-    for error in _Validator(schema).iter_errors(values):
-        path, given = tuple(error.absolute_path), error.instance
-        part = cast(Values, error.schema)
-        if error.validator == "required":
-            for key in part["required"]:
-                if key not in given:
-                    yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
-        elif error.validator == "additionalProperties":
-            for key in given:
-                if key not in part["properties"]:
-                    text = _nearest_key(key, part, schema)
-                    if given[key] is None and str(key).isdigit():  # {damping_ratio: 0,1} has a key 1
-                        text = f"is it the decimal comma of a number? Write a point, as in 0.{key}"
-                    yield (*path, key), f"unknown key; {text}", False
-        elif isinstance(given, str) and (kind := _kind(part)) in ("integer", "number") and _is_numeric(given, part):
-            yield path, f"{shown(given)} is text, not a number; {_as_number(given, {**part, 'type': kind})}", True
-        else:
-            guess = _guess(given, part["enum"]) if isinstance(given, str) and "enum" in part else ""
-            yield path, f"{shown(given)} is not allowed; {guess}{describe_allowed(part)}", True
+def _refusal(value: Any, part: Values) -> str:
+    """The text of the line on a value that is not allowed."""
+    kind = part["type"][0] if isinstance(part["type"], list) else part["type"]
+    if isinstance(value, str) and kind in ("integer", "number") and _is_numeric(value, part):
+        return f"{shown(value)} is text, not a number; {_as_number(value, {**part, 'type': kind})}"
+    guess = _guess(value, part["enum"]) if isinstance(value, str) and "enum" in part else ""
+    return f"{shown(value)} is not allowed; {guess}{describe_allowed(part)}"
 
 
 def describe_allowed(schema: Values) -> str:
@@ -145,15 +164,9 @@ def describe_allowed(schema: Values) -> str:
             number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
             once = ", each once" if schema.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
-    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-    bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, sign in signs.items() if key in schema)
+    bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, (sign, _) in _BOUNDS.items() if key in schema)
     unit = re.search(r" \[[^\]-]+\]$", schema["description"])
     return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
-
-
-def _kind(part: Values) -> str:
-    """The type that a part of the schema allows, the first where a word may stand in its place."""
-    return str(part["type"][0] if isinstance(part["type"], list) else part["type"])
 
 
 def _is_numeric(text: str, part: Values) -> bool:
@@ -175,12 +188,11 @@ def _as_number(text: str, schema: Values) -> str:
     return f"write {plain}, {describe_allowed(schema)}" if known else describe_allowed(schema)
 
 
-def _nearest_key(key: str, part: Values, schema: Values) -> str:
+def _nearest_key(key: str, part: Values) -> str:
     """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
     allowed = list(part["properties"])
-    elsewhere = [
-        f"{section}.{key}" for section, inner in schema["properties"].items() if key in inner.get("properties", {})
-    ]
+    sections = scene_schema()["properties"].items()
+    elsewhere = [f"{section}.{key}" for section, inner in sections if key in inner.get("properties", {})]
     if elsewhere and not difflib.get_close_matches(key, allowed):
         return f"did you mean {' or '.join(elsewhere)}? allowed: {', '.join(allowed)}"
     return nearest(key, allowed, "allowed")

@@ -116,13 +116,13 @@ class Strip(Section):
     penetration_percentiles: tuple[float, ...] = many(
         "Penetrations of figure 3, strictly increasing; 50 sets the shear strength",
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
-        most=99,
+        at_most=99,
     )
     light_percentiles: tuple[float, ...] | None = many(
         "Further penetrations, below those, strictly increasing, at which load and scatter of pads alone are taken: "
         "few windows touch there. With load, from 0.001 on where not given",
         number("A penetration, as square.penetration_percentile", "%", above=0, below=50),
-        most=20,
+        at_most=20,
         default=None,
     )
     samples: Auto[int] = integer(

@@ -73,7 +73,7 @@ class Ensemble(Section):
     damping_ratios: Auto[tuple[float, ...]] = many(
         "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
         number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
-        most=200,
+        at_most=200,
         or_auto=True,
         default=AUTO,
     )
@@ -89,17 +89,17 @@ class StickSlipMap(Section):
     parameters: tuple[str, ...] = many(
         "The two parameters that vary; the other parts of the machine stay, as spring and damper of another mass",
         choice("A parameter", tuple(LIMITS)),
-        fewest=2,
-        most=2,
+        at_least=2,
+        at_most=2,
         unique=True,
         default=["damping", "belt_velocity"],
     )
     ranges: tuple[Range, ...] = many(
         "First and last value of each, in SI units, or auto for a range around the scene's own; auto where not given. "
         "A range is spaced evenly in its logarithm, or evenly from zero",
-        many("A range", number("A value", at_least=0, at_most=1e15), fewest=2, most=2, or_auto=True),
-        fewest=2,
-        most=2,
+        many("A range", number("A value", at_least=0, at_most=1e15), at_least=2, at_most=2, or_auto=True),
+        at_least=2,
+        at_most=2,
         default=[AUTO, AUTO],
     )
     points: int = integer(
@@ -120,7 +120,7 @@ class Survival(Section):
     scatter_factors: tuple[float, ...] = many(
         "Multiples of the standard deviation of friction, strictly increasing",
         number("A multiple", above=0, at_most=100),
-        most=20,
+        at_most=20,
     )
     points: int = integer(
         "Damping ratios around the limit of existence, as far from it as the scatter moves it", at_least=2, at_most=200

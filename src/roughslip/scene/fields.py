@@ -76,8 +76,8 @@ def many(
     description: str,
     item: Any,
     *,
-    fewest: int = 1,
-    most: int | None = None,
+    at_least: int = 1,
+    at_most: int | None = None,
     unique: bool = False,
     or_auto: bool = False,
     default: Any = REQUIRED,
@@ -85,11 +85,11 @@ def many(
     """A field for a list, or for auto in its place.
 
     item : the field of one of its elements; a section holds the list as a tuple
-    fewest, most : bounds of its length
+    at_least, at_most : bounds of its length
     unique : whether no element may come twice
     """
-    part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
-    part |= {} if most is None else {"maxItems": most}
+    part = {"description": description, "type": "array", "minItems": at_least, "items": item.metadata["schema"]}
+    part |= {} if at_most is None else {"maxItems": at_most}
     part |= _or_auto(or_auto, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
 

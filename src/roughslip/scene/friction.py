@@ -21,7 +21,7 @@ class FrictionStatistics(Section):
         "Length of the exponential autocorrelation along the belt", "m", above=0, at_most=1
     )
     beta_shapes: tuple[float, float] = many(
-        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), fewest=2, most=2
+        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), at_least=2, at_most=2
     )
 
 

@@ -1,6 +1,6 @@
 """Scene files: strict YAML, overlays, a closed schema and rules across keys; all mistakes come at once, a line each.
 
-A line reads `file: key: what was given and what is allowed`. Only the Snakefile and the tests import this module.
+A line reads `file: key: what was given and what is allowed`. No stage imports this module.
 """
 
 from __future__ import annotations

@@ -46,9 +46,9 @@ class Oscillator(Section):
     friction_table: tuple[tuple[float, float], ...] | None = many(
         "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "
         "The last one holds beyond its speed, and the windows give the scatter alone",
-        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), fewest=2, most=2),
-        fewest=2,
-        most=1000,
+        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), at_least=2, at_most=2),
+        at_least=2,
+        at_most=1000,
         default=None,
     )
     stribeck_decay_s_per_m: float = number(

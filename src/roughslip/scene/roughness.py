@@ -50,7 +50,7 @@ class Marginal(Section):
     shapes: tuple[float, ...] = many(
         "Shape parameters: a and b of beta, k of weibull, the deviation of the logarithm s of lognormal",
         number("A shape parameter", at_least=0.02, at_most=10000),
-        most=2,
+        at_most=2,
     )
     mirrored: bool = flag("Whether heights are turned upside down: valleys below a plateau", default=False)
     correct_correlation: bool = flag(
@@ -76,8 +76,8 @@ class Fractal(Section):
     wavelengths_m: tuple[float, float] | None = many(
         "Shortest and longest wave; where not given, two cells and the whole length of the strip",
         number("A wavelength", "m", above=0, at_most=1),
-        fewest=2,
-        most=2,
+        at_least=2,
+        at_most=2,
         default=None,
     )
 
@@ -94,8 +94,8 @@ class Scan(Section):
     spacing_m: tuple[float, float] | None = many(
         "Distance of neighbouring points along x and along y, where the file does not give it",
         number("A distance", "m", at_least=1e-11, at_most=0.01),
-        fewest=2,
-        most=2,
+        at_least=2,
+        at_most=2,
         default=None,
     )
     height_unit: HeightUnit | None = choice(

@@ -82,7 +82,7 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
                 solutions = mesh.solve(scene, heights, planes if place == FINE else planes[light:])
                 for level, (solution, shares) in enumerate(solutions, -light if place == FINE else 0):
                     elastic.count_solve(skipped, solution)
-                    cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
+                    cells = shares if elastic.counts_shares(scene) else solution.contact
                     for name, field in (("area", cells), ("force", solution.pressure)):
                         if place == FINE:
                             in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)

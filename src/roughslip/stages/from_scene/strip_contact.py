@@ -119,7 +119,7 @@ def strips_of(job: Job, grid: Grid) -> tuple[SurfaceModel, Callable[[int], np.nd
     scene, scan = job.scene, job.arguments.scan
     model = surface_model(scene, scan)
     if scan is not None:
-        job.usage.warn(*scan_warnings(model, {"strip.cell_m": grid.dx}, scene.strip.window_m))
+        job.usage.warn(*scan_warnings(scene, model))
     fields = strip_fields(scene, model, grid)
     return model, lambda number: model.heights(fields(number))
 

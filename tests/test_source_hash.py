@@ -12,10 +12,10 @@ import pytest
 
 from roughslip.compilation import source_hash
 from roughslip.compilation.source_hash import closure, closure_hash, syntax
+from roughslip.scene.declarations import declarations
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
 MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
-COMMANDS = [file.stem for file in MODULES if file.parent.name == "stages" and file.stem != "__init__"]
 STAGE = "pkg.stages.contact"
 
 # A stage that reaches each module in another way; `lonely`, `other` and `two` are outside its closure.
@@ -160,16 +160,17 @@ ASK = """
 import json, os, sys
 import numpy, numba, xarray, netCDF4, scipy.optimize, scipy.special, scipy.stats, seaborn
 found = {}
-for stage in sys.argv[1:]:
+for modules in sys.argv[1:]:
     reading, writing = os.pipe()
     if os.fork() == 0:
-        __import__(f"roughslip.stages.{stage}")
+        for module in modules.split():
+            __import__(module)
         files = [m.__file__ for n, m in sys.modules.items() if n.partition(".")[0] == "roughslip"]
         os.write(writing, json.dumps(files).encode())
         os._exit(0)
     os.close(writing)
     with open(reading) as answer:
-        found[stage] = json.load(answer)
+        found[modules] = json.load(answer)
     os.wait()
 print(json.dumps(found))
 """
@@ -181,14 +182,25 @@ def test_an_edit_of_friction_statistics_solves_no_contact_again(stage):
     assert friction <= {"__init__", "bowden_tabor"}
 
 
+def test_an_edit_of_one_figure_draws_no_other_again():
+    """Each figure has the code of its own drawing, next to that of all figures."""
+    drawn = {stage.draws: stage.modules for stage in declarations().values() if stage.draws}
+    drawings = {name: SOURCE / f"roughslip/figures/{name}.py" for name in drawn}
+    for name, modules in drawn.items():
+        files = set(closure(modules, SOURCE))
+        assert files & set(drawings.values()) == {drawings[name]}
+        assert SOURCE / "roughslip/stages/figures.py" in files
+
+
 @pytest.mark.slow
 def test_the_closure_of_a_stage_is_what_python_imports():
     """So an edit of a module re-runs the stages that execute it, and no others."""
-    command = [sys.executable, "-W", "ignore", "-c", ASK, *COMMANDS]
+    codes = [stage.modules for stage in declarations().values()]
+    command = [sys.executable, "-W", "ignore", "-c", ASK, *codes]
     run = subprocess.run(command, capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCE)})
-    for stage, files in json.loads(run.stdout).items():
-        found = {path.resolve() for path in closure(f"roughslip.stages.{stage}", SOURCE)}
-        assert found == {Path(file).resolve() for file in files}, stage
+    for modules, files in json.loads(run.stdout).items():
+        found = {path.resolve() for path in closure(modules, SOURCE)}
+        assert found == {Path(file).resolve() for file in files}, modules
 
 
 @pytest.mark.slow

@@ -100,6 +100,7 @@ EDITS = [
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     ("src/roughslip/figures/style.py", *ACTS, {**DRAWN, **COSTS}),
+    ("src/roughslip/figures/figure_map.py", *ACTS, {"figure_map": 1, **COSTS}),
     ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),
@@ -108,6 +109,7 @@ EDITS = [
     ("src/roughslip/scene/contact.py", "MOST_NODES = 1024", "MOST_NODES = 2048", {}),
     ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
     ("src/roughslip/stages/contact_strip.py", "memory_mb=420", "memory_mb=430", {}),
+    ("src/roughslip/stages/figures.py", '"scan_points": 40', '"scan_points": 41', {}),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),
     ("Snakefile", "rule all:", "# By default:\nrule all:", {}),
 ]  # fmt: skip

@@ -60,10 +60,10 @@ def compiled_folder() -> Path:
     return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "numba")
 
 
-def closure(module_name: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
-    """Files of the package that importing a module can execute: its own, those it imports, and every parent package.
+def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
+    """Files of the package that importing modules can execute: their own, those they import, and every parent package.
 
-    module_name : dotted name of the module, such as roughslip.stages.contact_strip
+    modules : their dotted names, such as roughslip.stages.contact_strip, separated by spaces
     source_root : folder that holds the package
     without : dotted names of modules and subpackages that are left out, with what only they import
 
@@ -71,9 +71,9 @@ def closure(module_name: str, source_root: Path, without: Collection[str] = ()) 
     `__init__.pyi` gives for it. `importlib.import_module` is not seen. Raises ModuleNotFoundError for a module of the
     package that has no file.
     """
-    package = module_name.partition(".")[0]
+    package = modules.partition(".")[0]
     found: dict[str, Path] = {}
-    pending = [(module_name, "the caller")]
+    pending = [(name, "the caller") for name in modules.split()]
     while pending:
         module, importer = pending.pop()
         if module in found or f"{module}.".startswith(tuple(f"{name}." for name in without)):
@@ -101,13 +101,13 @@ def _public_names(package: str, root: Path) -> list[tuple[str, tuple[str, ...]]]
     return absolute_imports(file, package) if file.is_file() else []
 
 
-def closure_hash(module_name: str, source_root: Path, without: Collection[str] = ()) -> str:
-    """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`.
+def closure_hash(modules: str, source_root: Path, without: Collection[str] = ()) -> str:
+    """SHA-256 of what the closure of modules does. A file that moves changes it; raises as `closure`.
 
     Templates of a package in the closure count as code.
     """
     digest = hashlib.sha256()
-    for file in closure(module_name, source_root, without):
+    for file in closure(modules, source_root, without):
         if file.name == "__init__.py":
             for template in sorted(file.parent.glob("templates/*.j2")):
                 digest.update(template.read_bytes())
@@ -191,7 +191,7 @@ def _is_writable(folder: Path) -> bool:
 def _parsed(file: Path, source: bytes) -> Syntax:
     """The syntax of a file, without docstrings and without the declaration of a stage.
 
-    The scene keys that a stage declares stand in its key file; the rest of `STAGE` only plans its jobs.
+    The scene keys that a stage declares stand in its key file; the rest of `STAGE` or `STAGES` only plans its jobs.
     """
     tree = ast.parse(source, str(file))
     tree.body = [node for node in tree.body if not _is_declaration(node)]
@@ -210,7 +210,7 @@ def _parsed(file: Path, source: bytes) -> Syntax:
 
 def _is_declaration(node: ast.stmt) -> bool:
     targets = node.targets if isinstance(node, ast.Assign) else []
-    return [target.id for target in targets if isinstance(target, ast.Name)] == ["STAGE"]
+    return [target.id for target in targets if isinstance(target, ast.Name)] in (["STAGE"], ["STAGES"])
 
 
 def _plain(node: object) -> str:

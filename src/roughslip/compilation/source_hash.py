@@ -83,15 +83,20 @@ def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> l
             raise ModuleNotFoundError(f"{importer} imports {module}, which has no file in {source_root}")
         found[module] = file
         parent = module.rpartition(".")[0]
-        wanted = [parent] if parent else []
-        for target, names in absolute_imports(file, module):
-            if target.partition(".")[0] == package:
-                wanted.append(target)
-                wanted += [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
-                listed = _public_names(target, source_root)
-                wanted += [place for place, of_place in listed if {*names} & {*of_place}]
+        wanted = [*([parent] if parent else []), *imported_modules(file, module, package, source_root)]
         pending += [(name, str(file)) for name in wanted]
     return sorted(found.values())
+
+
+def imported_modules(file: Path, module: str, package: str, source_root: Path) -> list[str]:
+    """The modules of a package that the statements of a file import. module : its dotted name"""
+    found = []
+    for target, names in absolute_imports(file, module):
+        if target.partition(".")[0] == package:
+            submodules = [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
+            listed = _public_names(target, source_root)
+            found += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]
+    return found
 
 
 @cache

@@ -102,27 +102,6 @@ def test_an_edit_changes_the_hash_if_it_acts(source, name, old, new, acts):
     assert (closure_hash(STAGE, source) != before) is acts
 
 
-# Digest from Python 3.11.7; 3.12.1 and 3.13.0 gave the same. f-strings, empty lists of arguments and new fields of
-# nodes are where ast.dump and ast.unparse differ.
-TRICKY = '''
-def f(a, /, b=1, *args, c: int = 2, **kw):
-    """Doc."""
-    w = 3
-    return f"{a!r:>{w}} {b:.3e}{'x'}" "y" f"{a=}", a[1, ::2], [*args], {**kw}, 1e400, "é\\n", b"\\x00", lambda: (yield)
-
-
-class C(dict[str, int]):
-    """Doc."""
-
-    x: "C | None" = None
-'''
-TRICKY_DIGEST = "c67fcad1b736c85c822cfe3519086239b39a4f0a357780f43a44a96d45810167"
-
-
-def test_the_digest_is_the_same_on_every_python():
-    assert syntax(Path("tricky.py"), TRICKY.encode()).digest == TRICKY_DIGEST
-
-
 def forget(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
     """Act as a new process that finds this memory of parsed files."""
     monkeypatch.setattr(source_hash, "_memory", lambda: kept)

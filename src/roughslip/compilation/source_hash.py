@@ -34,7 +34,7 @@ _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Syntax(NamedTuple):
-    """digest : SHA-256 of the syntax tree, the same on every Python
+    """digest : SHA-256 of the syntax tree; it depends on Python's minor version, which names of results hold too
     imports : the import statements, each as level (0 is absolute), module, and names taken from it
     """
 
@@ -208,25 +208,9 @@ def _parsed(file: Path, source: bytes) -> Syntax:
             imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
         elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
-        elif isinstance(node, ast.JoinedStr):  # Python 3.12 puts empty strings into nested format specifications
-            node.values = [part for part in node.values if not (isinstance(part, ast.Constant) and part.value == "")]
-    return Syntax(hashlib.sha256(_plain(tree).encode()).hexdigest(), tuple(imports))
+    return Syntax(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
 
 
 def _is_declaration(node: ast.stmt) -> bool:
     targets = node.targets if isinstance(node, ast.Assign) else []
     return [target.id for target in targets if isinstance(target, ast.Name)] in (["STAGE"], ["STAGES"])
-
-
-def _plain(node: object) -> str:
-    """A syntax tree as text that is the same on every Python: ast.dump and ast.unparse change between versions.
-
-    Without positions, and without fields that are empty, because new versions of Python add such fields.
-    """
-    if isinstance(node, ast.AST):
-        fields = ((name, getattr(node, name, None)) for name in node._fields)
-        inner = ",".join(f"{name}={_plain(value)}" for name, value in fields if value is not None and value != [])
-        return f"{type(node).__name__}({inner})"
-    if isinstance(node, list):
-        return f"[{','.join(map(_plain, node))}]"
-    return repr(node)

@@ -86,6 +86,7 @@ def test_a_closure_is_what_an_import_can_execute(source):
         ("pkg/stages/contact.py", '"""Solve."""', '"""Solve it.\n\n    With care."""', False),
         ("pkg/lonely.py", "import", "import os\nimport", False),
         ("pkg/stages/contact.py", "memory_mb=260", "memory_mb=300", False),
+        ("pkg/stages/contact.py", "STAGE = dict(memory_mb=260)", "STAGES = [dict(), dict()]", False),
         ("pkg/sub/other.py", "", "x = 1\n", False),
         ("pkg/stages/contact.py", "x + 1", "x + 2", True),
         ("pkg/stages/contact.py", "x + 1", "x + 1.0", True),

@@ -109,7 +109,6 @@ EDITS = [
     ("src/roughslip/scene/contact.py", "MOST_NODES = 1024", "MOST_NODES = 2048", {}),
     ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
     ("src/roughslip/stages/contact_strip.py", "memory_mb=420", "memory_mb=430", {}),
-    ("src/roughslip/stages/figures.py", '"scan_points": 40', '"scan_points": 41', {}),
     ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),
     ("Snakefile", "rule all:", "# By default:\nrule all:", {}),
 ]  # fmt: skip

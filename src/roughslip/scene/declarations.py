@@ -1,8 +1,9 @@
 """What each stage declares of itself, read from its source: no stage is imported, and neither is numpy.
 
-Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone; stages/figures.py
-has a list of them. The plan of a run, the slices of the scene, the rules, the memory estimates and the options of the
-stage's command derive from it.
+Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone. The plan of a run,
+the slices of the scene, the rules, the memory estimates and the options of the stage's command derive from it.
+
+The figures that compute nothing share a module, stages/figures.py, with a list of such declarations, `STAGES`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,6 @@
 
 Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone. The plan of a run,
 the slices of the scene, the rules, the memory estimates and the options of the stage's command derive from it.
-
-The figures that compute nothing share a module, stages/figures.py, with a list of such declarations, `STAGES`.
 """
 
 from __future__ import annotations
@@ -119,7 +117,9 @@ class Stage:
 
 
 def figure(*, name: str, of: str, draws: str = "", target: str = "", **others: Any) -> Stage:
-    """A figure of the results of one stage, which computes nothing itself. Module and target have its name by default.
+    """A figure of the results of one stage, which computes nothing itself: a row of `STAGES` in stages/figures.py.
+
+    Target and drawing module have its name by default.
 
     of : the stage whose results it draws
     """

@@ -271,16 +271,16 @@ class Names:
         return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
 
     def _code(self, stage: str) -> dict[str, str]:
-        code = code_hash(f"roughslip.stages.{stage}", self._source, self._lock)
+        code = code_hash(declarations()[stage].modules, self._source, self._lock)
         return {"stage": stage, "code": code, "python": _PYTHON}
 
     @cache  # noqa: B019
     def _sources(self, stage: str) -> dict[str, Any]:
         """Hash of what the code of a stage does, and checksums of its files, for jobs to see whether it was edited."""
-        module = f"roughslip.stages.{stage}"
-        files = source_hash.closure(module, self._source, source_hash.FRAME)
+        modules = declarations()[stage].modules
+        files = source_hash.closure(modules, self._source, source_hash.FRAME)
         known = {file.relative_to(self._source).as_posix(): _content(file) for file in files}
-        return {"closure": source_hash.closure_hash(module, self._source, source_hash.FRAME), "files": known}
+        return {"closure": source_hash.closure_hash(modules, self._source, source_hash.FRAME), "files": known}
 
     def _known(self, entry: Entry) -> Entry:
         """The first entry of that name. Raises InputError where its key file cannot be written."""

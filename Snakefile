@@ -29,7 +29,7 @@ from workflow.keys import code_hash
 from workflow.keys.names import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
-from workflow.study.commands import command, log, outputs
+from workflow.study.commands import asked_mb, command, log, machine_mb, outputs
 from workflow.study.inputs import Inputs
 from workflow.study.options import check_config, check_targets
 from workflow.study.publish import LISTED, publish_existing
@@ -56,7 +56,7 @@ try:
     options = check_config(config, known)
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
     check_targets(words, known, RULES | {"all"})
-    scenes = Scenes(ROOT, words, options["memory_mb"], default=default, checked_scans=STATE / "scans")
+    scenes = Scenes(ROOT, words, default=default, checked_scans=STATE / "scans")
     compared = scenes.compared(config.get("compare"))
     names = Names(scenes, ROOT, writes=RUNS)
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
@@ -78,7 +78,7 @@ except KeyboardInterrupt:
 
 # Jobs that run at the same time on this machine share its memory.
 if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in workflow.global_resources:
-    workflow.register_resource("mem_mb", scenes.memory_mb)
+    workflow.register_resource("mem_mb", machine_mb())
 
 
 onstart:

@@ -29,7 +29,7 @@ from workflow.study.scenes import Scenes
 
 STORE = "results/store"
 KEY = "[0-9a-f]{16}"
-_NOT_HASHED = ("inputs", "awaited", "files", "outputs", "memory_mb", "scene")
+_NOT_HASHED = ("inputs", "awaited", "files", "outputs", "scene")
 JOINT = ""  # in place of a scene: what belongs to several
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
 
@@ -43,7 +43,6 @@ class Entry:
     awaited : records of cost of the jobs that make these
     files : of a stage that looks at whole scenes, by scene its results by the names under which they are published
     outputs : files that do not go next to the key file, by option
-    memory_mb : that a job takes
     scene : name of a scene that has it, or JOINT
     """
 
@@ -52,7 +51,6 @@ class Entry:
     awaited: list[str]
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     outputs: dict[str, str] = field(default_factory=dict)
-    memory_mb: int = 0
     scene: str = JOINT
 
     @cached_property
@@ -98,8 +96,7 @@ class Names:
         if stage == "chaos_strip" and "contact_strip" in before:  # those of its first batches alone
             awaited = [record for record in awaited if "/contact_strip/" not in record]
             awaited += self.records(scene, "contact_strip", below="strip.training_samples")
-        memory_mb = self.scenes.memory(scene, stage)
-        return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, {}, memory_mb, scene))
+        return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
 
     @cache  # noqa: B019
     def variants_table(self, scene: str) -> Entry:

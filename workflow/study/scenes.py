@@ -17,7 +17,6 @@ from roughslip.scene.loader import inherited, load
 from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
 from workflow.keys.monte_carlo_batches import SAMPLES
-from workflow.study import memory
 from workflow.study.surface_check import check_scan, scene_warnings, surface_mistake
 
 # A scene is a target of its own name, as these are already.
@@ -34,24 +33,19 @@ class Scenes:
 
     root : the project's folder
     words : the command line; the scenes that it names are asked for, or else the default scenes
-    memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
     default : scenes that are made without a target
     checked_scans : folder of marks for scans that were read; not given, scans are not read
-    Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
-    scene that is not asked for may have mistakes.
+    Raises InputError with every mistake of every scene asked for. Another scene may have mistakes.
     """
 
     def __init__(
         self,
         root: Path,
         words: list[str],
-        memory_mb: int | None = None,
         default: Sequence[str] = (),
         checked_scans: Path | None = None,
     ) -> None:
         self.root = root
-        self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
-        self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
         folder = root / "config" / "scenes"
         self.default = list(default)
         self.variants = all_names(folder)
@@ -72,7 +66,6 @@ class Scenes:
         for name, variants in self.variants.items():  # a scene is made with all its variants, or not at all
             if not self.valid.keys() >= set(variants):
                 self.valid.pop(name, None)
-        mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
         for name in sorted(asked & self.valid.keys()):
             mistakes += self._surface_mistakes(name)
         mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
@@ -106,43 +99,19 @@ class Scenes:
         """Stages that the targets of the scene need."""
         return frozenset(plan.stages_needed(self.valid[name]))
 
-    def memory(self, name: str, stage: str) -> int:
-        """Megabytes of the largest job of a stage of a scene."""
-        jobs = self.jobs(name, stage)
-        count = max((job["last"] - job["first"] for job in jobs if job), default=0)
-        count *= memory.samples_of_a_share(self.valid[name], stage)
-        return memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
-
-    def at_attempt(self, memory_mb: int, attempt: int) -> int:
-        """Megabytes of a job: more at each attempt, but not more than there is, as not every job died of its memory."""
-        return max(memory_mb, min(attempt * memory_mb, self.memory_mb))
-
-    def _too_large(self, name: str) -> list[str]:
-        """A line for the stage that takes the most, where that is more than there is."""
-        scene = self.valid[name]
-        needed, stage = max((memory.needed_mb(scene, stage, 1), stage) for stage in self.stages(name))
-        needed += self._beside_mb
-        if needed <= self.memory_mb:
-            return []
-        file = strict_yaml.display(scene_file(name, self.root / "config" / "scenes"))
-        return [
-            f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
-            "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
-        ]
-
     def batches(self, name: str, stage: str, design: str = "") -> list[tuple[int, int]]:
         """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs.
 
-        Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
+        Where the study finds the number of samples, jobs take shares of them, or another stage takes them all.
         """
         declared = declarations()[stage].batches
         assert declared is not None
-        if memory.is_allotted(self.valid[name], declared):
+        if declared.asked and get(self.valid[name], declared.asked) is not None:
             return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
         count, jobs = (get(self.valid[name], key) for key in (declared.totals[design], "jobs"))
-        if count == AUTO:  # then another stage finds the number of samples
+        if count == AUTO:
             return []
-        step = memory.largest_batch(self.valid[name], stage, -(-count // jobs), self.memory_mb - self._beside_mb)
+        step = -(-count // jobs)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:

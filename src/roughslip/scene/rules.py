@@ -14,7 +14,7 @@ from roughslip.limits import (
     TRAINING_NODES,
     TRAINING_SPACING,
 )
-from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness
+from roughslip.scene import accuracy, contact, friction, load, motion_rules, oscillator, ranges, roughness, size_rules
 from roughslip.scene.auto import AUTO
 from roughslip.scene.expansion import terms
 from roughslip.scene.mistakes import (
@@ -44,7 +44,7 @@ for _key, _other, _ in ONLY_WITH:
 
 
 _MEMORY, _TERMS = f"{MOST_NUMBERS} (0.8 GB of memory)", ("expansion.variables", "expansion.degree")
-_CELLS, _ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+_CELLS, _ROWS = size_rules.MOST_CELLS, 3  # of a strip at most, and across it at least
 _DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
 _LENGTHS = "length_m margin_m width_m window_m window_spacing_m"
 _MULTIPLES = {
@@ -233,6 +233,7 @@ _RULES = (
     *(Rule(pair, lambda n, most: n <= most, f"at most {pair[1]} = {{1}}") for pair in _AT_MOST),
     Rule(accuracy.STRIPS[::-1], lambda e, s: e >= 2 * s, "at least twice strip.samples = {1}"),
     *motion_rules.RULES,
+    *size_rules.RULES,
 )
 
 

@@ -17,8 +17,6 @@ STAGE = Stage(
     caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one sampled surface, "
     "density of heights, autocorrelation, radially averaged power spectrum. Bands around the scan are 95 % "
     "intervals, bands of the sampled surfaces reach from the least to the largest of them.",
-    memory_mb=320,
-    memory_doubles={"scan_points": 40},
 )
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
 #   make stress SEED=today SHARE=0.1     a tenth of each campaign, with other random problems, the same all day
 #   make reference JOBS=8                without results/reference/<scene>/pressure.nc, 75 minutes on one core are solved
-#                                        again; an interrupted run goes on from results/<scene>/pressure_solves
+#                                        again; an interrupted run goes on from results/monte_carlo
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -85,6 +85,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
+	$(RUN) workflow.monte_carlo.references -j $(JOBS)
 	$(RUN) snakemake -j$(JOBS) reference
 	$(RUN) workflow.evidence.keep
 

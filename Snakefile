@@ -105,7 +105,7 @@ if RUNS:
 
 wildcard_constraints:
     scene="|".join(scenes.valid) or "(?!)",
-    file=rf"(?!{LISTED}$)(?!logs/)(?!\w+_solves/).+",
+    file=rf"(?!{LISTED}$)(?!logs/).+",
     key=KEY,
     first=r"\d+",
     last=r"\d+",
@@ -120,7 +120,6 @@ rule all:
 
 
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/references.smk"
 include: "workflow/rules/evidence.smk"
 include: "workflow/rules/several_scenes.smk"
 

@@ -79,8 +79,9 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
         ({"scenes": ["papr", "paper", "paper"]}, ["scenes: 'papr' is no scene; did you", "scenes: 'paper' is given"]),
         ({"scene": "paper"}, ["'scene': unknown key; did you mean scenes?", "scenes: no value is not allowed"]),
         ({"scenes": []}, ["scenes: [] is not allowed; a list of scenes, of: paper, smoke"]),
-        ({"scenes": "smoke", "memory_mb": "abc", "reference_strips": 0}, ["memory_mb: 'abc'", "reference_strips: 0"]),
+        ({"scenes": "smoke", "memory_mb": "abc"}, ["memory_mb: 'abc' is not allowed; a whole number from 1000"]),
         ({"scenes": "smoke", "memory_mb": True}, ["memory_mb: true is not allowed"]),
+        ({"scenes": "smoke", "memory_mb": 32}, ["memory_mb: 32 is not allowed"]),
     ],
 )
 def test_each_mistake_of_the_configuration_is_one_line(config, lines):
@@ -108,7 +109,7 @@ def test_default_scenes_are_one_or_a_list_and_count_as_asked_for(tmp_path, monke
     assert check_config({"scenes": "smoke"}, ["paper", "smoke"])["scenes"] == ["smoke"]
     assert check_config({"scenes": "smoke,paper"}, ["paper", "smoke"])["scenes"] == ["smoke", "paper"]
     options = check_config({"scenes": ["paper"], "memory_mb": 4000}, ["paper", "smoke"])
-    assert (options["scenes"], options["memory_mb"], options["reference_strips"]) == (["paper"], 4000, None)
+    assert (options["scenes"], options["memory_mb"]) == (["paper"], 4000)
     for words, asked in ((["-j2"], "given"), (["smoke", "all"], "given smoke"), (["results/smoke/a.png"], "smoke")):
         assert Scenes(ROOT, words, default=["given"]).asked == asked.split()
 

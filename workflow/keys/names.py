@@ -23,7 +23,6 @@ from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.types import get
 from roughslip.stages.runtime.record import checksum
-from workflow.keys import monte_carlo_batches
 from workflow.keys.code_hash import code_hash
 from workflow.study.scenes import Scenes
 
@@ -130,18 +129,6 @@ class Names:
         inputs["scenes"] = [f"results/{name}" for name in scenes]
         outputs = {option: f"results/{file or stage}" for option, file in declarations()[stage].results.items()}
         return self._known(Entry(self._code(stage) | {"configuration": {}}, inputs, [], outputs=outputs))
-
-    def solves(self, scene: str, kind: str) -> Entry:
-        """Batches of a Monte Carlo reference; monte_carlo_batches says why no code has a part in their name."""
-        part = monte_carlo_batches.configuration(self.scenes[scene], kind)
-        return self._known(
-            Entry({"stage": f"{kind}_solves", "configuration": part, "code": "any"}, {}, [], scene=scene)
-        )
-
-    def solved(self, scene: str, kind: str, samples: int | None) -> list[str]:
-        """Those batches, all or as many as hold so many samples."""
-        folder = self.solves(scene, kind).folder
-        return [f"{folder}/{first}-{last}.nc" for first, last in monte_carlo_batches.ranges(scene, kind, samples)]
 
     def results(self, scene: str, *stages: str, below: str = "") -> list[str]:
         """The results of these stages, as far as the scene runs them.

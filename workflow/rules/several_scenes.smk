@@ -49,7 +49,6 @@ rule verify:
 rule reference:
     input:
         PUBLISHED,
-        missing(scenes.default),
     log:
         "results/logs/reference.log",
     localrule: True

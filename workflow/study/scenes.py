@@ -16,14 +16,13 @@ from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import inherited, load
 from roughslip.scene.sweep import all_names, scene_file
 from roughslip.scene.types import get
-from workflow.keys.monte_carlo_batches import SAMPLES
+from workflow.study.options import scene_of
 from workflow.study.surface_check import check_scan, scene_warnings, surface_mistake
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
-OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "store")
-EVIDENCE = ("evidence_drawn", *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")))
-RULES = frozenset({*declarations(), *EVIDENCE, *OF_SEVERAL})
+OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store")
+RULES = frozenset({*declarations(), *OF_SEVERAL})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
@@ -50,7 +49,7 @@ class Scenes:
         self.default = list(default)
         self.variants = all_names(folder)
         self.names = sorted(name for one, names in self.variants.items() for name in (one, *names))
-        asked = {_scene_of(word) for word in words}.intersection(self.names)
+        asked = {scene_of(word) for word in words}.intersection(self.names)
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
         asked.update([variant for name in asked for variant in self.variants.get(name, ())])
@@ -186,12 +185,6 @@ def not_writable(name: str) -> list[Path]:
     folders = (results, results / "store", results / name, *(results / name / inner for inner in sorted(below - {"."})))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
-
-
-def _scene_of(word: str) -> str:
-    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
-    parts = Path(word).parts
-    return parts[1] if len(parts) > 1 and parts[0] == "results" else word
 
 
 def _is_inside(file: Path, root: Path) -> bool:

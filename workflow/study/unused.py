@@ -30,9 +30,9 @@ def unused(names: Names) -> list[Path]:
 
 
 def _is_joint(folder: Path) -> bool:
-    """Whether a folder of the store holds what belongs to several scenes and is published, or Monte Carlo solves."""
+    """Whether a folder of the store holds what belongs to several scenes and is published."""
     files = [file for file in folder.glob("*") if file.name != "key.json" and file.is_file()]
-    return folder.parent.name.endswith("_solves") or any(is_current(Path("results", file.name), file) for file in files)
+    return any(is_current(Path("results", file.name), file) for file in files)
 
 
 def main() -> int:

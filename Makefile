@@ -72,8 +72,8 @@ verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and 
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify
 	@cat results/verify.txt
 
-faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
-	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
+faults: $(VENV)/dev.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
+	FAULTS=$(or $(COUNT),200) FAULT_SEED=$(or $(SEED),1) $(RUN) pytest -rP tests/workflow/test_faults.py -k mends_each_kind
 
 schema: $(VENV)/run.stamp ## write config/scene.schema.json after a change of the scene types
 	$(RUN) roughslip.scene.schema

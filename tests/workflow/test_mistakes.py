@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import InputError
-from workflow.faults.scratch import as_a_user
+from tests.workflow.project import as_a_user
 from workflow.keys.names import Names
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes, not_writable

@@ -52,12 +52,12 @@ if workflow.is_main_process and not workflow.output_settings.verbose:
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:
-    known = [name for one, variants in all_names(ROOT / "config" / "scenes").items() for name in (one, *variants)]
+    known = [name for scene, variants in all_names(ROOT / "config" / "scenes").items() for name in (scene, *variants)]
     options = check_config(config, known)
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
     check_targets(words, known, RULES | {"all"})
-    scenes = Scenes(ROOT, words, default=default, checked_scans=STATE / "scans")
-    compared = scenes.compared(config.get("compare"))
+    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked")
+    compared = scenes.compared(config["compare"]) if "compare" in config else None
     names = Names(scenes, ROOT, writes=RUNS)
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
@@ -104,7 +104,7 @@ if RUNS:
 
 
 wildcard_constraints:
-    scene="|".join(scenes.valid) or "(?!)",
+    scene="|".join(known),
     file=rf"(?!{LISTED}$)(?!logs/).+",
     key=KEY,
     first=r"\d+",
@@ -124,7 +124,7 @@ include: "workflow/rules/evidence.smk"
 include: "workflow/rules/several_scenes.smk"
 
 
-for name in scenes.valid:
+for name in known:
 
     rule:
         name:

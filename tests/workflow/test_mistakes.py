@@ -65,7 +65,7 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
         (folder / f"broken{number}.yaml").write_text(text, encoding="utf-8")
     scenes = Scenes(tmp_path, ["quick"])
     shipped = {file.stem for file in (ROOT / "config" / "scenes").glob("*.yaml")}
-    assert shipped <= scenes.valid.keys()
+    assert shipped <= set(scenes.valid)
     assert not [name for name in scenes.valid if name.startswith("broken") and "-" not in name]
     for name in scenes.valid:
         assert scenes.stages(name)
@@ -157,7 +157,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         (folder / f"{name}.yaml").write_text(whole)
     words = ["flat", "bare", "wrong"]
     with pytest.raises(InputError) as caught:
-        Scenes(tmp_path, words, checked_scans=tmp_path / "marks")
+        Scenes(tmp_path, words, marks=tmp_path / "marks")
     seed, bare, flat = caught.value.lines
     assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
     assert bare.startswith("config/scenes/bare.yaml: roughness.scan.file: config/scenes/plane.txt: ")
@@ -166,7 +166,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         "remove less, or scan a surface"
     )
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
-    assert Scenes(tmp_path, ["flat"], checked_scans=tmp_path / "marks").asked == ["flat"]
+    assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 
 
 def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monkeypatch):
@@ -186,7 +186,7 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
         text = f"extends: paper\ntargets: [figure3]\nroughness: {{scan: {{{scan}, height_unit: {unit}}}}}\n"
         (folder / f"{unit}.yaml").write_text(text)
     for _ in range(2):
-        scenes = Scenes(tmp_path, units, checked_scans=tmp_path / "marks")
+        scenes = Scenes(tmp_path, units, marks=tmp_path / "marks")
         assert scenes.warnings("um") == []
         (steep,) = scenes.warnings("mm")
         (flat,) = scenes.warnings("nm")

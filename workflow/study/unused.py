@@ -19,7 +19,7 @@ def unused(names: Names) -> list[Path]:
     Raises InputError where a scene has a mistake: what it names is not known.
     """
     scenes = names.scenes
-    if bad := sorted(set(scenes.names) - scenes.valid.keys()):
+    if bad := sorted(set(scenes.names).difference(scenes.valid)):
         raise InputError(f"clean_unused: nothing is removed while scenes have mistakes: {', '.join(bad)}")
     used = {Path(file).parts[:4] for name in scenes.valid for file in names.published(name).values()}
     used |= {Path(names.publication(name).folder).parts for name in scenes.valid}

@@ -67,9 +67,10 @@ try:
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
         earlier_runs.refuse_queued_jobs(STATE)
-        source_hash.keep()
     for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
         names.published(name)
+    if RUNS:
+        source_hash.keep()
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)

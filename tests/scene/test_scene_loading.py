@@ -141,7 +141,7 @@ def test_names_and_files(folder, monkeypatch):
 def test_all_mistakes_at_once(mine):
     text = """extends: base
 seed: 1
-strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
+strip: {cell_m: 0, length_m: 0.01, widht_m: 2.5e-5}
 material: {young_modulus_pa: 2.1e11}
 square: {modes: 101, nodes: 10}
 oscillator:

@@ -43,7 +43,7 @@ STAGE = Stage(
     result="answer.json",
     target="answer",
     comes_with="deterministic stick_slip_map",
-    memory_mb=600,
+    memory_mb=620,
 )
 
 NODES = 4  # per correlation length, as in the map

@@ -32,8 +32,7 @@ STAGE = Stage(
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
     target="readings",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "realisations": 2000},
+    memory_mb=620,
 )
 
 RUNS = 80  # of each reading, at most those of the scene: if all show a cycle, the interval of the share lies above 0.95

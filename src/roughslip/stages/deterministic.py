@@ -26,7 +26,7 @@ STAGE = Stage(
     reads_if_given="friction.statistics",
     optional={"friction": "friction"},
     result="oscillator/deterministic.nc",
-    memory_mb=520,
+    memory_mb=620,
 )
 
 MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns

@@ -23,8 +23,7 @@ STAGE = Stage(
     optional={"friction": "friction"},
     result="oscillator/allocation.nc",
     runs_if="accuracy.cycles",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "drawn_realisations": 32_000, "periods": 2000},
+    memory_mb=620,
 )
 
 RUNS, NODES = 24, 8  # of the pilot, and per correlation length

@@ -23,8 +23,6 @@ STAGE = Stage(
     runs_if="not friction.statistics",
     caption="The chain in one picture: a piece of the rough surface, the contact pressure on it, friction along paths "
     "that the mass slips, and the limit cycle of several runs with such friction.",
-    memory_mb=420,
-    memory_doubles={"path_nodes": 10},
 )
 
 SOLVED, SHOWN = 128, 96  # cells on an edge of the square

@@ -32,13 +32,7 @@ STAGE = Stage(
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
     runs_if="not friction.statistics",
-    memory_mb=420,
-    memory_doubles={
-        "strips windows": 16,
-        "expansion_strips windows": 10,
-        "expansion_strips": 800,
-        "windows": 9600,
-    },
+    memory_mb=620,
 )
 
 REPLICATES = 400

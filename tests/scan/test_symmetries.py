@@ -135,3 +135,10 @@ def test_fits_go_with_the_scan(scan, name):
             assert other.standard_errors[key] == pytest.approx(scale * one.standard_errors[key], rel=1e-2)
         assert (other.misfit, other.criterion) == pytest.approx((one.misfit, one.criterion), rel=1e-6)
         assert other.spectrum_misfit == pytest.approx(one.spectrum_misfit, rel=1e-6)
+
+
+def test_a_self_affine_fit_goes_on_to_waves_of_two_points(scan):
+    """The geometric mean over both axes, as the cells are not square."""
+    parts = replace(sub_areas(scan.grid, 3.0, 3.0), counts=(3, 3))
+    (fit,), _ = fitted_covariances(["self_affine"], scan, scan_statistics(scan, parts))
+    assert math.prod(fit.covariance.cutoff_wavelengths_m) == pytest.approx(4.0 * DX * DY, rel=1e-9)

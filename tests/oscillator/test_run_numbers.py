@@ -31,7 +31,7 @@ def test_a_pilot_shows_how_counts_follow_the_scatter_of_friction():
     assert errors.pilot == 400
     # of two dampings: opposite slopes that scatter, of which the steeper one counts with two standard errors
     rng = np.random.default_rng(6)
-    low, high = rng.standard_normal((2, 25, 2)) + [[[0.0, 0.0]], [[1.0, -3.0]]]
+    low, high = rng.standard_normal((2, 25, 2)) + np.array([[[0.0, 0.0]], [[1.0, -3.0]]])
     slopes = (high - low) / (2 * math.log(SCATTER_FACTOR))
     bound = -slopes[:, 1].mean() + 2 * slopes[:, 1].std(ddof=1) / 5
     found = RunErrors.of_pilot(np.stack((low, 2.0 * high)))

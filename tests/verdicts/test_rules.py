@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from roughslip.errors import ParameterError
 from roughslip.friction.correlation import autocorrelation, correlation_fit, window_lengths
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
@@ -799,3 +800,11 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
     assert (found.first_different and found.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
     assert answer(found.last_same) == "own"
     assert found.first_different is None or answer(found.first_different) == "other"
+
+
+@pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, np.inf), (np.nan, 1.0)])
+def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer(start, reach):
+    with pytest.raises(ParameterError, match="finite positive numbers"):
+        bracket.range_end(lambda value: "own", start, reach)
+    with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
+        bracket.range_end(lambda value: None, 2.0, 10.0)

@@ -33,6 +33,7 @@ def points(between=" ", decimal=".", header="", lateral=1.0):
     [
         (matrix(), "matrix, heights", "utf-8-sig"),
         (matrix("\t"), "matrix, heights", "utf-16"),
+        (matrix("\t  "), "matrix, heights", "utf-8"),
         (matrix(" ", ","), "matrix, decimal commas, heights", "utf-8"),
         (matrix("\t", ","), "matrix, decimal commas, heights", "utf-8"),
         (matrix(","), "matrix, commas, heights", "utf-8"),
@@ -91,6 +92,9 @@ def test_words_for_missing_points(tmp_path, word):
         (matrix(" ", ".", np.column_stack([np.arange(NY), HEIGHTS.T])), "the first column rises in equal steps"),
         (points() + points(), "several heights at one place"),
         (points().replace("0.500000 ", "0.600000 "), "x of the points does not increase in equal steps"),
+        (points().replace("17.500000 ", "nan ", 1), "a point without x; each needs both coordinates, below 1e+12"),
+        (points(lateral=1e12), "a point without x"),
+        (points(lateral=0.0), "all points have one x"),
         (points(), "has another ratio than the file (its points lie 0.5 x 0.25 apart"),
     ],
 )

@@ -63,6 +63,13 @@ def test_what_has_one_meaning_is_read(tmp_path, text, words, encoding):
     assert "cut off" not in scan.read  # as an empty column after separators at the ends of lines would be
 
 
+def test_the_fewest_points_make_a_map(tmp_path):
+    """32 x 32, whose three columns are no matrix."""
+    path, (x, y) = tmp_path / "export.xyz", np.indices((32, 32))
+    path.write_text(matrix(rows=np.column_stack([x.ravel(), y.ravel(), HEIGHTS[:32, :32].ravel()])))
+    np.testing.assert_allclose(read_scan(path, (1e-6, 1e-6), "um").heights, 1e-6 * HEIGHTS[:32, :32], rtol=1e-12)
+
+
 @pytest.mark.parametrize("word", ["BAD", "---", "NaN", "n/a", "#N/A", "--", "", "inf", "No Data"])
 def test_words_for_missing_points(tmp_path, word):
     path = tmp_path / "export.csv"

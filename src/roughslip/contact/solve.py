@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
+from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import relative_residual
@@ -45,6 +46,8 @@ class ContactSolution:
     method : "none" (no contact), "dense" or "fft"
     nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
     start : initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one
+    hardness_pa : H, the highest pressure [Pa]
+    periodic : whether the surface is a periodic cell
     """
 
     pressure: np.ndarray
@@ -56,6 +59,8 @@ class ContactSolution:
     method: str
     nodes: int
     start: str
+    hardness_pa: float = math.inf
+    periodic: bool = False
 
     @property
     def signed_gap(self) -> np.ndarray:
@@ -71,6 +76,11 @@ class ContactSolution:
     def area_fraction(self) -> float:
         """Share of the nodes in contact [-]."""
         return np.count_nonzero(self.pressure) / self.pressure.size
+
+    @property
+    def shares(self) -> np.ndarray:
+        """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
+        return contact_shares(self.pressure, self.hardness_pa, self.periodic)
 
     @property
     def mean_pressure(self) -> float:
@@ -135,13 +145,13 @@ def _solve(
         pressure, gap, residual, work, nodes = dense_solver.solve_small(influence, interference)
         if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
             how = work, "dense" if nodes else "none", nodes, "none"
-            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how)
+            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how, hardness_pa)
         start = _Start(np.minimum(pressure, hardness_pa))
     touching = interference > 0
     candidates = int(np.count_nonzero(touching))
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
-        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
+        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none", hardness_pa)
     if interference.size > SMALL and _dense_pays(candidates, interference.size):
         pressure, work = dense_solver.solve(influence, interference)
         if hardness_pa == math.inf or pressure.max() <= hardness_pa:
@@ -335,7 +345,7 @@ def _checked(
     if hardness_pa < math.inf:
         plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
         gap = gap + plastic
-    return ContactSolution(pressure, gap, plastic, plane, residual, *how)
+    return ContactSolution(pressure, gap, plastic, plane, residual, *how, hardness_pa, influence.periodic)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:

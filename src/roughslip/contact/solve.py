@@ -12,7 +12,7 @@ from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import relative_residual
+from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 from roughslip.validation import gate
 
@@ -76,6 +76,15 @@ class ContactSolution:
     def area_fraction(self) -> float:
         """Share of the nodes in contact [-]."""
         return np.count_nonzero(self.pressure) / self.pressure.size
+
+    @property
+    def gap_error(self) -> float:
+        """e [m], the largest gap in contact and the largest overlap: zero at the solution only.
+
+        Since the inverse of B is an M-matrix, the pressures lie between those of planes lower and higher by e. So the
+        plane of a load errs by e at most, and gaps by 2 e; at a given plane gaps err by e.
+        """
+        return max(gap_errors(self.pressure, self.signed_gap, self.hardness_pa))
 
     @property
     def shares(self) -> np.ndarray:
@@ -206,7 +215,7 @@ def solve_load(
     heights = _field("heights", heights, influence)
     _check(tolerance, hardness_pa)
     initial_pressure = _guess(initial_pressure, influence)
-    pressure_sum = _sum_of_pressures(mean_pressure_pa, hardness_pa, influence)
+    pressure_sum = sum_of_pressures(mean_pressure_pa, hardness_pa, influence)
     highest = float(heights.max())  # from which displacements far below the heights are counted without rounding
     lone = _lone_node(influence, heights - highest, pressure_sum, hardness_pa)
     if lone is not None:
@@ -221,10 +230,15 @@ def solve_load(
     return _checked(iterate.pressure, iterate.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
-def _sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
+def sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
     """Sum of the pressures of a load [Pa]; ParameterError for a load of no contact or of full contact."""
     if not mean_pressure_pa > 0:
         raise ParameterError(f"the mean pressure must be positive: {mean_pressure_pa} Pa is a load of no contact")
+    if mean_pressure_pa > hardness_pa:
+        raise ParameterError(
+            f"the mean pressure {mean_pressure_pa:g} Pa is more than the hardness {hardness_pa:g} Pa on the whole "
+            "apparent area: no contact has this load; give less load, or a larger hardness or area"
+        )
     if not mean_pressure_pa < hardness_pa:
         raise ParameterError(
             f"the mean pressure must be finite and below the hardness {hardness_pa:g} Pa: {mean_pressure_pa:g} Pa is a "

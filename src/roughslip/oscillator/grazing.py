@@ -9,6 +9,7 @@ stick-slip survives or ends by chance. A loop that misses the belt may still rea
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,15 +40,18 @@ class GrazingResponse:
     damping: float
 
     @gate
-    def scatter(self, correlation_length_m: float) -> float:
+    def scatter(self, correlation: float | Callable[[np.ndarray], np.ndarray]) -> float:
         """Standard deviation of the damping ratio at which a loop just grazes, for mu_S of unit variance.
 
-        mu_S has the autocorrelation exp(-s / L), L = correlation_length_m.
+        correlation : [m] length L of the autocorrelation exp(-s / L) of mu_S; or that of any lags [m], as
+            `FrictionProcess.autocorrelation`
         """
-        positive("correlation_length_m", correlation_length_m, "m")
         lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
-        variance = float(np.einsum("i,ij,j->", self.kernel, np.exp(-lag / correlation_length_m), self.kernel))
-        return math.sqrt(variance) / abs(self.damping)
+        of_lags = (
+            correlation(lag) if callable(correlation) else np.exp(-lag / positive("correlation", correlation, "m"))
+        )
+        variance = float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
+        return math.sqrt(max(variance, 0.0)) / abs(self.damping)
 
 
 @gate

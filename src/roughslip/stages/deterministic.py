@@ -3,18 +3,23 @@
 import math
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction.process import autocorrelation_at
 from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
@@ -114,6 +119,10 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     if path is not None:
         statistics = store.read(path)
         percentile = mass_on_belt.penetration_percentile(scene, statistics)
+        title = (
+            "what the same scatter moves the limit by with the autocorrelation of the load's windows, over that here"
+        )
+        variables["load_response"] = store.Variable((), load_response(scene, numbers, path), "1", title)
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
             warn_of_load(job, statistics, scatter)
@@ -121,6 +130,24 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     return variables
+
+
+def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path) -> float:
+    """What scatter moves the limit of existence by with the autocorrelation of the windows that bear the scene's force.
+
+    To first order, over what the same scatter moves it by with that of the scene's windows. NaN without a limit.
+    """
+    result, law = store.read(statistics), mass_on_belt.law(scene, numbers.mean)
+    windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
+    try:
+        response = grazing_response(mass_on_belt.oscillator(scene), law, scene.oscillator.stochastic_static_limit)
+    except (IllPosedError, ConvergenceError):
+        return np.nan
+    own, of_load = (mass_on_belt.correlation(scene, numbers, statistics, count) for count in (None, windows))
+    scatter = [
+        response.scatter(partial(autocorrelation_at, length_m=length, shape=shape)) for length, shape in (own, of_load)
+    ]
+    return scatter[1] / scatter[0]
 
 
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.friction.recursion import recursion
+from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import Motion
@@ -131,7 +131,7 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation) * together)
         process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
-        paths = recursion(process, process.correlation_length_m / NODES)
+        paths = path_sampler(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
         kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
         of_scatter = []
@@ -176,11 +176,12 @@ def work(job: Job) -> None:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     factors = np.array(asked.scatter_factors, dtype=np.float64)
     deviation = numbers.standard_deviation / mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5
+    process = mass_on_belt.friction_process(scene, numbers, job.arguments.friction)
     deviations, horizon = deviation * factors, asked.duration_periods
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
         response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
-        hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
+        hopf, scatter = hopf_damping(belt, law), response.scatter(process.autocorrelation)
         least = np.maximum(np.minimum(response.limit - REACH * (scatter * deviations), hopf), 0.0)
         dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)

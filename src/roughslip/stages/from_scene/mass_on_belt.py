@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.friction.paths import Paths, path_sampler
 from roughslip.friction.penetration import between
-from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal, average_beta
+from roughslip.friction.process import PAPER_SHAPES, CorrelationShape, FrictionProcess, Marginal, average_beta
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.laws import LAWS
@@ -108,6 +108,40 @@ def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
     return np.asarray(np.exp((1.0 - share) * values[:, low] + share * values[:, low + 1]))
 
 
+def correlation(
+    scene: Scene, numbers: FrictionNumbers, statistics: Path | None, windows: float | None = None
+) -> tuple[float, CorrelationShape | None]:
+    """Length [m] and shape of the autocorrelation of the friction of all windows in parallel.
+
+    windows : in place of the scene's number
+
+    That of a single window, or of windows of which the scene gives the statistics, is exp(-s / L).
+    """
+    count, length = scene.oscillator.windows_in_parallel if windows is None else windows, numbers.correlation_length_m
+    if count == 1 or statistics is None:
+        return length, None
+    own = friction_numbers(scene, statistics).correlation_length_m  # of a window, in place of which a map has others
+    of_pad, shape = pad_correlation(scene, store.read(statistics), count)
+    return of_pad * length / own, shape
+
+
+def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple[float, CorrelationShape]:
+    """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows, at its penetration."""
+    percentiles, parts = result["percentile"], result["pad_parts"]
+    if below_first_level(scene, result):
+        percentiles = np.concatenate((result["light_percentile"], percentiles))
+        parts = np.concatenate((result["light_pad_parts"], parts))
+    place, last = math.log(windows, result["pad_windows"][1]), len(result["pad_windows"]) - 1
+    low = min(int(place), last - 1)
+    share, near = place - low, min(place - low, 1.0)  # beyond the largest pad the curve stays and the lags grow
+    curves = result["pad_means"][low : low + 2] @ parts.T
+    curves /= curves[:, :1]
+    between_pads, percentile = (1.0 - near) * curves[0] + near * curves[1], penetration_percentile(scene, result)
+    curve = np.array([np.interp(percentile, percentiles, row) for row in between_pads])
+    lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
+    return CorrelationShape.of_lags(lags, curve)
+
+
 def independent_windows(scene: Scene, statistics: Path | None, windows: int | None = None) -> float:
     """Independent windows, at least 1, whose mean coefficient scatters as that of all that bear the load in parallel.
 
@@ -165,8 +199,8 @@ def friction_process(
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
     Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
-    that of the mean of as many Beta variables as there are `independent_windows`; `windows` replaces the scene's number
-    of windows.
+    that of the mean of as many Beta variables as there are `independent_windows`, and the autocorrelation that of the
+    pad (`friction.pad`). `windows` replaces the scene's number of windows.
     """
     moments = numbers.mean, numbers.standard_deviation
     kind = scene.ensemble.marginal
@@ -179,7 +213,7 @@ def friction_process(
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         window = BetaDistribution.of_moments(*shapes, *moments)
         marginal = average_beta(window, independent_windows(scene, statistics, windows))
-    return FrictionProcess(marginal, numbers.correlation_length_m)
+    return FrictionProcess(marginal, *correlation(scene, numbers, statistics, windows))
 
 
 def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int) -> Paths:

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.friction.process import autocorrelation_at
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.grazing import grazing_response
@@ -45,7 +47,8 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
         ) from error
     deviation = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, statistics))
     limit, hopf = response.limit, max(hopf_damping(free, law), 0.0)
-    moved = REACH * response.scatter(numbers.correlation_length_m) * deviation
+    length, shape = mass_on_belt.correlation(scene, numbers, statistics)
+    moved = REACH * response.scatter(partial(autocorrelation_at, length_m=length, shape=shape)) * deviation
     first = 0.2 * (min(limit, hopf) or limit)
     last = max(1.25 * max(limit, hopf), limit + moved)
     near = np.linspace(max(limit - moved, first), limit + moved, NEAR)

@@ -269,6 +269,24 @@ def test_long_windows_move_the_limit_farther_until_friction_is_constant_over_a_l
     assert response.scatter(lambda lag: np.exp(-lag / 3e-4)) == response.scatter(3e-4)
 
 
+@pytest.mark.parametrize("law", [LAW, JUMP], ids=["stribeck", "jump"])
+def test_a_constant_factor_moves_the_limit_as_the_normal_force_does(law):
+    """d D / d ln N of the limit of existence, by a difference of second order.
+
+    The paper's oscillator has d ln D / d ln N = 0.933: long waves of the friction of a pad, which only change the force
+    on it, move its limit by 0.933 of their coefficient of variation.
+    """
+    response, h = grazing_response(STUDY, law, scatter="multiplicative"), 1e-3
+    more, less = (
+        existence_limit(replace(STUDY, normal_force_n=STUDY.normal_force_n * math.exp(step)), law) for step in (h, -h)
+    )
+    moved = -response.kernel.sum() / response.damping
+    assert moved == pytest.approx((more - less) / (2 * h), rel=1e-4)
+    if law is LAW:
+        assert moved / response.limit == pytest.approx(0.933, abs=5e-4)
+        assert response.scatter(1e3) == pytest.approx(moved, rel=1e-3)  # of correlation lengths far beyond a loop
+
+
 @pytest.mark.slow
 def test_motions_miss_the_belt_as_often_as_predicted(response):
     """300 paths with a deviation of 0.004, at the limit and one standard deviation on either side.

@@ -163,7 +163,8 @@ def test_windows_of_a_pad_scatter_as_the_strips_say(tmp_path):
 def test_friction_of_a_pad_is_correlated_over_its_length(tmp_path):
     """At the median the triangle of the pad: 0.6 mm long up to four windows, twice that of 16, four times that of 256.
 
-    At 10 % the other part alone: 1 up to half the length, then falling to zero, with an integral of 3/4 of it. A window keeps the exponential, and a length that a map gives it stretches the pad's.
+    At 10 % the other part alone: 1 up to half the length, then falling to zero, with an integral of 3/4 of it. A window
+    keeps the exponential, and a length that a map gives it stretches the pad's.
     """
     path = load_statistics(tmp_path / "statistics.nc")
     for windows, length in ((2, 6e-4), (4, 6e-4), (8, 6e-4 * 2**0.5), (16, 1.2e-3), (256, 4.8e-3)):

@@ -82,7 +82,7 @@ class Coefficients(NamedTuple):
     """Oscillator and law for compiled functions, in the symbols of the scaled equation.
 
     advance : [m or s] rate, by tau, of the coordinate of the friction path; 0 where it is the slipped distance
-    multiplies : whether mu_S multiplies mu_D
+    multiplies : True where mu_S multiplies mu_D, else None: a type of its own, so that the other code is left out
     law : parameters of the friction law
     """
 
@@ -93,7 +93,7 @@ class Coefficients(NamedTuple):
     q: float
     r: float
     advance: float
-    multiplies: bool
+    multiplies: bool | None
     law: Any
 
 
@@ -122,7 +122,7 @@ def coefficients(
         q=float(oscillator.q),
         r=float(oscillator.r),
         advance=float(advances[friction_follows]),
-        multiplies=scatter == "multiplicative",
+        multiplies=True if scatter == "multiplicative" else None,
         law=law.parameters(),
     )
 
@@ -147,13 +147,13 @@ def path_coordinate(tau: float, s: float, p: Coefficients) -> float:
 @compiled(error_model="numpy")
 def gain(speed: float, p: Coefficients) -> float:
     """d mu / d mu_S at a speed |v_rel| [m/s]."""
-    return friction(speed, p.law) if p.multiplies else 1.0
+    return friction(speed, p.law) if p.multiplies is not None else 1.0
 
 
 @compiled()
 def least_friction(mu_s: float, p: Coefficients) -> float:
     """A number that is below zero where friction is, at some speed, for this mu_S or a larger one."""
-    return 1.0 + mu_s if p.multiplies else p.law.least + mu_s
+    return 1.0 + mu_s if p.multiplies is not None else p.law.least + mu_s
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
@@ -161,7 +161,7 @@ def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: C
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0 and friction = 0."""
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
     speed, held = sigma * p.omega * (p.V - u), 2.0 * p.D * u + x - drive
-    if p.multiplies:
+    if p.multiplies is not None:
         return excess_force(sigma * p.F * (1.0 + mu_s), speed, 0.0, held, p.law)
     return excess_force(sigma * p.F, speed, mu_s, held, p.law)
 
@@ -171,7 +171,7 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
     """X''' [m] in slip of sign sigma, continued in the same way."""
     speed, along = sigma * p.omega * (p.V - u), p.advance if p.advance > 0.0 else sigma * (p.V - u)
     z, slope = path_coordinate(tau, s, p), friction_slope(speed, p.law)
-    if p.multiplies:
+    if p.multiplies is not None:
         mu_rate = mu_s_slope(piece, z) * friction(speed, p.law) * along
         mu_rate -= (1.0 + mu_s_at(piece, z)) * slope * sigma * p.omega * a
     else:

@@ -41,7 +41,7 @@ def limit_levels(stochastic: bool, p: Coefficients) -> tuple[float, float, float
     satisfy the law (Filippov's sliding mode, which is stick). So a constant limit also follows mu_S upwards.
     """
     floor, base = (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
-    return floor, base, base if p.multiplies else 1.0
+    return floor, base, base if p.multiplies is not None else 1.0
 
 
 @compiled()

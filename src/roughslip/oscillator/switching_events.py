@@ -143,7 +143,7 @@ def gap_at(y: State, to: Bound, here: Branch, sliding: Sliding) -> tuple[float, 
     if p.advance == 0.0:
         along, turn = sigma * (p.V - y.u), -sigma * y.a
     first, on, scale = friction_slope(speed, law), mu_s_slope(piece, z), to.side * p.F
-    if p.multiplies:
+    if p.multiplies is not None:
         change = mu_s_curvature(piece, z) * along * along + on * turn
         return scale * (1.0 + mu_s_at(piece, z)) + to.level, scale * on * along, scale * change
     mu_rate = first * rate + on * along

@@ -61,13 +61,13 @@ def step_by_distance(
     """
     piece, c, rows = wide.piece, FEHLBERG_NODES, FEHLBERG_ROWS
     h, w0 = piece.right - y.s, sigma * (p.V - y.u)
-    start, force = 0.5 * w0 * w0, 0.0 if p.multiplies else p.F * h
+    start, force = 0.5 * w0 * w0, 0.0 if p.multiplies is not None else p.F * h
     c0, c1, c2 = piece.c0, piece.c1 / 2, piece.c2 / 3
 
     def rates(c: float, passed: float, gained: float) -> tuple[float, float]:
         w = math.sqrt(2.0 * (start + gained - force * (c * (c0 + c * (c1 + c * c2)))))
         x, mu_s = y.x + p.V * passed - sigma * (c * h), 0.0
-        if p.multiplies:
+        if p.multiplies is not None:
             mu_s = c0 + c * (2.0 * c1 + c * 3.0 * c2)
         return 1.0 / w, -sigma * acceleration(y.tau + passed, x, p.V - sigma * w, sigma, mu_s, p)
 

@@ -7,7 +7,8 @@ import pytest
 import yaml
 
 from roughslip.scene.loader import load, scene_names
-from roughslip.scene.plan import slice_for, stages_needed
+from roughslip.scene.plan import stages_needed
+from roughslip.scene.types import slice_for
 from tests.scene.shipped import CONFIG, SCENES, SCHEMA, properties, shipped_scene
 
 _, *OPTIONS = (Path(__file__).parent / "options.txt").read_text(encoding="utf-8").strip().split("\n\n")

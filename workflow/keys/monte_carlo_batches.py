@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from roughslip.scene.plan import slice_for
-from roughslip.scene.types import without_nulls
+from roughslip.scene.types import slice_for, without_nulls
 
 # Samples of a scene's reference, and of a batch. A batch of surfaces takes about half a minute on one core in `paper`
 # and two minutes in `resolved`; a batch of strips takes four minutes.

@@ -21,7 +21,7 @@ from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.types import get
+from roughslip.scene.types import get, slice_for
 from roughslip.stages.runtime.record import checksum
 from workflow.keys import monte_carlo_batches
 from workflow.keys.code_hash import code_hash
@@ -106,7 +106,7 @@ class Names:
         """The table of the variants of a scene, in which it is the first row."""
         variants = self.scenes.variants[scene]
         own = {key: get(self.scenes[scene], key) for key in next(iter(variants.values()))}
-        part = plan.slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
+        part = slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
         return self._of_several("sweep", (scene, *variants), part, scene=scene)
 
     def joint_page(self, names: Iterable[str], kept: list[str], drawn: list[str], code: Iterable[Path]) -> Entry:
@@ -244,7 +244,7 @@ class Names:
         return plan.makers(stage, stages)
 
     def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
-        part = plan.slice_for(self.scenes[scene], stage)
+        part = slice_for(self.scenes[scene], stage)
         if stage == "costs":
             part |= {"not_needed": plan.skip_reasons(self.scenes[scene]), "warnings": self.scenes.warnings(scene)}
         if stage == "report":

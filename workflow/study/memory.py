@@ -15,9 +15,9 @@ from typing import Any
 
 from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_RUNS, MOST_WINDOWS, SHARES, TRAINING_NODES
 from roughslip.scene import plan
-from roughslip.scene.auto import AUTO
 from roughslip.scene.declarations import Batches, declarations
 from roughslip.scene.expansion import terms
+from roughslip.scene.fields import AUTO
 from roughslip.scene.types import get
 
 Scene = dict[str, Any]

@@ -10,11 +10,13 @@ from typing import Any
 
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import SHARES
-from roughslip.scene import plan, strict_yaml
-from roughslip.scene.auto import AUTO
+from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import inherited, load
-from roughslip.scene.sweep import all_names, scene_file
+from roughslip.scene.fields import AUTO
+from roughslip.scene.loader import all_names, load
+from roughslip.scene.mistakes import display, line, shown
+from roughslip.scene.plausibility import inherited
+from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 from workflow.keys.monte_carlo_batches import SAMPLES
 from workflow.study import memory
@@ -92,10 +94,10 @@ class Scenes:
             for name, scene in self.valid.items()
             if (found := [figure for figure in every if figure in plan.figures(scene)])
         }
-        wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
+        wrong = [shown(name) for name in names if name not in drawn]
         if wrong or len(set(names)) < len(names):
             text = f"is not allowed; scenes with {' or '.join(every)}, each once, of: {', '.join(drawn)}"
-            raise InputError([f"--config compare: {', '.join(wrong) or strict_yaml.shown(asked)} {text}"])
+            raise InputError([f"--config compare: {', '.join(wrong) or shown(asked)} {text}"])
         return {name: drawn[name] for name in names}
 
     def __getitem__(self, name: str) -> dict[str, Any]:
@@ -124,7 +126,7 @@ class Scenes:
         needed += self._beside_mb
         if needed <= self.memory_mb:
             return []
-        file = strict_yaml.display(scene_file(name, self.root / "config" / "scenes"))
+        file = display(scene_file(name, self.root / "config" / "scenes"))
         return [
             f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
             "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
@@ -168,9 +170,9 @@ class Scenes:
         try:
             section, text = surface_mistake(self.valid[name])
             if text:
-                return [strict_yaml.line(file, (section,), text)]
+                return [line(file, (section,), text)]
         except RoughslipError as error:
-            return [strict_yaml.line(file, ("roughness",), str(error))]
+            return [line(file, ("roughness",), str(error))]
         return self._scan_check(name)[0]
 
     @cache  # noqa: B019
@@ -195,7 +197,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
     Raises InputError with every mistake of the scene.
     """
     if name in RULES:
-        file = strict_yaml.display(folder / f"{name}.yaml")
+        file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
     file = get(scene, "roughness.scan.file")
@@ -206,7 +208,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (found.is_file() and _is_inside(found, folder.parents[1])):
             where = ("roughness", "scan", "file")
-            raise InputError(strict_yaml.line(scene_file(name, folder), where, f"{strict_yaml.shown(file)} {text}"))
+            raise InputError(line(scene_file(name, folder), where, f"{shown(file)} {text}"))
     return scene
 
 
@@ -233,4 +235,4 @@ def _is_inside(file: Path, root: Path) -> bool:
 def _scan_file(root: Path, file: str) -> str:
     """The path of a scan from the folder of the scene files, else from that of the project."""
     near = root / "config" / "scenes" / file
-    return strict_yaml.display(near if near.is_file() else root / file)
+    return display(near if near.is_file() else root / file)

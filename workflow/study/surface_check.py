@@ -10,8 +10,8 @@ from typing import Any
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError, ParameterError
 from roughslip.scene import plausibility
+from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
-from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
 
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before

@@ -250,3 +250,29 @@ def test_a_light_load_takes_mean_and_scatter_of_pads_from_light_levels(tmp_path)
             independent = mass_on_belt.independent_windows(scene, tmp_path / "light.nc")
             assert found.standard_deviation / np.sqrt(independent) == pytest.approx(scatter * factor, rel=1e-9)
             assert min(independent, found.standard_deviation / (0.08 * factor)) >= 1.0 - 1e-12
+
+
+def test_scatter_that_multiplies_is_the_same_over_the_mean(tmp_path):
+    """The process in units of the mean, so that mu_D (1 + mu_S) scatters as mu_D + mu_S does where mu_D is the mean.
+
+    On a pad far longer than a loop slips, added scatter moves nothing. Multiplied scatter moves the limit as the force
+    does, by 0.933 of its coefficient of variation.
+    """
+    path = load_statistics(tmp_path / "statistics.nc")
+    scenes = {
+        scatter: scene_of({"oscillator": OSCILLATOR | {"windows_in_parallel": 256}, "friction": {"scatter": scatter}})
+        for scatter in ("additive", "multiplicative")
+    }
+    numbers = FrictionNumbers(0.3, 0.04, 2e-4, 3.0, 6.0)
+    added, multiplied = (friction_process(scene, numbers, path) for scene in scenes.values())
+    assert multiplied.marginal.standard_deviation == pytest.approx(added.marginal.standard_deviation / 0.3, rel=1e-12)
+    assert multiplied.marginal.mean == pytest.approx(1.0)
+    assert [mass_on_belt.motion_options(scene).scatter for scene in scenes.values()] == [*scenes]
+    belt = mass_on_belt.oscillator(scenes["additive"])
+    moved = {
+        name: [mass_on_belt.response_of_limit(scene, belt, numbers, path, count)[1] for count in (256, 2.56e10)]
+        for name, scene in scenes.items()
+    }
+    assert moved["additive"] == [pytest.approx(2.53, abs=0.01), pytest.approx(0.0, abs=0.2)]
+    limit = mass_on_belt.response_of_limit(scenes["additive"], belt, numbers, path)[0].limit
+    assert moved["multiplicative"] == [pytest.approx(2.43, abs=0.01), pytest.approx(0.933 * limit / 0.3, rel=0.01)]

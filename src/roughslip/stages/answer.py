@@ -38,7 +38,7 @@ from roughslip.verdicts.bracket import range_end
 STAGE = Stage(
     name="answer",
     reads="seed oscillator",
-    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics",
+    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="answer.json",
     target="answer",

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +10,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction.process import autocorrelation_at
 from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
@@ -28,7 +25,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/deterministic.nc",
     memory_mb=520,
@@ -137,17 +134,15 @@ def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistic
 
     To first order, over what the same scatter moves it by with that of the scene's windows. NaN without a limit.
     """
-    result, law = store.read(statistics), mass_on_belt.law(scene, numbers.mean)
+    result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
     windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
     try:
-        response = grazing_response(mass_on_belt.oscillator(scene), law, scene.oscillator.stochastic_static_limit)
+        own, of_load = (
+            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, count)[1] for count in (None, windows)
+        )
     except (IllPosedError, ConvergenceError):
-        return np.nan
-    own, of_load = (mass_on_belt.correlation(scene, numbers, statistics, count) for count in (None, windows))
-    scatter = [
-        response.scatter(partial(autocorrelation_at, length_m=length, shape=shape)) for length, shape in (own, of_load)
-    ]
-    return scatter[1] / scatter[0]
+        return math.nan
+    return of_load / own
 
 
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:

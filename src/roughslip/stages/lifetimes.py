@@ -12,7 +12,6 @@ from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
-from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.path import KeptPath
@@ -34,7 +33,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,
@@ -176,12 +175,11 @@ def work(job: Job) -> None:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     factors = np.array(asked.scatter_factors, dtype=np.float64)
     deviation = numbers.standard_deviation / mass_on_belt.independent_windows(scene, job.arguments.friction) ** 0.5
-    process = mass_on_belt.friction_process(scene, numbers, job.arguments.friction)
     deviations, horizon = deviation * factors, asked.duration_periods
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
-        response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
-        hopf, scatter = hopf_damping(belt, law), response.scatter(process.autocorrelation)
+        response, scatter = mass_on_belt.response_of_limit(scene, belt, numbers, job.arguments.friction)
+        hopf = hopf_damping(belt, law)
         least = np.maximum(np.minimum(response.limit - REACH * (scatter * deviations), hopf), 0.0)
         dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)

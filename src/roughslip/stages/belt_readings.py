@@ -28,7 +28,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
     target="readings",

@@ -19,7 +19,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="ensemble_pilot",
     reads="seed oscillator ensemble accuracy.cycles accuracy.cost_limit_cpu_s",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/allocation.nc",
     runs_if="accuracy.cycles",

@@ -59,6 +59,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
     variables = table_variables(table) | law | error_variables(table)
     variables |= load_table.load_variables(scene, loads, light) | windows_variables(table)
+    variables |= load_table.correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
     attributes = {"strips": levels[0].strips} if job.arguments.allocation else None
     store.write(job.arguments.output, variables, job.key, attributes)

@@ -18,7 +18,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),

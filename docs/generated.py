@@ -126,7 +126,8 @@ def results() -> str:
     text = []
     for name, stage in declarations().items():
         files = ", ".join(f"`{file}`" for file in stage.results.values())
-        text.append(f"## {name}\n\n{_summary(STAGES_FOLDER / f'{name}.py')}\n\nWrites {files}.\n")
+        summary = stage.caption if stage.draws else _summary(STAGES_FOLDER / f"{name}.py")
+        text.append(f"## {name}\n\n{summary}\n\nWrites {files}.\n")
         if not stage.caption and stage.result.endswith(".nc"):
             text.append(_table(_variables(STAGES_FOLDER / f"{name}.py")))
     text.append("## Tables that stages share\n")

@@ -95,6 +95,7 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
     assert scene["oscillator"]["windows_in_parallel"] == 1000
     assert scene["oscillator"]["penetration_percentile"] is None
+    assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
     for window, found in ((0.0, 0), (1e-200, 1)):  # a zero is refused by its range; an area below all doubles here
@@ -141,7 +142,7 @@ def test_names_and_files(folder, monkeypatch):
 def test_all_mistakes_at_once(mine):
     text = """extends: base
 seed: 1
-strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
+strip: {cell_m: 0, length_m: 0.01, widht_m: 2.5e-5}
 material: {young_modulus_pa: 2.1e11}
 square: {modes: 101, nodes: 10}
 oscillator:

@@ -55,7 +55,6 @@ STAGE = Stage(
     target="figure_slopes",
     caption="Slopes of the square along the sliding direction.",
     memory_mb=320,
-    memory_doubles={"square_modes": 3},
 )
 
 

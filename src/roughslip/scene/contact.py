@@ -74,7 +74,7 @@ class Square(Section):
     monte_carlo_samples: Auto[int] = integer(
         "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
         at_least=100,
-        at_most=100_000_000,
+        at_most=5_000_000,
         or_auto=True,
         default=AUTO,
     )

@@ -51,7 +51,7 @@ class Expansion(Section):
         default=None,
     )
     draws: int = integer(
-        "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=100_000_000
+        "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=10_000_000
     )
 
 

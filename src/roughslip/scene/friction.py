@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roughslip.scene.fields import Section, group, many, number, section
+from roughslip.scene.fields import Section, choice, group, many, number, section
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
+SCATTERS = ("additive", "multiplicative")
 MOST_WINDOWS = 1_000_000_000
 LIGHT = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # [%] penetrations that are solved for the load alone
 
@@ -39,6 +40,12 @@ class Friction(Section):
         default=None,
     )
     statistics: FrictionStatistics | None = group(FrictionStatistics)
+    scatter: str = choice(
+        "How the stochastic part enters: additive, mu_D + mu_S, as in eq. (12); multiplicative, mu_D (1 + mu_S / mean) "
+        "as the contact area over the force of a pad does. Not given, it is multiplicative with load",
+        SCATTERS,
+        default="additive",
+    )
 
 
 @section
@@ -133,4 +140,6 @@ def with_load(scene: Values) -> Values:
         oscillator["windows_in_parallel"] = round(windows)
         light = [percentile for percentile in LIGHT if percentile < strip["penetration_percentiles"][0]]
         scene = {**scene, "strip": {**strip, "light_percentiles": strip.get("light_percentiles") or light or None}}
+    if isinstance(scene.get("friction"), dict):
+        scene = {**scene, "friction": {"scatter": "multiplicative", **scene["friction"]}}
     return {**scene, "load": load, "oscillator": oscillator}

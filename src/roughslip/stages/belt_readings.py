@@ -28,12 +28,11 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
     target="readings",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "realisations": 2000},
+    memory_mb=620,
 )
 
 RUNS = 80  # of each reading, at most those of the scene: if all show a cycle, the interval of the share lies above 0.95

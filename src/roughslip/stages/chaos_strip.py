@@ -28,13 +28,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     many={"contact": "strip_pilot contact_strip"},
     result="chaos/strip.nc",
-    memory_mb=420,
-    memory_doubles={
-        "cells": 150,
-        "training_strips levels cells": 1.5,
-        "training_strips cells": 7.5,
-        "training_strips columns strip_terms": 1,
-    },
 )
 
 

@@ -18,7 +18,6 @@ STAGE = Stage(
     reads_if_given="expansion.design",
     inputs={"surface": "karhunen_loeve"},
     result="surface/design.nc",
-    memory_doubles={"square_modes": 2.5, "design_numbers": 3},
 )
 
 STREAMS = {"latin_hypercube": geometry.STREAM_LATIN_HYPERCUBE, "expansion": geometry.STREAM_EXPANSION_DESIGN}

@@ -21,8 +21,6 @@ STAGE = Stage(
         asked="accuracy.friction_mean",
         shares=2,
     ),
-    memory_mb=420,
-    memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},
 )
 
 

@@ -25,13 +25,7 @@ STAGE = Stage(
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
-    memory_mb=460,
-    memory_doubles={
-        "square_modes": 32.5,
-        "nodes": 80,
-        "field_samples nodes": 4.5,
-        "field_samples modes": 20,
-    },
+    memory_mb=820,
 )
 
 SURFACES = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode

@@ -17,7 +17,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/map.nc",
     memory_mb=620,

@@ -44,8 +44,7 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="friction/allocation.nc",
     runs_if="accuracy.friction_mean",
-    memory_mb=520,
-    memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
+    memory_mb=620,
 )
 
 REPLICATES = 200  # of the pilot, for verdicts

@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Iterator
 
-from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, TRAINING_SPACING
+from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
 from roughslip.scene.expansion import terms
 from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
 from roughslip.scene.mistakes import (
@@ -156,6 +156,7 @@ LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
 EXTRAPOLATE, LENGTHS = "numerics.extrapolate_mesh", "length_m margin_m width_m window_m window_spacing_m"
 CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+MOST_TRAINING = 400_000_000  # pressures at all cells of the training strips: 3.2 GB
 MULTIPLES = {
     "cell_m": f"{LENGTHS} expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
@@ -172,6 +173,11 @@ def training_columns(columns: float) -> int:
 def _is_multiple(length: float, cell: float) -> bool:
     cells = length / cell
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
+
+
+def _cells(cell: float, length: float, margin: float, width: float) -> float:
+    """Cells of a strip."""
+    return (length + 2 * margin) / cell * (width / cell)
 
 
 RULES = (
@@ -216,7 +222,7 @@ RULES = (
     ),
     Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
-        lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < CELLS + 0.5,
+        lambda *lengths: _cells(*lengths) < CELLS + 0.5,
         f"at most {CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
     Rule(
@@ -235,6 +241,21 @@ RULES = (
         lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
         f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
         f"C({FUNCTIONALS} + {{3}}, {{3}})",
+    ),
+    *(
+        Rule(
+            (strips, LEVELS, "strip.length_m", "strip.window_m", "strip.window_spacing_m"),
+            lambda n, levels, length, window, spacing: (
+                n * len(levels) * ((length - window) / spacing + 1) <= MOST_WINDOWS
+            ),
+            f"strips times {LEVELS} times windows of a strip at most {MOST_WINDOWS} (2.5 GB of memory)",
+        )
+        for strips in ("strip.samples", "strip.expansion_samples")
+    ),
+    Rule(
+        ("strip.training_samples", LEVELS, "strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        lambda n, levels, *lengths: not MOST_TRAINING / n / len(levels) < _cells(*lengths) <= CELLS,
+        f"strips times {LEVELS} times cells of a strip at most {MOST_TRAINING} (3.2 GB of memory)",
     ),
     Rule(("strip.training_samples", "strip.samples"), operator.le, "at most strip.samples = {1}"),
     Rule(

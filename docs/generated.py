@@ -19,9 +19,9 @@ from sphinx.application import Sphinx
 from roughslip import errors
 from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations, targets
 from roughslip.scene.fields import fields_of
-from roughslip.scene.loader import describe_allowed, load
+from roughslip.scene.loader import load
 from roughslip.scene.plan import stages_of_several_scenes
-from roughslip.scene.schema import scene_schema
+from roughslip.scene.schema import describe_allowed, scene_schema
 from roughslip.scene.types import Scene, get
 from roughslip.verdicts.rules import STATEMENTS
 

@@ -36,8 +36,8 @@ from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.scene.auto import AUTO
-from roughslip.scene.discretisation import discretised
+from roughslip.scene.accuracy import discretised
+from roughslip.scene.fields import AUTO
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of

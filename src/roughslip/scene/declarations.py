@@ -1,7 +1,7 @@
 """What each stage declares of itself, read from its source: no stage is imported, and neither is numpy.
 
 Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone. The plan of a run,
-the slices of the scene, the rules, the memory estimates and the options of the stage's command derive from it.
+the slices of the scene, the rules, the memory of jobs and the options of the stage's command derive from it.
 """
 
 from __future__ import annotations
@@ -53,9 +53,7 @@ class Stage:
     comes_with : stages that this one accompanies, where its condition holds
     runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value"
     caption : of its figure; the stage then writes a PNG and an SVG file as well
-    memory_mb : [MB] of Python with its libraries
-    memory_doubles : what grows with the scene: doubles by product of sizes, as in "batch windows" for batch times
-        windows; workflow/study/memory.py names the sizes
+    memory_mb : [MB] that a job asks for: a fifth above the peaks in costs.json; far larger scenes take more
     """
 
     name: str
@@ -73,8 +71,7 @@ class Stage:
     comes_with: str = ""
     runs_if: str = ""
     caption: str = ""
-    memory_mb: int = 260
-    memory_doubles: Mapping[str, float] = field(default_factory=dict)
+    memory_mb: int = 420
 
     @property
     def keys(self) -> tuple[str, ...]:

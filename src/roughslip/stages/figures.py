@@ -78,7 +78,6 @@ STAGES = [
         caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one sampled "
         "surface, density of heights, autocorrelation, radially averaged power spectrum. Bands around the scan are 95 "
         "% intervals, bands of the sampled surfaces reach from the least to the largest of them.",
-        memory_doubles={"scan_points": 40},
     ),
 ]
 

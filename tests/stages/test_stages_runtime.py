@@ -180,7 +180,7 @@ def test_a_job_dies_with_its_parent(tmp_path, kind):
     """
     if kind == "stage":
         (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
-        command = [sys.executable, "-m", "roughslip.stages.design"]
+        command = [sys.executable, "-m", "roughslip.stages", "design"]
     else:
         (tmp_path / "workflow").mkdir()
         (tmp_path / "workflow" / "campaign.py").write_text(POOL)
@@ -202,7 +202,7 @@ def test_ctrl_c_ends_a_stage_without_a_traceback(tmp_path):
     """While it imports numpy. A test that runs in the background of a shell would hand on that Ctrl-C is ignored."""
     (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
     process = subprocess.Popen(
-        [sys.executable, "-m", "roughslip.stages.design"],
+        [sys.executable, "-m", "roughslip.stages", "design"],
         env=environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -46,7 +46,7 @@ rule verify:
             "verify", scenes.default, reference=[str(ROOT / "results" / "reference")]
         ).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.verify --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages verify --key {params.folder}/key.json 2> {log:q}'
 
 
 rule reference:
@@ -58,7 +58,7 @@ rule reference:
     params:
         folder=lambda wildcards: names.over_published("reference", scenes.default).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.reference --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages reference --key {params.folder}/key.json 2> {log:q}'
 
 
 rule clean_unused:

@@ -65,8 +65,9 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public
 			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \
 	done
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems of each subject and check each answer independently
+stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; half an hour
 	$(RUN) workflow.stress.runner -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json
+	$(if $(SEED)$(SHARE),,$(RUN) workflow.evidence.keep stress)
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify

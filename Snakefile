@@ -23,7 +23,7 @@ configfile: f"{ROOT}/config/config.yaml"
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
-from roughslip.scene.sweep import all_names
+from roughslip.scene.loader import all_names
 from roughslip.stages.runtime.parent import PARENT
 from workflow.keys import code_hash
 from workflow.keys.names import KEY, STORE, Names

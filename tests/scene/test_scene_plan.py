@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from roughslip.scene.declarations import declarations
-from roughslip.scene.plan import figures, skip_reasons, slice_for, stages_needed
-from roughslip.scene.types import without_nulls
+from roughslip.scene.plan import figures, skip_reasons, stages_needed
+from roughslip.scene.types import slice_for, without_nulls
 from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}

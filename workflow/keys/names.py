@@ -21,7 +21,7 @@ from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.types import get
+from roughslip.scene.types import get, slice_for
 from roughslip.stages.runtime.record import checksum
 from workflow.keys.code_hash import code_hash
 from workflow.study.scenes import Scenes
@@ -102,7 +102,7 @@ class Names:
         """The table of the variants of a scene, in which it is the first row."""
         variants = self.scenes.variants[scene]
         own = {key: get(self.scenes[scene], key) for key in next(iter(variants.values()))}
-        part = plan.slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
+        part = slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
         return self._of_several("sweep", (scene, *variants), part, scene=scene)
 
     def joint_page(self, names: Iterable[str], kept: list[str], drawn: list[str], code: Iterable[Path]) -> Entry:
@@ -230,7 +230,7 @@ class Names:
         return plan.makers(stage, stages)
 
     def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
-        part = plan.slice_for(self.scenes[scene], stage)
+        part = slice_for(self.scenes[scene], stage)
         if stage == "costs":
             part |= {"not_needed": plan.skip_reasons(self.scenes[scene]), "warnings": self.scenes.warnings(scene)}
         if stage == "report":
@@ -257,16 +257,16 @@ class Names:
         return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
 
     def _code(self, stage: str) -> dict[str, str]:
-        code = code_hash(f"roughslip.stages.{stage}", self._source, self._lock)
+        code = code_hash(declarations()[stage].modules, self._source, self._lock)
         return {"stage": stage, "code": code, "python": _PYTHON}
 
     @cache  # noqa: B019
     def _sources(self, stage: str) -> dict[str, Any]:
         """Hash of what the code of a stage does, and checksums of its files, for jobs to see whether it was edited."""
-        module = f"roughslip.stages.{stage}"
-        files = source_hash.closure(module, self._source, source_hash.FRAME)
+        modules = declarations()[stage].modules
+        files = source_hash.closure(modules, self._source, source_hash.FRAME)
         known = {file.relative_to(self._source).as_posix(): _content(file) for file in files}
-        return {"closure": source_hash.closure_hash(module, self._source, source_hash.FRAME), "files": known}
+        return {"closure": source_hash.closure_hash(modules, self._source, source_hash.FRAME), "files": known}
 
     def _known(self, entry: Entry) -> Entry:
         """The first entry of that name. Raises InputError where its key file cannot be written."""

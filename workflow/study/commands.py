@@ -23,9 +23,10 @@ def command(stage: str) -> str:
     With `exec` the stage is a child of Snakemake itself and ends with it. Paths are in the environment: in the command
     they would differ when the tree is moved or .venv is made again.
     """
-    options = " ".join(f"--{name} {{wildcards.{name}}}" for name in declarations()[stage].placeholders)
+    declared = declarations()[stage]
+    options = " ".join(f"--{name} {{wildcards.{name}}}" for name in declared.placeholders)
     key = f"{STORE}/{stage}/{{wildcards.key}}/key.json"
-    return f'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.{stage} --key {key} {options}'.rstrip()
+    return f'exec "$ROUGHSLIP_PYTHON" -m {declared.command} --key {key} {options}'.rstrip()
 
 
 def outputs(stage: str, category: Any) -> dict[str, Any]:

@@ -10,11 +10,13 @@ from typing import Any
 
 from roughslip.errors import InputError
 from roughslip.limits import SHARES
-from roughslip.scene import plan, strict_yaml
-from roughslip.scene.auto import AUTO
+from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import inherited, load
-from roughslip.scene.sweep import all_names, scene_file
+from roughslip.scene.fields import AUTO
+from roughslip.scene.loader import all_names, load
+from roughslip.scene.mistakes import display, line, shown
+from roughslip.scene.plausibility import inherited
+from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 from workflow.study.options import scene_of
 from workflow.study.surface_check import check_surface
@@ -83,10 +85,10 @@ class Scenes:
             for name in self.valid
             if (figures := [figure for figure in every if figure in plan.figures(self[name])])
         }
-        wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
+        wrong = [shown(name) for name in names if name not in drawn]
         if wrong or len(set(names)) < len(names):
             text = f"is not allowed; scenes with {' or '.join(every)}, each once, of: {', '.join(drawn)}"
-            raise InputError([f"--config compare: {', '.join(wrong) or strict_yaml.shown(asked)} {text}"])
+            raise InputError([f"--config compare: {', '.join(wrong) or shown(asked)} {text}"])
         return {name: drawn[name] for name in names}
 
     @cache  # noqa: B019 (one instance lives as long as the run)
@@ -151,7 +153,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
     Raises InputError with every mistake of the scene.
     """
     if name in RULES:
-        file = strict_yaml.display(folder / f"{name}.yaml")
+        file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
     file = get(scene, "roughness.scan.file")
@@ -162,7 +164,7 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (scan.is_file() and _is_inside(scan, folder.parents[1])):
             where = ("roughness", "scan", "file")
-            raise InputError(strict_yaml.line(scene_file(name, folder), where, f"{strict_yaml.shown(file)} {text}"))
+            raise InputError(line(scene_file(name, folder), where, f"{shown(file)} {text}"))
     return scene
 
 
@@ -183,4 +185,4 @@ def _is_inside(file: Path, root: Path) -> bool:
 def _scan_file(root: Path, file: str) -> str:
     """The path of a scan from the folder of the scene files, else from that of the project."""
     near = root / "config" / "scenes" / file
-    return strict_yaml.display(near if near.is_file() else root / file)
+    return display(near if near.is_file() else root / file)

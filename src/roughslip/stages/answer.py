@@ -24,8 +24,8 @@ from roughslip.oscillator.states import States, run_until_known, time_scales
 from roughslip.oscillator.survival import Spells, mean_lifetime, spells
 from roughslip.probability.level_search import LevelSearch
 from roughslip.report.answer import summary
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers

@@ -16,8 +16,8 @@ from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.nearest import nearest_level
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers

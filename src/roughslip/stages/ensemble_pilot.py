@@ -10,8 +10,8 @@ from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.run_numbers import SCATTER_FACTOR, RunErrors
 from roughslip.probability.pilot import Pilot
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime.command import Job, execute

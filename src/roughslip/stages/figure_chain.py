@@ -86,7 +86,7 @@ def work(job: Job) -> None:
     cycles = store.read(job.arguments.cycles)
     variables = surface_and_pressure(job, float(cycles["friction_percentile"])) | friction_along_paths(job)
     variables |= {name: cycles.variable(name) for name in CYCLE}
-    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN}), variables)
+    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name]}), variables)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import existence_limit, hopf_damping
-from roughslip.scene.auto import AUTO, unless_auto
+from roughslip.scene.fields import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers

@@ -9,8 +9,8 @@ from roughslip.errors import InputError
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.scene.auto import unless_auto
-from roughslip.scene.ranges import StickSlipMap
+from roughslip.scene.ensemble import StickSlipMap
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers

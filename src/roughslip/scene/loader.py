@@ -25,7 +25,6 @@ from roughslip.scene import (
     oscillator,
     plan,
     roughness,
-    size_rules,
     sweep,
 )
 from roughslip.scene.fields import AUTO, WORD
@@ -40,9 +39,7 @@ _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
 
 # What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
 # a key of an overlay replaces, where the overlay does not give those too.
-_RULES = tuple(
-    rule for part in (contact, expansion, roughness, oscillator, ensemble, size_rules) for rule in part.RULES
-)
+_RULES = tuple(rule for part in (contact, expansion, roughness, oscillator, ensemble) for rule in part.RULES)
 _FORMS = (accuracy, friction, contact, ensemble, roughness, oscillator)
 _REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES.items()}
 

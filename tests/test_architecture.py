@@ -114,10 +114,10 @@ def test_nothing_imports_a_stage_that_is_a_command():
 
 
 def test_imports_are_statements():
-    """The hash of a stage's code cannot see any other import."""
+    """The hash of a stage's code cannot see any other import. It reads what these two modules import by."""
     hidden = re.compile(r"import_module\(|__import__\(|\bexec\(|\beval\(")
     hides = {module for module, file in MODULES.items() if hidden.search(file.read_text("utf-8"))}
-    assert hides == {"roughslip.public_names"}  # whose lists the hash reads
+    assert hides == {"roughslip.public_names", "roughslip.stages.figures"}
 
 
 def test_what_is_imported_is_declared():

@@ -5,6 +5,7 @@ Each entry of a table is a good call, and by parameter the bad values that repla
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -20,15 +21,18 @@ from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
+from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
-from roughslip.errors import ParameterError
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.allocation import influences
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
+from roughslip.friction.pad import Surface, influence_covariance, pad_scatter, percentile_of_pressure
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
@@ -36,13 +40,19 @@ from roughslip.friction.recursion import recursion
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
 from roughslip.oscillator.counts import counts_by_period
+from roughslip.oscillator.cycles import FEWEST_REALISATIONS, count_difference, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.motion import MotionOptions, simulate
+from roughslip.oscillator.states import time_scales
+from roughslip.probability import Estimate
+from roughslip.probability.empirical import checked_values
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
+from roughslip.scan.jackknife import SubAreas
 from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
@@ -394,3 +404,48 @@ def test_bad_input_is_refused(subject):
         except Exception as error:
             wrong[name] = repr(error)
     assert wrong == {}
+
+
+def ill_posed() -> dict[str, Callable[[], Any]]:
+    """By a part of its message each, what data cannot tell, just beyond what they can."""
+    some, none = np.ones((3, 4)), np.zeros((3, 4), dtype=bool)
+    rng = np.random.default_rng(7)
+    weights, alone = strip_weights(3, 40, rng), np.zeros((3, 4), dtype=bool)
+    alone[1] = True
+    levels, rising = np.array([5.0, 50.0]), np.array([[1.0, 2.0], [1.0, 2.0]])
+    few, one = np.ones((FEWEST_REALISATIONS - 1, 2)), Estimate(*map(np.array, (1.0, 0.0, 2.0)), np.ones(40))
+    surface = Surface(lambda x, y: np.exp(-(x**2) - y**2), (1.0, 1.0))
+    parts = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0))
+    return {
+        "1 strip": lambda: strip_weights(1, 40, rng),
+        "fewer than 2 of 3 pilot strips touch": lambda: influences(some, alone),
+        "no scatter in the sample": lambda: influences(some, ~none),
+        "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
+        "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 4)), np.ones(2), surface, 1.0, 1.0, 4.0),
+        "has no scatter to find": lambda: pad_scatter(np.eye(1, 4).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),
+        "two strip.penetration_percentiles": lambda: percentile_of_pressure(levels[:1], rising[:, :1], 1.0),
+        "does not rise with": lambda: percentile_of_pressure(levels, np.array([[1.0, 2.0], [2.0, 2.0]]), 1.5),
+        "at least two levels": lambda: penetration_curve(levels[:1], [one]),
+        "2 realisations give no interval" if len(few) == 2 else "give no interval": lambda: count_difference(
+            few[0], few
+        ),
+        "runs stick again": lambda: reattachment_statistics(rng.random(9), np.arange(9) % len(few), rng),
+        "are too few for a link": lambda: knots_for(LEAST_SAMPLES - 1),
+        "a statistic that must be positive": lambda: parts.interval(np.array([*[1.0] * 9, 0.0]), positive=True),
+        "values are equal to 2": lambda: probability.fit_distribution(np.full(9, 2.0), "beta"),
+    }
+
+
+def test_what_data_cannot_tell_is_refused():
+    for message, call in ill_posed().items():
+        with pytest.raises(IllPosedError, match=message):
+            call()
+    knots_for(LEAST_SAMPLES)
+    for values in ([1.0], [1.0, np.nan], [np.inf, 1.0, 2.0]):
+        with pytest.raises(ParameterError, match="two or more values, all finite"):
+            checked_values(np.array(values))
+    belt = Oscillator(1.0, 1.0, 0.1, 0.0, 1.0)
+    with pytest.raises(ParameterError, match="a belt at rest has no time scale"):
+        time_scales(belt, CoulombLaw(0.2, 0.4), 1.0)
+    with pytest.raises(ParameterError, match="for a belt that moves"):
+        existence_limit(belt, CoulombLaw(0.2, 0.4))

@@ -14,6 +14,7 @@ from roughslip.chaos.centre_distribution import (
     Expansion,
     Reference,
     apart,
+    design_pressures,
     designed_rows,
     draw,
     expanded_rows,
@@ -159,5 +160,20 @@ def test_variants_whose_refits_move_together_are_surely_apart():
     moved = 0.1 * rng.standard_normal((50, 30))
     distance, low, high = apart(first, second, {"equation_8": moved, "equation_9": moved})
     assert low == distance == high == pytest.approx(0.25, abs=0.02)  # max |e^-x - e^-x/2| = 1/4
-    _, low, high = apart(first, second, {"equation_8": moved, "equation_9": 0 * moved})
-    assert low < distance < high
+    moved[:, 0] *= 0.1  # the distance changes by the most that a refit changes at any level
+    _, low, high = apart(first, second, {"equation_8": moved, "equation_9": -moved})
+    far = np.quantile(2 * np.abs(moved).max(axis=1), 0.95)
+    assert (low, high) == pytest.approx((max(distance - far, 0.0), min(distance + far, 1.0)))
+    _, low, high = apart(first, second, {"equation_8": moved / 50, "equation_9": -moved / 50})
+    assert (distance - low, high - distance) == pytest.approx((far / 50, far / 50))
+
+
+def test_pressures_of_several_designs_are_of_the_same_draws():
+    designs = [
+        exact_expansion("equation_8", TRUTH * np.array([1, scale, 1, 1, 1, 1]), seed=seed)
+        for scale, seed in ((1, 0), (2, 1))
+    ]
+    fits = [design.fit() for design in designs]
+    found = design_pressures(designs, fits, [4])
+    for row, design, fit in zip(found, designs, fits, strict=True):
+        np.testing.assert_allclose(row, draw(design, fit.coefficients, REFIT_BLOCKS * BLOCK, [4]), rtol=1e-9)

@@ -149,6 +149,7 @@ def with_value(array, place, value):
         (with_value(BASIS, np.s_[:, 1], BASIS[:, 0] + 1e-16 * BASIS[:, 2]), TARGET, WEIGHTS, "condition number"),
         (with_value(BASIS, np.s_[1:, 2], 0.0), TARGET, WEIGHTS, "without sample 0"),
         (BASIS, np.full(30, 0.1), WEIGHTS, "same on every sample"),
+        (BASIS, np.zeros(30), WEIGHTS, "same on every sample, 0:"),
     ],
 )
 def test_ill_posed_problems_are_refused(basis, target, weights, message):

@@ -152,5 +152,6 @@ def test_quantities_linear_in_the_height_of_the_plane_are_found_at_any():
     height = np.minimum(planes[:, None] + moved, 3.0)
     expected = np.stack([10.0 - 2.0 * height + column, 4.0 - height])
     np.testing.assert_allclose(at_displaced_planes(values, planes, moved), expected, rtol=1e-14)
+    np.testing.assert_array_equal(at_displaced_planes(values[:, :1], planes[:1], moved[:1]), values[:, :1])  # one plane
     falling = np.array([[5.0], [1.0]])  # a quantity that grew upwards would turn negative below
     assert at_displaced_planes(falling, np.array([1.0, 0.0]), np.array([[0.0], [-2.0]]))[1, 0] == 0.0

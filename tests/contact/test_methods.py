@@ -138,6 +138,16 @@ def test_shift_meets_the_sum(seed: int, share: float, cap: float, everywhere: bo
         assert np.clip(trial + shift * moved, 0, cap).sum() == pytest.approx(force, rel=1e-12)
 
 
+def test_the_plane_of_a_load_without_nodes_between_the_bounds() -> None:
+    """All at the cap of 1 Pa or off contact: half way between the gaps that must close and those that must not."""
+    influence = Influence(Grid(1, 4, 1.0, 1.0), 1.0)
+    problem, gap = Problem(influence, np.zeros((1, 4)), 1.0, 2.0), np.array([[-4.0, -2.0, 3.0, 8.0]])
+    assert problem.plane(np.array([[1.0, 1.0, 0.0, 0.0]]), gap) == -0.5
+    assert problem.plane(np.ones((1, 4)), gap) == -8.0
+    assert problem.plane(np.array([[1.0, 0.5, 0.25, 0.0]]), gap) == -0.5  # the mean gap of those between
+    assert math.isnan(problem.plane(np.zeros((1, 4)), gap))
+
+
 def test_each_way_of_missing_the_conditions() -> None:
     """Five nodes: pressed across a small gap, pressed across a large gap, penetration, tension, and a good one."""
     diagonal = 0.5

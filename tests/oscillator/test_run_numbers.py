@@ -7,6 +7,7 @@ import pytest
 
 from roughslip.limits import MOST_RUNS
 from roughslip.oscillator.run_numbers import NODES_SHARE, SCATTER_FACTOR, RunErrors, missing_scatter
+from roughslip.probability.estimate import variance_margin
 
 ERRORS = RunErrors(np.array([0.5, 14.0]), 30.0, 24)
 WITHIN = (8, MOST_RUNS)
@@ -28,6 +29,15 @@ def test_a_pilot_shows_how_counts_follow_the_scatter_of_friction():
     assert errors.slope == pytest.approx(6.0, rel=1e-12)
     assert errors.deviation == pytest.approx(2.0, rel=4 / math.sqrt(800))
     assert errors.pilot == 400
+    # of two dampings: opposite slopes that scatter, of which the steeper one counts with two standard errors
+    rng = np.random.default_rng(6)
+    low, high = rng.standard_normal((2, 25, 2)) + np.array([[[0.0, 0.0]], [[1.0, -3.0]]])
+    slopes = (high - low) / (2 * math.log(SCATTER_FACTOR))
+    bound = -slopes[:, 1].mean() + 2 * slopes[:, 1].std(ddof=1) / 5
+    found = RunErrors.of_pilot(np.stack((low, 2.0 * high)))
+    assert RunErrors.of_pilot(np.stack((low, high))).slope == pytest.approx(bound)
+    variances = (low.var(axis=0, ddof=1) + 4.0 * high.var(axis=0, ddof=1)) / 2.0
+    np.testing.assert_allclose(found.deviation, np.sqrt(variances))
 
 
 def test_runs_that_a_half_width_takes():
@@ -35,6 +45,8 @@ def test_runs_that_a_half_width_takes():
     runs = ERRORS.runs_for(2.0)
     assert ERRORS.from_runs(runs) <= 2.0 < ERRORS.from_runs(int(runs / 1.03))
     assert ERRORS.from_runs(10_000, safe=False) == pytest.approx(1.96 * 14 / 100, rel=1e-3)
+    margin = ERRORS.from_runs(50) / ERRORS.from_runs(50, safe=False)
+    assert margin == pytest.approx(math.sqrt(variance_margin(24)))
 
 
 def test_the_fewest_nodes_take_their_share_and_runs_the_rest():
@@ -43,5 +55,6 @@ def test_the_fewest_nodes_take_their_share_and_runs_the_rest():
     assert runs == ERRORS.runs_for(2.0 - 30.0 * missing_scatter(nodes))
     assert ERRORS.numbers(2.0, 4, None, WITHIN) == (4, ERRORS.runs_for(2.0 - ERRORS.from_nodes(4)))
     assert ERRORS.numbers(2.0, None, 9, WITHIN) == (nodes, 9)
+    assert ERRORS.numbers(2.0, None, None, (8, runs)) == (nodes, runs)
     assert ERRORS.numbers(2.0, None, None, (8, runs - 1)) is None
     assert ERRORS.numbers(2.0, None, None, (2 * runs, MOST_RUNS)) == (nodes, 2 * runs)

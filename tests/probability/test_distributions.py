@@ -164,6 +164,19 @@ def test_normal_values_have_a_normal_empirical_distribution():
     assert found.standard_deviation == pytest.approx(2.0, rel=1e-12)
 
 
+@pytest.mark.parametrize("outlier", [0.0, 30.0])
+def test_mirrored_values_have_the_mirrored_distribution(outlier):
+    """And those in another unit that of the unit; an outlier far beyond one end, whose tail begins there, too."""
+    values = np.append(np.round(plateau(3000)[1] / UM, 2), outlier)
+    plain = empirical_distribution(values)
+    mirrored, other = empirical_distribution(-values), empirical_distribution(2.0**-20 * values)
+    np.testing.assert_allclose(mirrored.values, -plain.values[::-1], rtol=0, atol=1e-12)
+    assert (mirrored.tail_share, other.tail_share) == (pytest.approx(plain.tail_share), plain.tail_share)
+    np.testing.assert_allclose(other.values, 2.0**-20 * plain.values, rtol=1e-12)
+    wider = empirical_distribution(values, standard_deviation=3.0 * values.std())
+    np.testing.assert_allclose(wider.values, 3.0 * plain.values, rtol=1e-12)
+
+
 def test_steps_of_digitised_values_are_bridged():
     """Steps of Sq / 4: the quantile function stays within a step of the exact one and has no flat piece."""
     exact, values = plateau(20_000)

@@ -1,5 +1,7 @@
 """A probability on a lattice from few of its nodes: exact there, near between, and nothing is left to chance."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.special import ndtr
@@ -41,6 +43,17 @@ def test_the_map_is_the_full_lattice_where_both_have_points():
     np.testing.assert_array_equal(found.probability[found.is_computed], EVERY[found.is_computed])
     whole = lattice_map(lambda i, j: EVERY[i, j], 5, 25)
     np.testing.assert_array_equal(whole.probability, EVERY[:5, :5])
+
+
+def test_the_error_of_the_spline_is_that_at_the_last_third_of_the_nodes_added():
+    """Of three nodes the last two, each as the map without it has it."""
+    maps = [lattice_map(band, POINTS, START**2 + added) for added in (1, 2, 3)]
+    errors = []
+    for before, after in itertools.pairwise(maps):
+        (node,) = np.argwhere(after.is_computed & ~before.is_computed)
+        errors.append(abs(band(*node) - before.probability[tuple(node)]))
+    assert maps[-1].prediction_error == pytest.approx(np.mean(errors), rel=1e-9)
+    assert lattice_map(band, POINTS, START**2).prediction_error == 0.0
 
 
 def test_each_node_is_asked_for_once_and_most_are_in_the_band():

@@ -43,6 +43,16 @@ def test_intervals_cover_the_quantile_of_a_known_distribution_as_often_as_its_or
     assert np.mean(covered) >= 0.983 - 3 * 0.009
 
 
+@pytest.mark.parametrize("level", [0.05, 0.4, 0.95])
+def test_the_reciprocal_of_the_parameter_has_the_reciprocal_crossing(level):
+    """A search downwards is one upwards of 1 / x."""
+    changes = np.exp(np.random.default_rng(2).normal(0.3, 0.4, PATHS))
+    one = search_of(changes).crossing(level, upwards=True)
+    down = LevelSearch(lambda x, paths: changes[paths.start : paths.stop] * x > 1.0, 10.0, 0.1, 1e3, changes > 0.1)
+    other = down.crossing(level, upwards=False)
+    assert (1 / other.high, 1 / other.value, 1 / other.low) == pytest.approx((one.low, one.value, one.high), rel=1e-9)
+
+
 def test_paths_that_change_to_and_fro_are_covered_too():
     """Each path is drawn anew at every value, with the probability of a known curve: none has a change of its own."""
     covered = []

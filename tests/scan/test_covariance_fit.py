@@ -242,6 +242,44 @@ def test_rings_of_a_model_are_its_own():
     assert np.isfinite(list(in_metres.standard_errors.values())).all()
 
 
+def test_standard_errors_with_rings_are_those_of_refits_without_each_part():
+    """Small errors, so that the linearised jackknife is that of the fits to what is left; both kinds of data count."""
+    truth = covariance_of("matern", 1.0, 4.0, 2.5, lay_rad=0.5, smoothness=1.5)
+    x, y = np.meshgrid(np.arange(-7.0, 8), np.arange(-7.0, 8), indexing="ij")
+    q, rng = np.linspace(0.6, 1.6, 5), np.random.default_rng(17)
+    noise, waves = 5e-4 * rng.standard_normal((5, *x.shape)), 1e-3 * rng.standard_normal((5, q.size))
+    tables = truth(x, y) + 0.5 * (noise + noise[:, ::-1, ::-1])
+    powers = truth.spectrum(q, 0.3) * np.exp(waves)
+
+    def fit(table, power):
+        rings = RingPowers(power, np.full(q.size, 0.05), powers, lambda model: model.spectrum(q, 0.3))
+        return fit_covariance("matern", estimates(x, y, table, np.full(x.shape, 0.01), tables), 1.0, rings=rings)
+
+    found = fit(tables.mean(axis=0), np.exp(np.log(powers).mean(axis=0)))
+    parts = [fit(*part).parameters for part in zip(tables, powers, strict=True)]
+    for name, error in found.standard_errors.items():
+        refitted = np.sqrt((len(parts) - 1) * np.var([part[name] for part in parts]))
+        assert error == pytest.approx(refitted, rel=0.02), name
+
+
+def test_rings_of_a_gaussian_leave_the_smoothness_at_its_bound():
+    """Then the others have the errors of fits of lags alone at that bound."""
+    truth = covariance_of("gaussian", 1.0, 4.0, 2.5, lay_rad=0.5)
+    x, y = np.meshgrid(np.arange(-5.0, 6), np.arange(-5.0, 6), indexing="ij")
+    q, table = np.linspace(0.2, 0.6, 5), truth(x, y)
+    parts, powers = np.stack([table * (1 + 1e-3 * sign) for sign in (-1, 1)]), truth.spectrum(q, 0.3)
+    rings = RingPowers(
+        powers, np.full(5, 0.1), np.stack([0.9 * powers, powers / 0.9]), lambda model: model.spectrum(q, 0.3)
+    )
+    data = estimates(x, y, table, np.full(x.shape, 0.01), parts)
+    fit, alone = (fit_covariance("matern", data, 1.0, rings=given) for given in (rings, None))
+    assert fit.at_bound == ("smoothness",)
+    assert fit.parameters["smoothness"] == pytest.approx(MODELS["matern"].shapes["smoothness"][1], rel=1e-12)
+    assert fit.standard_errors.pop("smoothness") == math.inf
+    for name, error in fit.standard_errors.items():
+        assert error == pytest.approx(alone.standard_errors[name], rel=1e-3)
+
+
 def test_lags_are_thinned_about_lag_zero(scans):
     found = scans[0][1].autocorrelation
     data = lags_to_fit(found)

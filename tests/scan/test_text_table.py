@@ -33,6 +33,7 @@ def points(between=" ", decimal=".", header="", lateral=1.0):
     [
         (matrix(), "matrix, heights", "utf-8-sig"),
         (matrix("\t"), "matrix, heights", "utf-16"),
+        (matrix("\t  "), "matrix, heights", "utf-8"),
         (matrix(" ", ","), "matrix, decimal commas, heights", "utf-8"),
         (matrix("\t", ","), "matrix, decimal commas, heights", "utf-8"),
         (matrix(","), "matrix, commas, heights", "utf-8"),
@@ -60,6 +61,13 @@ def test_what_has_one_meaning_is_read(tmp_path, text, words, encoding):
     assert (scan.dx, scan.dy) == spacing
     assert scan.read.startswith(words)
     assert "cut off" not in scan.read  # as an empty column after separators at the ends of lines would be
+
+
+def test_the_fewest_points_make_a_map(tmp_path):
+    """32 x 32, whose three columns are no matrix."""
+    path, (x, y) = tmp_path / "export.xyz", np.indices((32, 32))
+    path.write_text(matrix(rows=np.column_stack([x.ravel(), y.ravel(), HEIGHTS[:32, :32].ravel()])))
+    np.testing.assert_allclose(read_scan(path, (1e-6, 1e-6), "um").heights, 1e-6 * HEIGHTS[:32, :32], rtol=1e-12)
 
 
 @pytest.mark.parametrize("word", ["BAD", "---", "NaN", "n/a", "#N/A", "--", "", "inf", "No Data"])
@@ -91,6 +99,9 @@ def test_words_for_missing_points(tmp_path, word):
         (matrix(" ", ".", np.column_stack([np.arange(NY), HEIGHTS.T])), "the first column rises in equal steps"),
         (points() + points(), "several heights at one place"),
         (points().replace("0.500000 ", "0.600000 "), "x of the points does not increase in equal steps"),
+        (points().replace("17.500000 ", "nan ", 1), "a point without x; each needs both coordinates, below 1e+12"),
+        (points(lateral=1e12), "a point without x"),
+        (points(lateral=0.0), "all points have one x"),
         (points(), "has another ratio than the file (its points lie 0.5 x 0.25 apart"),
     ],
 )

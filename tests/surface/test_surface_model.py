@@ -14,9 +14,10 @@ from roughslip.probability import FamilyDistribution, translate
 from roughslip.surface.corrected_covariance import corrected, corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
+from roughslip.surface.endless_lay import EndlessLay
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import tapered
-from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model
+from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
 from roughslip.surface.models import covariance_of
 
 BETA = FamilyDistribution("beta", 2.0, (2.1, 5.0))
@@ -57,6 +58,37 @@ def test_a_corrected_covariance_gives_the_heights_the_one_wanted():
     wanted = EXPONENTIAL(lags) / 4.0
     np.testing.assert_allclose(translation.correlation(behind(lags) / 4.0), wanted, atol=1e-11)
     assert 0.007 < np.abs(translation.correlation(wanted) - wanted).max() < 0.009
+
+
+@pytest.mark.parametrize("correct", [False, True])
+def test_a_table_of_correlations_is_that_of_the_field_or_of_the_heights(correct):
+    """At the lags of its inner half, as far as the covariance nearest to the table changes it."""
+    x, y = 0.5 * np.arange(-24, 25), 0.4 * np.arange(-20, 21)
+    wanted = covariance_of("exponential", 1.0, 1.4, 0.9, lay_rad=0.6)(x[:, None], y[None, :])
+    model = measured_model(wanted, (0.5, 0.4), 2.0, (1.4, 0.9), BETA, correct_correlation=correct)
+    found = model.covariance(x[:, None], y[None, :]) / 4.0
+    if correct:
+        plain = np.abs(translate(BETA).correlation(wanted) - wanted).max()
+        found = translate(BETA).correlation(found)
+    inner = np.s_[12:37, 10:31]
+    assert np.abs(found - wanted)[inner].max() < 1.5 * model.covariance.largest_change < 0.02
+    assert not correct or np.abs(found - wanted)[inner].max() < 0.5 * plain
+    assert (model.rms_height_m, model.mirror_symmetric, model.marginal) == (2.0, False, BETA)
+
+
+def test_a_correction_and_an_endless_lay_have_the_extent_of_what_they_are_made_of():
+    """Along an endless lay heights are equal, and across it they have the covariance of the profile."""
+    turned = covariance_of("exponential", 2.0, 5.0, 2.0, lay_rad=0.4)
+    for wanted in (EXPONENTIAL, turned):
+        behind = corrected(wanted, translate(BETA), wanted.axis_lengths_m)
+        assert (behind.mirror_symmetric, behind.reach_m) == (wanted.mirror_symmetric, wanted.reach_m)
+    x, y = np.meshgrid([0.0, 1.0, 3.0], [0.0, 2.0], indexing="ij")
+    for axis, across in ((0, turned(0.0, y)), (1, turned(x, 0.0))):
+        grooves = EndlessLay(turned, axis)
+        np.testing.assert_array_equal(grooves(x, y), across)
+        assert grooves.reach_m[axis] == 0.0
+        assert grooves.reach_m[1 - axis] == turned.reach_m[1 - axis]
+        assert grooves.rms_height_m == 2.0
 
 
 def test_a_smooth_field_cannot_have_every_law():
@@ -146,6 +178,7 @@ def test_a_fractal_surface():
     sample = model.sampler(Grid(160, 20, 1.0, 1.0))
     fields = np.stack([sample(np.random.default_rng([5, number])) for number in range(200)])
     assert model.heights(fields) is fields
+    assert (model.rms_height_m, model.mirror_symmetric) == (2.0, False)
     for values, expected in ((fields**2, 4.0), (fields > model.plane_height(20.0), 0.2)):
         means = np.mean(values, axis=(1, 2))
         assert np.mean(means) == pytest.approx(expected, abs=4 * np.std(means) / math.sqrt(200))

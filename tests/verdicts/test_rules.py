@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from roughslip.errors import ParameterError
 from roughslip.friction.correlation import autocorrelation, correlation_fit, window_lengths
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
@@ -34,6 +35,7 @@ STILL = with_interval("still_cycling", [1, 1, 0.6, 0, 0], [0.98, 0.98, 0.5, 0, 0
 LOADS = [
     ({}, 0.8 * (0.01726 + 0.23305) / 2, (0.7 * 0.01726, 0.9 * 0.23305), "reproduced"),
     ({"friction_scatter": np.array(0.1)}, 0.4 * 0.12515, (0.35 * 0.01726, 0.45 * 0.23305), "undecided"),
+    ({"load_response": np.array(0.5)}, 0.4 * 0.12515, (0.35 * 0.01726, 0.45 * 0.23305), "undecided"),
     ({"friction_scatter": np.array(2.0)}, 0.02 * 0.12515, (0.0175 * 0.01726, 0.0225 * 0.23305), "contradicted"),
     (STILL, 0.8 * 0.00863, (0.0, 0.9 * 0.01726), "undecided"),  # no range is seen: it ends before D = 0.33
     ({"still_cycling_high": np.ones(5)}, None, None, "not tested"),
@@ -572,6 +574,65 @@ def test_notes_report_p_values():
         assert least.endswith(f"; {p_value.hypothesis}: p at most 0.0025")
 
 
+LEVEL_NAMES = (
+    "damping_ratio",
+    "percentile",
+    "lag",
+    "triangle",
+    "beta_at_bound",
+    "method",
+    "fit",
+    "variant",
+    "length_name",
+)
+SAID = {  # of numbers that are 1.1, 1.2, 1.3 ... times those of the scene at the first, second, third ... place
+    "fig2-mcs-lhs/given-contact": "the modes carry 50% of the variance",
+    "fig2-mcs-lhs/contact-or-not": "contact 0.1760 (0.1738 to 0.1782) and 0.1920 (0.1896 to 0.1944)",
+    "fig2-pc-lhs/given-contact": "900 surfaces; in 107.8% of them * is 0.022 from that; chance gives up to 0.044",
+    "fig2-pc-lhs/given-contact-equation-9": "in 120.0% of them * is 0.024 from that; chance gives up to 0.048",
+    "fig2-pc-lhs/all-surfaces": "697 * eq. (9) 0.03 (0.01 to 0.04) * 1300 samples * 0.030 (0.015 to 0.045) * 44%",
+    "fig2-pc-tail/given-contact-design": "at probabilities from 0.01 to 0.1",
+    "fig2-pc-tail/all-surfaces": "that of the expansion of all samples 0.15 (0.08 to 0.30)",
+    "fig3-mean-decreases/over-all-levels": "from 0.33 to 0.13",
+    "fig3-mean-decreases/every-step": "from percentile 10 to 50",
+    "fig3-mean-decreases/sums": "from 0.33 to 0.13",
+    "mu-correlation-exponential/nearer-than-the-window": "0.036 from the exponential, 0.240 from the triangle",
+    "mu-correlation-exponential/straight-logarithm": "that of the triangle alone is 0.880",
+    "mu-correlation-250um/integral": "275 to 325 µm * alone gives 390 µm. * one of 500 µm",
+    "mu-correlation-250um/log-line-90": "0.9 of the window; 275 to 325 µm * alone gives 450 µm. * one of 500 µm",
+    "mu-correlation-any-depth/least-squares": "60 µm are allowed; the levels have 275 to 325 µm",
+    "mu-right-skewed/at-the-median": "over all levels 0.62 to 0.73",
+    "mu-right-skewed/at-every-level": "at percentile 10, of the least lower end",
+    "mu-beta-2.1-5/at-the-median": "0.67 (0.55 to 0.79); fitted Beta(2.4, 3.6) * Beta(4.8, 6) * of 865 µm * 0.56",
+    "mu-beta-2.1-5/at-another-penetration": "10, the nearest of 2; skewness 0.62 (0.51 to 0.73), * 0.33 (0.22 to 0.44)",
+    "mu-beta-2.1-5/scaled-by-all": "at percentile 50",
+    "mu-beta-2.1-5/scaled-by-sets": "at percentile 50; median shapes Beta(2.52, 6.00)",
+    "mu-beta-any-depth/at-every-level": "percentile 90, * 2 of 3 levels follow it; skewness 0.62 to 0.73",
+    "mu-beta-any-depth/scaled-by-all": "at percentile 90",
+    "mu-beta-any-depth/scaled-by-sets": "at percentile 90; median shapes Beta(2.73, 6.50)",
+    "fig5-limit-cycle/runs-at-the-end": "at D = 0.17; without scatter a cycle exists up to 0.3244",
+    "fig5-range-beyond-limit/lost-cycles": "at D = 0.33, * M_diff = -7.00 (-8.40 to -5.60); above 1% up to D = 0.33",
+    "fig5-range-beyond-limit/runs-at-the-end": "at D = 0.33, where M_d = 0 and E[M_S] = 7.0; above 0.05 up to D = 0.33",
+    "fig5-range-beyond-limit/every-return": "at D = 0.33, 7.0, over the 122 cycles below the limit",
+    "own-fig5-under-load/runs-at-the-end": "2.4 windows * 0.048. * by 0.05, * ends between 1.73% and 23.30%",
+}
+
+
+def test_notes_say_the_numbers_of_their_own_place():
+    """Each level, method and damping has numbers of its own; the window of the Beta is 600 µm x (0.672 / 0.560)^2."""
+    branches = [square() | {"captured_variance": np.array(0.5)}, friction(), oscillator()]
+    shapes = {"beta_a": 2.0, "beta_b": 3.0, "scaled_beta_a": 4.0, "scaled_beta_b": 5.0}
+    branches[1] |= {name: np.full(LEVELS, value) for name, value in shapes.items()}
+    branches[1]["misfit_triangle"] = np.array([0.2, 0.24, 0.26])
+    for branch in branches:
+        for name, value in branch.items():
+            if value.ndim and not name.endswith(LEVEL_NAMES):
+                branch[name] = value * (1.0 + 0.1 * (1 + np.arange(len(value))))
+    found = judge(**dict(zip(("square_", "friction_", "oscillator_"), branches, strict=True)))
+    for name, said in SAID.items():
+        assert re.search(".*".join(map(re.escape, said.split(" * "))), found[name]["note"]), (name, found[name]["note"])
+
+
 def test_texts_of_readings_are_whole():
     """Each reading says what is taken, where it comes from and its rule; ids are unique within a statement."""
     for name, reading in READINGS:
@@ -740,3 +801,11 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
     assert (found.first_different and found.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
     assert answer(found.last_same) == "own"
     assert found.first_different is None or answer(found.first_different) == "other"
+
+
+@pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, np.inf), (np.nan, 1.0)])
+def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer(start, reach):
+    with pytest.raises(ParameterError, match="finite positive numbers"):
+        bracket.range_end(lambda value: "own", start, reach)
+    with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
+        bracket.range_end(lambda value: None, 2.0, 10.0)

@@ -55,7 +55,6 @@ STAGE = Stage(
     target="figure_slopes",
     caption="Slopes of the square along the sliding direction.",
     memory_mb=320,
-    memory_doubles={"square_modes": 3},
 )
 
 
@@ -116,9 +115,8 @@ def test_a_scene_key(copy):
         '    yield_share: float = number("Share of the hardness", above=0, at_most=1, default=1.0)\n    poisson_ratio',
     )
     copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads_if_given="', 'reads_if_given="material.yield_share ')
-    ask = (
-        "from roughslip.scene.plan import slice_for; from roughslip.scene.loader import load; from pathlib import Path;"
-    )
+    ask = "from roughslip.scene.types import slice_for; from roughslip.scene.loader import load\n"
+    ask += "from pathlib import Path\n"
     ask += "print(slice_for(load(Path('config/scenes/{}.yaml'), Path('config/scenes')), 'karhunen_loeve')['material'])"
     copy.scene("mine", "extends: tiny\nmaterial: {yield_share: 0.5}\n")
     for name, value in (("tiny", 1.0), ("mine", 0.5)):

@@ -21,8 +21,7 @@ _INFO = ".dist-info"
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
     """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
 
-    Comments, docstrings, layout and the Python version do not change it, nor do modules of FRAME. A file that moves
-    changes it.
+    Comments, docstrings and layout do not change it, nor do modules of FRAME. A file that moves changes it.
     """
     digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=FRAME).encode())
     locked = Path(lock).read_text(encoding="utf-8")

@@ -6,7 +6,10 @@ COMPARISON = declarations()["comparison"].results.values()
 DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
 PLOT = ROOT / "workflow/benchmarks/plot.py"
 # By published file, a function of its name in the store.
-JOINT = {file: lambda file=file: f"{names.comparison(compared).folder}/{file}" for file in COMPARISON}
+JOINT = {
+    file: lambda file=file: f"{names.comparison(compared or scenes.compared(None)).folder}/{file}"
+    for file in COMPARISON
+}
 JOINT["report.html"] = lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
@@ -49,7 +52,6 @@ rule verify:
 rule reference:
     input:
         PUBLISHED,
-        missing(scenes.default),
     log:
         "results/logs/reference.log",
     localrule: True

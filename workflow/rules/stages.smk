@@ -17,9 +17,7 @@ for stage in sorted(declarations().keys() - OVER_PUBLISHED):
         log:
             log(stage),
         resources:
-            mem_mb=lambda wildcards, attempt, stage=stage: scenes.at_attempt(
-                inputs.entry(stage, wildcards).memory_mb, attempt
-            ),
+            mem_mb=lambda wildcards, attempt, stage=stage: asked_mb(stage, attempt, options["memory_mb"]),
         params:
             scene=lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene,
             command=lambda wildcards, stage=stage: command(stage).format(wildcards=wildcards),

@@ -26,8 +26,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/training.nc",
     runs_if="expansion.samples = auto",
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 80, "fit_table": 6, "training_samples modes": 4},
 )
 
 DESIGN = "sobol"  # where the scene names none: it can be extended

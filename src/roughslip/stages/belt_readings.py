@@ -16,8 +16,8 @@ from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.nearest import nearest_level
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -28,12 +28,11 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
     target="readings",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "realisations": 2000},
+    memory_mb=620,
 )
 
 RUNS = 80  # of each reading, at most those of the scene: if all show a cycle, the interval of the share lies above 0.95

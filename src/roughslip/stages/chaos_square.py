@@ -32,8 +32,8 @@ from roughslip.chaos.sampling import kolmogorov_distance, monte_carlo, quantile_
 from roughslip.errors import IllPosedError
 from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
@@ -47,17 +47,7 @@ STAGE = Stage(
     optional={"scan": "scan", "pilot": "square_pilot"},
     many={"contact": "contact_square adaptive_training"},
     result="chaos/square.nc",
-    memory_mb=500,
-    memory_doubles={
-        "square_modes": 3,
-        "fit_table": 6,
-        "terms": 80_000,
-        "latin_hypercube terms": 3,
-        "draws": 20,
-        "monte_carlo": 40,
-        "design_numbers": 3,
-        "training_samples modes": 3,
-    },
+    memory_mb=620,
 )
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)

@@ -15,7 +15,7 @@ from roughslip.chaos.strip import (
 )
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import expansion, geometry, strip_coordinates, surface_model
+from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job, execute
 
@@ -28,13 +28,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     many={"contact": "strip_pilot contact_strip"},
     result="chaos/strip.nc",
-    memory_mb=420,
-    memory_doubles={
-        "cells": 150,
-        "training_strips levels cells": 1.5,
-        "training_strips cells": 7.5,
-        "training_strips columns strip_terms": 1,
-    },
 )
 
 
@@ -55,9 +48,7 @@ def work(job: Job) -> None:
     target, stencil = expansion.target(scene, model, grid), expansion.stencil(model, lattice.grid)
     columns = geometry.training_columns(geometry.middle(scene))
     with job.usage.core():
-        sample = model.sampler(grid)
-        streams = ([scene.seed, geometry.STREAM_STRIP, number] for number in range(len(pressure)))
-        fields = (sample(np.random.default_rng(stream)) for stream in streams)
+        fields = map(surface_model.strip_fields(scene, model, grid), range(len(pressure)))
         functionals = np.concatenate([_functionals(field, columns, lattice.spacing, stencil) for field in fields])
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         training, values = turned_to_half(functionals, values)
@@ -73,7 +64,7 @@ def work(job: Job) -> None:
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
     title = "mean force on a column of the training strips"
-    variables = strip_coordinates.of_levels(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
+    variables = geometry.level_coordinates(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
     variables["column_force"] = store.Variable(("level",), force, "N", title)
     for name, title in QUALITY.items():
         variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)

@@ -15,7 +15,6 @@ STAGE = Stage(
     caption="Scenes in comparison, with 95 % intervals: pressure at the centre over its mean; friction against "
     "penetration; limit cycle without scatter, reattachment point, cycles lost to the scatter; where stick-slip is as "
     "likely as not; modes of the field, and scans.",
-    memory_mb=320,
 )
 
 

@@ -21,8 +21,6 @@ STAGE = Stage(
             "expansion": "expansion.samples",
         },
     ),
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 80, "design_numbers": 2, "batch": 160},
 )
 
 

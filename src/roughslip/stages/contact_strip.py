@@ -15,8 +15,6 @@ STAGE = Stage(
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
-    memory_mb=420,
-    memory_doubles={"cells": 190, "batch windows": 16, "trained_strips levels cells": 1},
 )
 
 

@@ -15,7 +15,6 @@ STAGE = Stage(
     optional={"allocation": "ensemble_pilot"},
     many={"ensemble": "oscillator"},
     result="oscillator/statistics.nc",
-    memory_doubles={"realisations dampings": 24, "realisations periods": 32, "realisations": 800},
 )
 
 HISTOGRAM_BINS = 48

@@ -6,8 +6,8 @@ from roughslip import store
 from roughslip.chaos.sampling import design
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job, execute
@@ -18,7 +18,6 @@ STAGE = Stage(
     reads_if_given="expansion.design",
     inputs={"surface": "karhunen_loeve"},
     result="surface/design.nc",
-    memory_doubles={"square_modes": 2.5, "design_numbers": 3},
 )
 
 STREAMS = {"latin_hypercube": geometry.STREAM_LATIN_HYPERCUBE, "expansion": geometry.STREAM_EXPANSION_DESIGN}

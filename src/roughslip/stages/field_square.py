@@ -11,8 +11,8 @@ from roughslip.contact.area import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
@@ -25,13 +25,7 @@ STAGE = Stage(
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
-    memory_mb=460,
-    memory_doubles={
-        "square_modes": 32.5,
-        "nodes": 80,
-        "field_samples nodes": 4.5,
-        "field_samples modes": 20,
-    },
+    memory_mb=820,
 )
 
 SURFACES = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode

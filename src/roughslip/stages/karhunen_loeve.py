@@ -16,8 +16,6 @@ STAGE = Stage(
     reads_if_given="square.modes square.variance_share",
     optional={"scan": "scan"},
     result="surface/modes.nc",
-    memory_mb=340,
-    memory_doubles={"square_modes": 4, "covariance_matrix": 3},
 )
 
 WELL_CAPTURED = 0.9  # share of the variance below which a warning says so

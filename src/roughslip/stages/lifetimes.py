@@ -11,8 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.friction.recursion import recursion
-from roughslip.oscillator.grazing import grazing_response
+from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.path import KeptPath
@@ -34,7 +33,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,
@@ -131,7 +130,7 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation) * together)
         process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
-        paths = recursion(process, process.correlation_length_m / NODES)
+        paths = path_sampler(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
         kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
         of_scatter = []
@@ -179,8 +178,8 @@ def work(job: Job) -> None:
     deviations, horizon = deviation * factors, asked.duration_periods
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
-        response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
-        hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
+        response, scatter = mass_on_belt.response_of_limit(scene, belt, numbers, job.arguments.friction)
+        hopf = hopf_damping(belt, law)
         least = np.maximum(np.minimum(response.limit - REACH * (scatter * deviations), hopf), 0.0)
         dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)

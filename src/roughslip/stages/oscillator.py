@@ -18,18 +18,11 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
-    memory_mb=520,
-    memory_doubles={
-        "path_nodes": 10,
-        "drawn_realisations": 32_000,
-        "batch dampings": 18,
-        "batch periods": 24,
-        "periods": 2000,
-    },
+    memory_mb=620,
 )
 
 

@@ -23,8 +23,6 @@ STAGE = Stage(
     optional={"evidence": "", "drawn": ""},
     result="report.html",
     target="every scene",
-    memory_mb=320,
-    memory_doubles={"square_modes": 2.5},
 )
 
 

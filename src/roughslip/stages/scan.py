@@ -29,8 +29,7 @@ STAGE = Stage(
     inputs={"scan": "roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
-    memory_mb=320,
-    memory_doubles={"scan_points": 40},
+    memory_mb=1000,
 )
 
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning

@@ -31,8 +31,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/square_pilot.nc",
     runs_if="accuracy.pressure",
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 160},
 )
 
 SURFACES = 1000  # at least

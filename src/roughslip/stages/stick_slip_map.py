@@ -6,7 +6,7 @@ from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.declarations import Stage
-from roughslip.scene.ranges import StickSlipMap
+from roughslip.scene.ensemble import StickSlipMap
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
@@ -17,7 +17,7 @@ from roughslip.stages.runtime.command import Job, execute
 STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/map.nc",
     memory_mb=620,

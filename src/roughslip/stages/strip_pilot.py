@@ -17,8 +17,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/pilot.nc",
     runs_if="accuracy.friction_mean",
-    memory_mb=420,
-    memory_doubles={"cells": 190, "training_strips windows": 16, "training_strips levels cells": 1},
 )
 
 

@@ -21,8 +21,7 @@ STAGE = Stage(
     reads="seed",
     inputs={"scan": "scan"},
     result="surface/synthetic_surfaces.nc",
-    memory_mb=320,
-    memory_doubles={"scan_points": 40},
+    memory_mb=1000,
 )
 
 TWINS = 19  # their least and largest value hold a further one with a probability of 0.9

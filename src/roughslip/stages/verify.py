@@ -52,11 +52,9 @@ def work(job: Job) -> None:
         ]
         rows = compared(folder, job.arguments.reference / folder.name)
         lines += [
-            f"{folder}: {row.name}: {row.found} for {row.kept}; allowed: {row.allowed}"
-            for row in rows
-            if not row.agrees
+            f"{folder}: {row.name}: {row.ours} for {row.kept}; allowed: {row.allowed}" for row in rows if not row.agrees
         ]
-        moved += [f"  {folder.name}: {row.name}: {row.found}, kept {row.kept}" for row in rows if row.moved]
+        moved += [f"  {folder.name}: {row.name}: {row.ours}, kept {row.kept}" for row in rows if row.moved]
         tables[folder.name] = rows
         job.usage.count(files=len(files), numbers=len(rows), moved=sum(row.moved for row in rows))
     store.write_json(job.arguments.output, {name: [asdict(row) for row in rows] for name, rows in tables.items()})

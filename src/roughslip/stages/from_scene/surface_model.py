@@ -1,7 +1,7 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
+from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.scene.roughness import Fractal, Scan
 from roughslip.scene.types import Scene
@@ -56,6 +57,12 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
         return fractal_on(grid, law.hurst, roughness.rms_height_m, law.azimuths, law.gamma)
     shortest, longest = law.wavelengths_m
     return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, law.azimuths, law.gamma)
+
+
+def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:
+    """A function that gives the field (nx, ny) [m] of a strip on a mesh by the number of the strip."""
+    sample = model.sampler(grid)
+    return lambda number: sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
 
 
 def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float | None = None) -> list[str]:

@@ -16,17 +16,7 @@ from typing import Any, cast
 import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import (
-    accuracy,
-    contact,
-    ensemble,
-    expansion,
-    friction,
-    oscillator,
-    plan,
-    roughness,
-    sweep,
-)
+from roughslip.scene import accuracy, contact, ensemble, expansion, friction, oscillator, plan, roughness, sweep
 from roughslip.scene.fields import AUTO, WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats

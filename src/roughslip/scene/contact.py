@@ -156,7 +156,7 @@ LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
 EXTRAPOLATE, LENGTHS = "numerics.extrapolate_mesh", "length_m margin_m width_m window_m window_spacing_m"
 CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
-MOST_TRAINING = 400_000_000  # pressures at all cells of the training strips: 3.2 GB
+MOST_TRAINING = 400_000_000  # pressures in all cells of the training strips at most: 3.2 GB
 MULTIPLES = {
     "cell_m": f"{LENGTHS} expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
@@ -175,12 +175,28 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
-def _cells(cell: float, length: float, margin: float, width: float) -> float:
-    """Cells of a strip."""
-    return (length + 2 * margin) / cell * (width / cell)
+def _training_fits(n: int, levels: list[float], cell: float, length: float, margin: float, width: float) -> bool:
+    """Whether the training strips fit into memory; another rule refuses more than CELLS."""
+    cells = (length + 2 * margin) / cell * (width / cell)
+    return cells > CELLS or n * len(levels) * cells <= MOST_TRAINING
 
 
 RULES = (
+    *(
+        Rule(
+            (strips, LEVELS, "strip.length_m", "strip.window_m", "strip.window_spacing_m"),
+            lambda n, levels, length, window, spacing: (
+                n * len(levels) * ((length - window) / spacing + 1) <= MOST_WINDOWS
+            ),
+            f"strips times {LEVELS} times windows of a strip at most {MOST_WINDOWS} (2.5 GB of memory)",
+        )
+        for strips in ("strip.samples", "strip.expansion_samples")
+    ),
+    Rule(
+        ("strip.training_samples", LEVELS, "strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        _training_fits,
+        f"strips times {LEVELS} times cells of a strip at most {MOST_TRAINING} (3.2 GB of memory)",
+    ),
     Rule((MODES, "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
     Rule(
         (MODES, "square.nodes"),
@@ -222,7 +238,7 @@ RULES = (
     ),
     Rule(
         ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
-        lambda *lengths: _cells(*lengths) < CELLS + 0.5,
+        lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < CELLS + 0.5,
         f"at most {CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
     ),
     Rule(
@@ -241,21 +257,6 @@ RULES = (
         lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
         f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
         f"C({FUNCTIONALS} + {{3}}, {{3}})",
-    ),
-    *(
-        Rule(
-            (strips, LEVELS, "strip.length_m", "strip.window_m", "strip.window_spacing_m"),
-            lambda n, levels, length, window, spacing: (
-                n * len(levels) * ((length - window) / spacing + 1) <= MOST_WINDOWS
-            ),
-            f"strips times {LEVELS} times windows of a strip at most {MOST_WINDOWS} (2.5 GB of memory)",
-        )
-        for strips in ("strip.samples", "strip.expansion_samples")
-    ),
-    Rule(
-        ("strip.training_samples", LEVELS, "strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
-        lambda n, levels, *lengths: not MOST_TRAINING / n / len(levels) < _cells(*lengths) <= CELLS,
-        f"strips times {LEVELS} times cells of a strip at most {MOST_TRAINING} (3.2 GB of memory)",
     ),
     Rule(("strip.training_samples", "strip.samples"), operator.le, "at most strip.samples = {1}"),
     Rule(

@@ -87,7 +87,7 @@ class Stage:
     @property
     def command(self) -> str:
         """The command that runs it, after `python -m`."""
-        return f"roughslip.stages.{f'figures {self.name}' if self.draws else self.name}"
+        return f"roughslip.stages {'figures ' if self.draws else ''}{self.name}"
 
     @property
     def modules(self) -> str:
@@ -128,7 +128,7 @@ def figure(*, name: str, of: str, draws: str = "", target: str = "", **others: A
 @cache
 def declarations() -> dict[str, Stage]:
     """All stages by name. Raises ValueError, with file and line, where a declaration is not written in literals."""
-    files = (file for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
+    files = (file for file in sorted(STAGES_FOLDER.glob("*.py")) if not file.name.startswith("__"))
     stages = (stage for file in files for stage in _declared(file))
     return {stage.name: stage for stage in sorted(stages, key=lambda stage: stage.name)}
 

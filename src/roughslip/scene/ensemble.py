@@ -183,7 +183,6 @@ def _path_fits(length: float, process: str, velocity: float, omega: float, perio
 RULES = (
     increasing("ensemble.damping_ratios"),
     increasing("survival.scatter_factors"),
-    Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
     Rule(
         ("ensemble.realisations", "ensemble.duration_periods"),
         lambda runs, periods: runs * periods <= MOST_PERIODS,
@@ -194,6 +193,7 @@ RULES = (
         lambda runs, ratios: runs * len(ratios) <= MOST_PERIODS,
         f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
     ),
+    Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
     Rule(
         ("ensemble.count_by_period", "oscillator.excitation_force_n"),
         lambda by_period, force: not by_period or force == 0,

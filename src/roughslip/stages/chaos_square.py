@@ -37,7 +37,7 @@ from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="chaos_square",
@@ -299,7 +299,3 @@ def quality(
         values = [float(column.get(method, np.nan)) for method in EXPANDED]
         variables[f"fit_{name}"] = store.Variable(("fit",), values, "1", FITS[name])
     return variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -17,7 +17,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="chaos_strip",
@@ -105,7 +105,3 @@ def _functionals(field: np.ndarray, columns: np.ndarray, spacing: int, stencil: 
         on_lattice = local_functionals(field[phase::spacing], stencil)
         functionals[lies] = on_lattice[:, columns[lies] // spacing].transpose(1, 2, 0)
     return functionals
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -16,7 +16,7 @@ from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="field_square",
@@ -138,7 +138,3 @@ def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Varia
         "link_contact": store.Variable(knots, contact, "1", f"probability of contact {title}"),
         "link_pressure": store.Variable(knots, pressure, "Pa", f"expected pressure {title}"),
     }
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

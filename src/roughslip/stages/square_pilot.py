@@ -20,7 +20,7 @@ from roughslip.scene.accuracy import KOLMOGOROV_95, SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import PRECISION, Square, square
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.surface.modes import heights
 
 STAGE = Stage(
@@ -108,7 +108,3 @@ def work(job: Job) -> None:
         for name, (value, source) in titles.items()
     }
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

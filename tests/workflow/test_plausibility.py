@@ -197,3 +197,4 @@ def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take(
     strip = {"cell_m": 2.5e-6, "length_m": 2.4e-3}
     assert surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8}))[1] == ""
     assert "9.6e+06 nodes" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))[1]
+    assert "length of 0 m" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 5e-324}))[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +110,7 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
     """Of a correlation length that the cells of the strip leave far behind."""
-    nodes = 4 * get(scene, "strip.length_m") / least
+    nodes = 4 * get(scene, "strip.length_m") / max(least, sys.float_info.min)  # a tiny length rounds to 0
     return (
         f"a correlation length of {least:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
         f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "

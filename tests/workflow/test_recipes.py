@@ -44,7 +44,7 @@ from functools import partial
 
 from roughslip.figures.figure_slopes import DRAWN, figure_slopes
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -61,10 +61,6 @@ STAGE = Stage(
 def work(job: Job) -> None:
     """Draw the figure and write its numbers."""
     draw_and_save(job, partial(figure_slopes, bins=job.scene.slopes.bins), DRAWN)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)
 '''
 
 

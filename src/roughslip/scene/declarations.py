@@ -7,6 +7,7 @@ the slices of the scene, the rules, the memory of jobs and the options of the st
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -86,7 +87,7 @@ class Stage:
     @property
     def command(self) -> str:
         """The command that runs it, after `python -m`."""
-        return f"roughslip.stages.{f'figures {self.name}' if self.draws else self.name}"
+        return f"roughslip.stages {'figures ' if self.draws else ''}{self.name}"
 
     @property
     def modules(self) -> str:
@@ -127,7 +128,7 @@ def figure(*, name: str, of: str, draws: str = "", target: str = "", **others: A
 @cache
 def declarations() -> dict[str, Stage]:
     """All stages by name. Raises ValueError, with file and line, where a declaration is not written in literals."""
-    files = (file for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
+    files = (file for file in sorted(STAGES_FOLDER.glob("*.py")) if not file.name.startswith("__"))
     stages = (stage for file in files for stage in _declared(file))
     return {stage.name: stage for stage in sorted(stages, key=lambda stage: stage.name)}
 
@@ -140,7 +141,8 @@ def targets() -> tuple[str, ...]:
 
 def _declared(file: Path) -> list[Stage]:
     """The stages that a module declares: one of its name as STAGE, or several as STAGES."""
-    for node in ast.parse(file.read_bytes(), str(file)).body:
+    head = re.split(r"\n(?=def |class |@)", file.read_text(encoding="utf-8"), maxsplit=1)[0]  # a third of the time
+    for node in ast.parse(head, str(file)).body:
         name = ast.unparse(node.targets[0]) if isinstance(node, ast.Assign) else ""
         if isinstance(node, ast.Assign) and name in ("STAGE", "STAGES"):
             try:

@@ -15,7 +15,7 @@ from roughslip.scene.expansion import terms
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="adaptive_training",
@@ -79,7 +79,3 @@ def work(job: Job) -> None:
         value = getattr(reached, name)
         variables[f"cdf_error_{name}"] = store.Variable((), value, "1", f"estimated error of the distribution {title}")
     store.write(job.arguments.output, variables, job.key, {"first": 0, "design": "expansion"})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

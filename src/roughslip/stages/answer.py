@@ -32,7 +32,7 @@ from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
@@ -362,7 +362,3 @@ def work(job: Job) -> None:
         "windows": quantity(own.windows, None, "1"),
     }
     store.write_json(job.arguments.output, found | {"summary": summary(found)})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

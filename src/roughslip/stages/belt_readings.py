@@ -23,7 +23,7 @@ from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.result_tables.ensemble_table import Runs, ensemble_variables
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="belt_readings",
@@ -125,7 +125,3 @@ def _summed_up(
     job.usage.count(runs=count * (len(dampings) + 1) + len(dampings), cycles=int(runs.cycles.sum()))
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     return ensemble_variables(without, runs, (periods, nominal), generator, job.usage.warn)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -10,7 +10,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="design",
@@ -63,7 +63,3 @@ def work(job: Job) -> None:
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

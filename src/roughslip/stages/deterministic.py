@@ -20,7 +20,7 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="deterministic",
@@ -160,7 +160,3 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "
             f"friction would scatter by {std:.2g} in place of {scatter:.2g}; give load, or other windows or penetration"
         )
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -14,7 +14,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="ensemble_pilot",
@@ -83,7 +83,3 @@ def work(job: Job) -> None:
         "from_nodes": store.Variable((), from_nodes, "1", title),
     }
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

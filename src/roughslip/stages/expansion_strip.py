@@ -5,7 +5,7 @@ from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_expansion import expand_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="expansion_strip",
@@ -34,7 +34,3 @@ def work(job: Job) -> None:
         "force": store.Variable(shape, force, "N", "normal force on the window"),
     } | geometry.window_coordinates(job.scene, numbers, area.shape[2])
     store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

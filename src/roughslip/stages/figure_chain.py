@@ -8,7 +8,7 @@ from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, shares, surface_model
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
 STAGE = Stage(
@@ -89,7 +89,3 @@ def work(job: Job) -> None:
     variables = surface_and_pressure(job, float(cycles["friction_percentile"])) | friction_along_paths(job)
     variables |= {name: cycles.variable(name) for name in CYCLE}
     save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name]}), variables)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

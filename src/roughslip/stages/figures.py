@@ -3,12 +3,10 @@
 The code of such a stage is this module with the one that draws it, so an edit of one figure draws no other again.
 """
 
-import sys
-from functools import partial
 from importlib import import_module
 
-from roughslip.scene.declarations import Stage, figure
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.scene.declarations import figure
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGES = [
@@ -84,12 +82,8 @@ STAGES = [
 ]
 
 
-def work(job: Job, stage: Stage) -> None:
+def work(job: Job) -> None:
     """Draw a figure by the function of its name, and write its numbers."""
-    module = import_module(f"roughslip.figures.{stage.draws}")
-    draw_and_save(job, getattr(module, stage.name), module.DRAWN[stage.name])
-
-
-if __name__ == "__main__":
-    asked = {stage.name: stage for stage in STAGES}[sys.argv.pop(1)]
-    execute(asked, partial(work, stage=asked))
+    (draws,) = (stage.draws for stage in STAGES if stage.name == job.usage.stage)
+    module = import_module(f"roughslip.figures.{draws}")
+    draw_and_save(job, getattr(module, job.usage.stage), module.DRAWN[job.usage.stage])

@@ -21,7 +21,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE, FINE, OTHERS
 from roughslip.stages.result_tables import load_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="friction",
@@ -93,7 +93,3 @@ def coarse_sums(batches: list[store.Result]) -> Windows | None:
         return None
     area, force = zip(*(area_and_force(batches, mesh) for mesh in meshes), strict=True)
     return np.concatenate(area, axis=1), np.concatenate(force, axis=1)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -28,7 +28,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="lifetimes",
@@ -213,7 +213,3 @@ def work(job: Job) -> None:
     title = "damping ratio of this probability of stick-slip, the share of the second half of the runs"
     variables |= points | store.with_interval("band", edge, np.moveaxis(band, -1, 0), "1", title)
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -13,7 +13,7 @@ from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="oscillator",
@@ -120,7 +120,3 @@ def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]
         values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])
         variables[name] = store.Variable(("drawn", "time"), values, "m", title)
     return variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -12,7 +12,7 @@ from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.point_runs import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="stick_slip_map",
@@ -89,7 +89,3 @@ def of_shares(shares: LatticeMap, asked: StickSlipMap) -> dict[str, store.Variab
     }
     variables = {name: store.Variable(dims, value, "1", label) for name, (dims, value, label) in columns.items()}
     return store.with_interval("probability", POINT, interval, "1", title) | variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

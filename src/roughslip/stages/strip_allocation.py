@@ -31,7 +31,7 @@ from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.bounds import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
@@ -185,7 +185,3 @@ def _of_verdicts(of_accuracy: int, needed: dict[str, int]) -> dict[str, store.Va
         "statement": store.Variable(("statement",), names, "1", "statement on friction"),
         "strips_needed": store.Variable(("statement",), numbers, "1", f"strips that settle it with odds {ODDS:.2f}"),
     }
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -5,7 +5,7 @@ From them follows how many more are solved. They are the first strips of contact
 
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene.strip_contact import solve_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="strip_pilot",
@@ -23,7 +23,3 @@ STAGE = Stage(
 def work(job: Job) -> None:
     """Solve the training strips."""
     solve_strips(job, range(job.scene.strip.training_samples))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -14,7 +14,7 @@ from roughslip.scan.topography import Topography, topography
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.result_tables import scan_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="synthetic_surfaces",
@@ -64,7 +64,3 @@ def work(job: Job) -> None:
         variables |= scan_table.of_twins(twins, scan["density_edge"])
     variables["no_twins"] = store.Variable(("why",), np.array([none]), "1", "why there is no twin; empty with twins")
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

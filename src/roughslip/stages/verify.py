@@ -6,7 +6,7 @@ from pathlib import Path
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.record import checksum
 from roughslip.verdicts.kept_results import Compared, compared_claims, compared_friction, compared_summaries
 
@@ -63,7 +63,3 @@ def work(job: Job) -> None:
     store.write_text(job.arguments.text, "\n".join((f"{head}; {len(moved)} moved within what is allowed", *moved, "")))
     if lines:
         raise StoreError("\n".join((f"{len(lines)} of what was compared disagree:", *lines)))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -12,7 +12,7 @@ from functools import reduce
 import pytest
 from jsonschema import Draft202012Validator
 
-from roughslip.scene import fields, schema
+from roughslip.scene import fields, loader, schema
 from roughslip.scene.types import Scene, get, scene_of
 from tests.scene.shipped import CONFIG, SCENES, SCHEMA, properties, shipped_scene
 
@@ -95,6 +95,18 @@ def test_the_types_are_light():
 def test_the_schema_for_editors_is_current():
     written = (CONFIG / "scene.schema.json").read_text(encoding="utf-8")
     assert written == schema.text(), "run: python -m roughslip.scene.schema"
+
+
+def test_a_rule_stands_with_a_section_that_it_reads():
+    """And the loader takes every rule."""
+    kinds = {name: field.metadata["kind"] for name, field in fields.fields_of(Scene).items() if field.metadata["kind"]}
+    taken = []
+    for module in dict.fromkeys(kind.__module__ for kind in kinds.values()):
+        own = {name for name, kind in kinds.items() if kind.__module__ == module}
+        rules = getattr(sys.modules[module], "RULES", ())
+        assert all(own & {key.partition(".")[0] for key in rule.keys} for rule in rules), module
+        taken += rules
+    assert len(taken) == len(loader._RULES) > 60
 
 
 VALUES = (0, 1, -1, 50, 0.5, 1e-6, 1e30, "auto", "stribeck", "figure2", "x" * 300, "", [], [1], [0.5, 2.0], [2, 1, 2])

@@ -7,7 +7,7 @@ import operator
 from collections.abc import Iterator
 
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
-from roughslip.scene.expansion import terms
+from roughslip.scene.expansion import designs_fit, terms
 from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
 from roughslip.scene.mistakes import (
     MEMORY,
@@ -203,6 +203,7 @@ RULES = (
         lambda m, n: m > n**2 or m * n**2 <= MOST_NUMBERS,
         f"modes times nodes^2 at most {MEMORY}, here with {{1}} nodes",
     ),
+    designs_fit("square.latin_hypercube_samples"),
     Rule(
         (MODES, "square.nodes", "expansion.samples", "targets"),
         lambda modes, nodes, samples, targets: (

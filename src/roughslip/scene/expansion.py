@@ -65,6 +65,12 @@ _DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(
 _EXTENDED = ("sobol", "monte_carlo")  # designs
 
 
+def designs_fit(samples: str) -> Rule:
+    """The rule that a design of so many samples of the modes fits into memory. samples : scene key of their number"""
+    allowed = f"samples times square.modes = {{1}} at most {MEMORY}"
+    return Rule((samples, "square.modes"), lambda n, modes: n * modes <= MOST_NUMBERS, allowed)
+
+
 def _fits_left_out(samples: int, modes: int, targets: list[str]) -> bool:
     """Whether the expansion at every node has more samples than terms in each of its leave-outs."""
     enough = samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
@@ -73,15 +79,11 @@ def _fits_left_out(samples: int, modes: int, targets: list[str]) -> bool:
 
 RULES = (
     Rule(("expansion.variables", "square.modes"), operator.le, "at most square.modes = {1}"),
+    designs_fit("expansion.samples"),
     *(
         rule
         for samples in ("expansion.samples", "square.latin_hypercube_samples")
         for rule in (
-            Rule(
-                (samples, "square.modes"),
-                lambda n, modes: n * modes <= MOST_NUMBERS,
-                f"samples times square.modes = {{1}} at most {MEMORY}",
-            ),
             Rule(
                 (samples, *_TERMS),
                 lambda n, v, d: n > terms(v, d),

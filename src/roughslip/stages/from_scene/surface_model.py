@@ -89,7 +89,7 @@ def stored_model(
     marginal: FamilyDistribution | EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
-    endless: int | None,
+    endless: int | None = None,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
     """Variables and the attribute `model` that `restored_model` reads; those of `scan_table` stand in the same file.
 

@@ -121,7 +121,6 @@ rule all:
 
 
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/evidence.smk"
 include: "workflow/rules/several_scenes.smk"
 
 

@@ -133,6 +133,9 @@ def test_rows_of_an_expansion_hold_their_values_and_have_at_least_the_error_of_t
     assert wider["distance_in_contact"][1] <= low
     far = np.quantile(np.abs(moved[:, 0]), 0.95)
     assert wider["distance_in_contact"][2] == pytest.approx(high + far)
+    tail, least, most = expanded_rows(2.0 * pressure, 0 * moved, (0.2, 0.1, 0.3), one)["tail_error"]
+    assert tail - least == pytest.approx(most - tail)  # log 2.2 is beyond the error, so that it is not cut
+    assert least > 0.0
     assert np.all((wider["cumulative"][1] >= 0) & (wider["cumulative"][2] <= 1))
 
 

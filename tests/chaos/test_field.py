@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
 
+from roughslip.chaos import field
 from roughslip.chaos.field import GROUPS, draw_pressure, fit_field, left_out_index, mode_shares, normal_scores
 from roughslip.chaos.hermite import multi_indices, sobol_indices
 from roughslip.chaos.regression import factorised
@@ -173,6 +174,20 @@ def test_drawn_fields_have_the_distribution_of_the_solved_ones_at_a_node():
     error = np.sqrt(deviation**2 / 600 + found.mean.error**2)
     assert np.max(np.abs(drawn.mean(axis=0) - mean) / error) < 4.5
     assert drawn.std(axis=0) == pytest.approx(deviation, rel=0.25)
+
+
+def test_the_share_of_the_surfaces_that_is_drawn_from(monkeypatch):
+    """A fifth of 300, and no fewer than 40 where a tenth is asked for."""
+    monkeypatch.setattr(field, "NEIGHBOURS", 0.2)
+    seen = []
+    law = field._NearestStates
+    monkeypatch.setattr(field, "_NearestStates", lambda *parts: seen.append(parts[3]) or law(*parts))
+    xi, state = surfaces(300, 7, scatter=0.5)
+    found = fit_field(xi, state)
+    draw_pressure(found, state, found.index[:2], Nearest())
+    monkeypatch.setattr(field, "NEIGHBOURS", 0.1)
+    draw_pressure(found, state, found.index[:2], Nearest())
+    assert set(seen) == {60, 40}
 
 
 class Nearest:

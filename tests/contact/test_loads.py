@@ -79,8 +79,8 @@ def test_plastic_area_falls_to_the_elastic_one_with_the_hardness(surface) -> Non
 @pytest.mark.parametrize("hardness", [math.inf, 2.5])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_gap_error_bounds_the_errors_of_plane_and_gap(surface, hardness: float, tolerance: float) -> None:
-    """From light to full contact, against solutions to 1e-12, and by twice at most what the same tolerance of the
-    residual reaches in the largest norm of B_00 p or the heights."""
+    """From light to full contact, against solutions to 1e-12. The bound is no more than twice the residual times its
+    scale, which is relative to the largest pressure."""
     influence, heights = Influence(Grid(48, 40, 1.0, 1.0), 1.0, periodic=True), 3 * surface((48, 40), 5.0, 2)
     for load in (0.02, 0.3, 0.8, 1.5, 2.2):
         found = solve_load(influence, heights, load, tolerance, hardness_pa=hardness)
@@ -95,8 +95,8 @@ def test_gap_error_bounds_the_errors_of_plane_and_gap(surface, hardness: float, 
 
 @pytest.mark.parametrize(("shape", "hardness"), [((40, 36), math.inf), ((80, 72), 0.6)])
 def test_several_loads(surface, contact_conditions, shape: tuple[int, int], hardness: float) -> None:
-    """In any order and repeated, with bits that do not depend on it, and equal to single solves to the tolerance: on a
-    mesh that always starts from the loads below, and on one that does so where they are close."""
+    """In any order and repeated, with bits that do not depend on it, and equal to single solves to the tolerance.
+    The smaller mesh always starts from the loads below, the larger one where they are close."""
     influence, heights = Influence(Grid(*shape, 1.0, 1.0), 1.0, periodic=True), surface(shape, 5.0, 1)
     loads = [0.05, 0.06, 0.02, 0.3, 0.06, 0.055]
     found = solve_loads(influence, heights, loads, 1e-9, hardness)

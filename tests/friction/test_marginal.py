@@ -243,6 +243,11 @@ def test_a_family_finds_its_own_members(family, family_member, skewness):
     mirrored = drawn(family_member, -1)[family]  # but for one window between a quantile and that of its mirror
     assert mirrored.skewness.value == pytest.approx(-found[family].skewness.value, abs=0.011)  # a place of the table
     assert mirrored.distance.value == pytest.approx(found[family].distance.value, abs=1e-3)
+    distance = found[family].distance  # each family is as uncertain as the quantiles of the sample
+    assert distance.high - distance.value == pytest.approx(
+        found["normal"].distance.high - found["normal"].distance.value
+    )
+    assert 0.3 / np.sqrt(10_000) < distance.high - distance.value < 6 / np.sqrt(10_000)
     if skewness:
         assert found["normal"].distance.low > 0.05
 

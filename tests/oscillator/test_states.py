@@ -109,6 +109,8 @@ def test_a_slip_of_many_periods_is_a_cycle():
         == simulate(SLOW, LUBRICATED, duration_periods=300.0).cycles
         == 3
     )
+    fastest = velocity * (1 - radau.y[1].min()) * SLOW.natural_frequency_rad_per_s
+    assert slip_loop(SLOW, LUBRICATED).fastest == pytest.approx(fastest, rel=2e-3)
     assert longest_slip(SLOW, LUBRICATED) == pytest.approx(3 * cycle.slip_duration / TURN)
 
 

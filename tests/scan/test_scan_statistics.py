@@ -11,7 +11,7 @@ import scipy.stats
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
-from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
+from roughslip.scan.autocorrelation import _radii, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening
 from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, rings, self_affine_band, spectrum
 from roughslip.scan.statistics import height_density, scan_statistics
@@ -95,6 +95,12 @@ def test_neighbours_share_scatter_across_their_edge():
         return length - length**2 / (2 * edge) * (1 - math.exp(-2 * edge / length))
 
     closed = math.sqrt(v(400, a) * v(300, b) / (v(100, a) * v(60, b)))
+    squared = np.where(correlation > math.exp(-2.0), correlation**2, 0.0)
+    parts_of = [
+        np.maximum(1 - np.abs(x) / p, 0) @ squared @ np.maximum(1 - np.abs(y) / q, 0)
+        for p, q in ((400, 300), (100, 60))
+    ]
+    assert widening(parts, correlation) == pytest.approx(math.sqrt(parts_of[0] / parts_of[1]), rel=1e-12)
     # lags where r < exp(-2) are left out, which only lowers the factor: by a fifth of its excess here
     assert 1.0 + 0.7 * (closed - 1.0) < widening(parts, correlation) < closed
 
@@ -107,6 +113,11 @@ def test_along_an_endless_lay_a_scan_is_long_enough():
         assert parts.extent[endless] == pytest.approx(300 / ENOUGH_LENGTHS)
         assert parts.extent[1 - endless] == pytest.approx(3.0, abs=1.0)
         assert parts.sufficient
+        along = autocorrelation(topography(heights, 1.0, 1.0, "grooves"), parts)
+        found = along.length_y if endless else along.length_x  # still correlated at the last lag, give or take a cell
+        last = (along.lag_y if endless else along.lag_x)[-1]
+        assert (found.value, found.low, found.high) == (last, last - 1.0, last + 1.0)
+        assert along.length_along.value == last
 
 
 def test_moments_and_density_of_the_measured_heights():
@@ -203,6 +214,15 @@ def test_rings_hold_as_many_waves_in_every_direction():
     np.testing.assert_allclose(over.mean(np.ones(over.ring.shape)), 1.0)
     turned = rings(grid, SubAreas(grid, (8, 3), (1.0, 5.0)))
     np.testing.assert_array_equal(turned.ring, over.ring.T)
+
+
+def test_a_correlation_that_falls_within_half_a_cell_has_a_length():
+    """Neighbours of opposite height: straight from 1 to -1/2 over a cell of 1 or of 0.8."""
+    correlation = np.full((5, 5), -0.5)
+    correlation[2, 2] = 1.0
+    scan = complete(np.random.default_rng(1).standard_normal((32, 32)), 1.0, 0.8)
+    expected = (1 - math.exp(-1)) / 1.5 * np.array([1.0, 0.8])
+    np.testing.assert_allclose(_radii(correlation, scan, np.array([0.0, math.pi / 2])), expected, rtol=1e-12)
 
 
 def test_the_lay_is_found_at_any_angle():

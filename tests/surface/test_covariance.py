@@ -151,6 +151,8 @@ def test_plane_stands_where_the_share_of_heights_lies_above():
     assert plane_height(50.0, 1e-6) == 0.0
     np.testing.assert_allclose(plane_height(15.865525393145708, 2.0), 2.0, rtol=1e-14)  # one sigma
     assert np.all(np.diff(plane_height(np.array([5.0, 50.0, 95.0]), 1.0)) < 0)  # deeper is lower
+    with pytest.raises(ParameterError, match="between 0 and 100, not 120"):
+        plane_height(np.array([20.0, 120.0]), 1.0)
 
 
 def table(covariance, kx=24, ky=18, step_x=0.5, step_y=0.4):

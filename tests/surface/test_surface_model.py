@@ -19,6 +19,7 @@ from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import tapered
 from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
 from roughslip.surface.models import covariance_of
+from roughslip.surface.plausibility import warnings
 
 BETA = FamilyDistribution("beta", 2.0, (2.1, 5.0))
 SKEWED = FamilyDistribution("lognormal", 1.0, (1.0,), mirrored=True)
@@ -89,6 +90,14 @@ def test_a_correction_and_an_endless_lay_have_the_extent_of_what_they_are_made_o
         assert grooves.reach_m[axis] == 0.0
         assert grooves.reach_m[1 - axis] == turned.reach_m[1 - axis]
         assert grooves.rms_height_m == 2.0
+
+
+def test_warnings_begin_at_their_limits_but_for_rounding():
+    """Four cells a correlation length, the shorter one, and ten lengths a window, of that along it."""
+    covariance, lengths = covariance_of("gaussian", 0.01, 8.0, 4.0), (8.0, 4.0)
+    for excess, lines in ((1.0 + 1e-12, 0), (1.001, 1)):
+        assert len(list(warnings(covariance, lengths, "key", {"cell": 1.0 * excess}))) == lines
+        assert len(list(warnings(covariance, lengths, "key", {"cell": 0.5}, 80.0 / excess))) == lines
 
 
 def test_a_smooth_field_cannot_have_every_law():

@@ -138,6 +138,7 @@ class Names:
         return [
             f"{self.entry(scene, stage).folder}/{declarations()[stage].result.format(**job)}"
             for stage in stages
+            if stage in declarations()
             for job in self._jobs(scene, stage, below)
         ]
 
@@ -179,7 +180,8 @@ class Names:
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
         records = [record for stage in sorted(self.scenes.stages(scene)) for record in self.records(scene, stage)]
-        return [*records, *([record_of(self.variants_table(scene))] if self.scenes.variants.get(scene) else [])]
+        table = [self.variants_table(scene)] if self.scenes.variants.get(scene) else []
+        return [*records, *(f"{entry.folder}/usage/sweep.json" for entry in table)]
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -217,7 +219,7 @@ class Names:
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
-        others = {option: _stages(made_by) for option, made_by in options.items() if option not in special}
+        others = {option: made_by.split() for option, made_by in options.items() if option not in special}
         return special | {option: self.results(scene, *stages) for option, stages in others.items()}
 
     def _before(self, scene: str, stage: str) -> list[str]:
@@ -281,15 +283,6 @@ class Names:
             except OSError as error:
                 raise InputError(f"{entry.folder}: cannot be written to ({error.strerror})") from None
         return entry
-
-
-def record_of(entry: Entry) -> str:
-    """The record of cost of the job of a stage without batches."""
-    return f"{entry.folder}/usage/{entry.made_of['stage']}.json"
-
-
-def _stages(made_by: str) -> list[str]:
-    return [word for word in made_by.split() if word in declarations()]
 
 
 @cache

@@ -18,8 +18,7 @@ from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.scene.mistakes import Values
-from roughslip.scene.plan import slice_for
-from roughslip.scene.types import Scene, scene_of, without_nulls
+from roughslip.scene.types import Scene, scene_of, slice_for, without_nulls
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 
 SAMPLES = {"resolved": (4000, 200)}  # by scene, of its reference and of a batch, which takes four minutes

@@ -16,8 +16,7 @@ from roughslip.contact.solve import sweep
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.scene.mistakes import Values
-from roughslip.scene.plan import slice_for
-from roughslip.scene.types import Scene, scene_of, without_nulls
+from roughslip.scene.types import Scene, scene_of, slice_for, without_nulls
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes, central_nodes
 from roughslip.surface.model import GaussianModel

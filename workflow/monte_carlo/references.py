@@ -18,6 +18,7 @@ from pathlib import Path
 from roughslip import store
 from roughslip.errors import RoughslipError
 from roughslip.scene.loader import load
+from roughslip.stages.runtime.parent import die_with_parent
 from workflow.monte_carlo import friction, pressure
 
 KINDS = {"pressure": pressure, "friction": friction}
@@ -35,7 +36,7 @@ def make(name: str, kind: str, samples: int, jobs: int) -> None:
     part = hashlib.sha256(json.dumps(key.configuration, sort_keys=True).encode()).hexdigest()[:16]
     folder = Path("results", "monte_carlo", f"{kind}-{part}")
     files = [folder / f"{first}-{first + step}.nc" for first in range(0, min(samples, total), step)]
-    with ProcessPoolExecutor(jobs) as pool:
+    with ProcessPoolExecutor(jobs, initializer=die_with_parent) as pool:
         for file in pool.map(_solve, files, [name] * len(files), [kind] * len(files)):
             print(file, flush=True)
     store.write(reference_file(name, kind), KINDS[kind].gather(key.configuration, store.read_all(files)), key)

@@ -39,7 +39,7 @@ rule publish:
     params:
         key=lambda wildcards: names.publication(wildcards.scene).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
 
 
 # One file by the name under which people open it.
@@ -52,4 +52,4 @@ rule one_file:
         "results/{scene}/logs/publish-{file}.log",
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'

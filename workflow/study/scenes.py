@@ -78,11 +78,11 @@ class Scenes:
 
         Raises InputError for one that has no such figure.
         """
-        names = [name for name in COMPARED if name in self.names] if asked is None else str(asked).split(",")
+        names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
         every = declarations()["comparison"].many["results"].split()
         drawn = {
             name: figures
-            for name in (names if asked is None else self.valid)
+            for name in self.valid
             if (figures := [figure for figure in every if figure in plan.figures(self[name])])
         }
         wrong = [shown(name) for name in names if name not in drawn]

@@ -21,7 +21,7 @@ FINEST = 100.0  # cells hold at most so many correlation lengths: heights are in
 
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
-_CHECKS = tuple(f"roughslip.{name}.plausibility" for name in ("scene", "scan", "surface"))
+_CHECKS = " ".join(f"roughslip.{name}.plausibility" for name in ("scene", "scan", "surface"))
 
 
 def check_surface(
@@ -32,8 +32,8 @@ def check_surface(
     A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone.
     marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
-    checks = [closure_hash(name, SOURCE) for name in _CHECKS] if marks else []
-    made_of = [scene, checksum(scan_file) if scan_file else "", checksum(Path(__file__)), *checks]
+    checks = closure_hash(_CHECKS, SOURCE) if marks else ""
+    made_of = [scene, checksum(scan_file) if scan_file else "", checksum(Path(__file__)), checks]
     mark = (marks or Path()) / f"{hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()}.json"
     if marks and mark.is_file():
         return [], json.loads(mark.read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Remove results that no scene uses: python -m workflow.job study.unused, which `snakemake clean_unused` runs."""
+"""Remove results that no scene uses: python -m workflow.study.unused, which `snakemake clean_unused` runs."""
 
 from __future__ import annotations
 

@@ -103,9 +103,9 @@ class MotionOptions:
     interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
     friction_follows : the variable of mu_S: slip, the slipped distance, which stands still in stick; belt, the travel
         v0 t of the belt; time. With the last two departure is the first passage on the path
-    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
     integrator : fehlberg45, or dormand_prince853 for smooth motions and small tolerances
     samples_per_period : of a trajectory, at least 1 in a natural period
+    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
 
     Raises ParameterError for a number out of range or an unknown word.
     """
@@ -114,9 +114,9 @@ class MotionOptions:
     stochastic_static_limit: bool = True
     interpolation: str = "cubic"
     friction_follows: str = "slip"
-    scatter: str = "additive"
     integrator: str = "fehlberg45"
     samples_per_period: int = 400
+    scatter: str = "additive"
 
     def __post_init__(self) -> None:
         if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:

@@ -9,7 +9,6 @@ Pilots then show what remains on the scene's own surface. Where that is too much
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from math import ceil, gcd, lcm
 from typing import Any
 
@@ -179,8 +178,12 @@ def cell_m(asked: dict[str, float], length_m: float, sizes_m: list[float]) -> fl
 
     asked : half width by name of ERRORS; length_m : correlation length; sizes_m : lengths on the strip
     """
+    from fractions import Fraction  # with decimal, for such scenes alone
+
     most = min([COARSEST, *((CELL_SHARE * asked[name] / a) ** (1 / ORDER) for name, a in ERRORS.items())]) * length_m
-    common = _common_measure(sizes_m) / 2
+    sizes = [Fraction(repr(size)) for size in sizes_m]  # as decimal numbers
+    parts = lcm(*(size.denominator for size in sizes))
+    common = Fraction(gcd(*(int(size * parts) for size in sizes)), 2 * parts)  # half of what measures all sizes
     return float(common / ceil(float(common) / most * (1 - 1e-9)))
 
 
@@ -227,13 +230,6 @@ def _shortest_length(scene: Values) -> float:
     """Correlation length [m] of the heights, across the belt where it is shorter there; 0 where it is missing."""
     length = _positive(scene, "roughness.correlation_length_m")
     return min(length, _positive(scene, "roughness.correlation_length_across_m") or length)
-
-
-def _common_measure(sizes_m: list[float]) -> Fraction:
-    """The largest length that all sizes are whole multiples of, read as decimal numbers."""
-    sizes = [Fraction(repr(size)) for size in sizes_m]
-    parts = lcm(*(size.denominator for size in sizes))
-    return Fraction(gcd(*(int(size * parts) for size in sizes)), parts)
 
 
 def _asked(scene: Values) -> dict[str, float] | None:

@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Iterator
 
-from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, TRAINING_SPACING
+from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
 from roughslip.scene.expansion import terms
 from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
 from roughslip.scene.mistakes import (
@@ -156,6 +156,7 @@ LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
 EXTRAPOLATE, LENGTHS = "numerics.extrapolate_mesh", "length_m margin_m width_m window_m window_spacing_m"
 CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+MOST_TRAINING = 400_000_000  # pressures in all cells of the training strips at most: 3.2 GB
 MULTIPLES = {
     "cell_m": f"{LENGTHS} expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
@@ -174,7 +175,28 @@ def _is_multiple(length: float, cell: float) -> bool:
     return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
 
 
+def _training_fits(n: int, levels: list[float], cell: float, length: float, margin: float, width: float) -> bool:
+    """Whether the training strips fit into memory; another rule refuses more than CELLS."""
+    cells = (length + 2 * margin) / cell * (width / cell)
+    return cells > CELLS or n * len(levels) * cells <= MOST_TRAINING
+
+
 RULES = (
+    *(
+        Rule(
+            (strips, LEVELS, "strip.length_m", "strip.window_m", "strip.window_spacing_m"),
+            lambda n, levels, length, window, spacing: (
+                n * len(levels) * ((length - window) / spacing + 1) <= MOST_WINDOWS
+            ),
+            f"strips times {LEVELS} times windows of a strip at most {MOST_WINDOWS} (2.5 GB of memory)",
+        )
+        for strips in ("strip.samples", "strip.expansion_samples")
+    ),
+    Rule(
+        ("strip.training_samples", LEVELS, "strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        _training_fits,
+        f"strips times {LEVELS} times cells of a strip at most {MOST_TRAINING} (3.2 GB of memory)",
+    ),
     Rule((MODES, "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
     Rule(
         (MODES, "square.nodes"),

@@ -155,6 +155,7 @@ class Answer(Section):
 
 
 PATH_NODES, MOST_NODES = 4, 4_000_000  # of a friction path: a correlation length; a run, which takes seconds then
+MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
 LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
 _VELOCITY, _OMEGA = "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"
 _LENGTH, _PROCESS = f"{STATISTICS}.correlation_length_m", "ensemble.process"
@@ -182,6 +183,16 @@ def _path_fits(length: float, process: str, velocity: float, omega: float, perio
 RULES = (
     increasing("ensemble.damping_ratios"),
     increasing("survival.scatter_factors"),
+    Rule(
+        ("ensemble.realisations", "ensemble.duration_periods"),
+        lambda runs, periods: runs * periods <= MOST_PERIODS,
+        f"realisations times ensemble.duration_periods = {{1}} at most {MOST_PERIODS} (2.5 GB of memory)",
+    ),
+    Rule(
+        ("ensemble.realisations", "ensemble.damping_ratios"),
+        lambda runs, ratios: runs * len(ratios) <= MOST_PERIODS,
+        f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
+    ),
     Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
     Rule(
         ("ensemble.count_by_period", "oscillator.excitation_force_n"),

@@ -16,18 +16,7 @@ from typing import Any, cast
 import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import (
-    accuracy,
-    contact,
-    ensemble,
-    expansion,
-    friction,
-    oscillator,
-    plan,
-    roughness,
-    size_rules,
-    sweep,
-)
+from roughslip.scene import accuracy, contact, ensemble, expansion, friction, oscillator, plan, roughness, sweep
 from roughslip.scene.fields import AUTO, WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
@@ -40,9 +29,7 @@ _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
 
 # What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
 # a key of an overlay replaces, where the overlay does not give those too.
-_RULES = tuple(
-    rule for part in (contact, expansion, roughness, oscillator, ensemble, size_rules) for rule in part.RULES
-)
+_RULES = tuple(rule for part in (contact, expansion, roughness, oscillator, ensemble) for rule in part.RULES)
 _FORMS = (accuracy, friction, contact, ensemble, roughness, oscillator)
 _REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES.items()}
 

@@ -34,7 +34,7 @@ from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
-from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -84,7 +84,7 @@ def local_expansion(
 def edges_of(batches: list[store.Result], group: np.ndarray, job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
     """The error of the mesh at edges of contacts, from the training samples, and what the scene takes off of it."""
     cells, points = (samples_of(batches, "expansion", name) for name in ("pressure", "point_pressure"))
-    corrected = job.scene.numerics.contact_area == "corrected"
+    corrected = elastic.counts_shares(job.scene)
     return EdgeCorrection(cells, points, group), EdgeCorrection(cells, points if corrected else cells, group)
 
 

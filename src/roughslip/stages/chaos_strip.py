@@ -15,7 +15,7 @@ from roughslip.chaos.strip import (
 )
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -73,7 +73,7 @@ def work(job: Job) -> None:
 
 def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarray:
     """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
-    if scene.numerics.contact_area != "corrected":
+    if not elastic.counts_shares(scene):
         return np.ones(levels)
     corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
     return np.asarray(corrected.sum(axis=0) / of_nodes.sum(axis=0))

@@ -14,7 +14,7 @@ from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
 from roughslip.stages.runtime.command import Job
 
@@ -61,7 +61,7 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
     seed = [job.scene.seed, geometry.STREAM_FIELD]
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
-    contact = np.empty(state.shape, np.float32) if job.scene.numerics.contact_area == "corrected" else None
+    contact = np.empty(state.shape, np.float32) if elastic.counts_shares(job.scene) else None
     for row, solution in enumerate(solutions(problem, xi, count, job)):
         state[row] = np.where(solution.pressure > 0, solution.pressure, -solution.gap).ravel()
         if contact is not None:

@@ -73,7 +73,7 @@ def work(job: Job) -> None:
     """Write both errors. Raises IllPosedError where the accuracy asked is out of their reach."""
     scene, problem = job.scene, square(job)
     asked, samples = scene.accuracy.pressure, int(scene.square.monte_carlo_samples)
-    points = scene.numerics.contact_area == "corrected"
+    points = elastic.counts_shares(scene)
     coarse = elastic.influence(scene, coarser(problem.grid))
     with job.usage.core():
         sample = problem.model.sampler(problem.grid)

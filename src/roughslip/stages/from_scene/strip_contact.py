@@ -82,7 +82,7 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
                 solutions = mesh.solve(scene, heights, planes if place == FINE else planes[light:])
                 for level, (solution, shares) in enumerate(solutions, -light if place == FINE else 0):
                     elastic.count_solve(skipped, solution)
-                    cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
+                    cells = shares if elastic.counts_shares(scene) else solution.contact
                     for name, field in (("area", cells), ("force", solution.pressure)):
                         if place == FINE:
                             in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)
@@ -119,7 +119,7 @@ def strips_of(job: Job, grid: Grid) -> tuple[SurfaceModel, Callable[[int], np.nd
     scene, scan = job.scene, job.arguments.scan
     model = surface_model(scene, scan)
     if scan is not None:
-        job.usage.warn(*scan_warnings(model, {"strip.cell_m": grid.dx}, scene.strip.window_m))
+        job.usage.warn(*scan_warnings(scene, model))
     fields = strip_fields(scene, model, grid)
     return model, lambda number: model.heights(fields(number))
 

@@ -65,9 +65,10 @@ def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int
     return lambda number: sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
 
 
-def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float | None = None) -> list[str]:
-    """Warnings on the surface of a scan, which is known from here on. cells : [m] their edges by key"""
+def scan_warnings(scene: Scene, model: SurfaceModel) -> list[str]:
+    """Warnings on strips with the surface of a scan, which is known from here on."""
     assert isinstance(model, GaussianModel)  # as those of scans are
+    cells, window_m = {"strip.cell_m": scene.strip.cell_m}, scene.strip.window_m
     return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
 
 
@@ -88,7 +89,7 @@ def stored_model(
     marginal: FamilyDistribution | EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
-    endless: int | None = None,
+    endless: int | None,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
     """Variables and the attribute `model` that `restored_model` reads; those of `scan_table` stand in the same file.
 

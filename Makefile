@@ -7,7 +7,7 @@
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
 #   make stress SEED=today SHARE=0.1     a tenth of each campaign, with other random problems, the same all day
 #   make reference JOBS=8                without results/reference/<scene>/pressure.nc, 75 minutes on one core are solved
-#                                        again; an interrupted run goes on from results/<scene>/pressure_solves
+#                                        again; an interrupted run goes on from results/monte_carlo
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -65,15 +65,16 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public
 			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \
 	done
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems of each subject and check each answer independently
+stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; half an hour
 	$(RUN) workflow.stress.runner -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json
+	$(if $(SEED)$(SHARE),,$(RUN) workflow.evidence.keep stress)
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
 	$(RUN) snakemake -j$(JOBS) verify --forcerun verify
 	@cat results/verify.txt
 
-faults: $(VENV)/run.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
-	$(RUN) workflow.faults --count $(or $(COUNT),200) --seed $(or $(SEED),1)
+faults: $(VENV)/dev.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
+	FAULTS=$(or $(COUNT),200) FAULT_SEED=$(or $(SEED),1) $(RUN) pytest -rP tests/workflow/test_faults.py -k mends_each_kind
 
 schema: $(VENV)/run.stamp ## write config/scene.schema.json after a change of the scene types
 	$(RUN) roughslip.scene.schema
@@ -85,6 +86,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
+	$(RUN) workflow.monte_carlo.references -j $(JOBS)
 	$(RUN) snakemake -j$(JOBS) reference
 	$(RUN) workflow.evidence.keep
 

@@ -23,13 +23,13 @@ configfile: f"{ROOT}/config/config.yaml"
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
-from roughslip.scene.sweep import all_names
+from roughslip.scene.loader import all_names
 from roughslip.stages.runtime.parent import PARENT
 from workflow.keys import code_hash
 from workflow.keys.names import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
-from workflow.study.commands import command, log, outputs
+from workflow.study.commands import asked_mb, command, log, machine_mb, outputs
 from workflow.study.inputs import Inputs
 from workflow.study.options import check_config, check_targets
 from workflow.study.publish import LISTED, publish_existing
@@ -52,12 +52,12 @@ if workflow.is_main_process and not workflow.output_settings.verbose:
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:
-    known = [name for one, variants in all_names(ROOT / "config" / "scenes").items() for name in (one, *variants)]
+    known = [name for scene, variants in all_names(ROOT / "config" / "scenes").items() for name in (scene, *variants)]
     options = check_config(config, known)
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
     check_targets(words, known, RULES | {"all"})
-    scenes = Scenes(ROOT, words, options["memory_mb"], default=default, checked_scans=STATE / "scans")
-    compared = scenes.compared(config.get("compare"))
+    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked")
+    compared = scenes.compared(config["compare"]) if "compare" in config else None
     names = Names(scenes, ROOT, writes=RUNS)
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
@@ -67,9 +67,10 @@ try:
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
         earlier_runs.refuse_queued_jobs(STATE)
-        source_hash.keep()
     for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
         names.published(name)
+    if RUNS:
+        source_hash.keep()
 except InputError as error:
     print(error, file=sys.stderr)
     sys.exit(1)
@@ -78,7 +79,7 @@ except KeyboardInterrupt:
 
 # Jobs that run at the same time on this machine share its memory.
 if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in workflow.global_resources:
-    workflow.register_resource("mem_mb", scenes.memory_mb)
+    workflow.register_resource("mem_mb", machine_mb())
 
 
 onstart:
@@ -104,8 +105,8 @@ if RUNS:
 
 
 wildcard_constraints:
-    scene="|".join(scenes.valid) or "(?!)",
-    file=rf"(?!{LISTED}$)(?!logs/)(?!\w+_solves/).+",
+    scene="|".join(known),
+    file=rf"(?!{LISTED}$)(?!logs/).+",
     key=KEY,
     first=r"\d+",
     last=r"\d+",
@@ -120,12 +121,10 @@ rule all:
 
 
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/references.smk"
-include: "workflow/rules/evidence.smk"
 include: "workflow/rules/several_scenes.smk"
 
 
-for name in scenes.valid:
+for name in known:
 
     rule:
         name:

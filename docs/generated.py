@@ -19,9 +19,9 @@ from sphinx.application import Sphinx
 from roughslip import errors
 from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations, targets
 from roughslip.scene.fields import fields_of
-from roughslip.scene.loader import describe_allowed, load
+from roughslip.scene.loader import load
 from roughslip.scene.plan import stages_of_several_scenes
-from roughslip.scene.schema import scene_schema
+from roughslip.scene.schema import describe_allowed, scene_schema
 from roughslip.scene.types import Scene, get
 from roughslip.verdicts.rules import STATEMENTS
 
@@ -126,7 +126,8 @@ def results() -> str:
     text = []
     for name, stage in declarations().items():
         files = ", ".join(f"`{file}`" for file in stage.results.values())
-        text.append(f"## {name}\n\n{_summary(STAGES_FOLDER / f'{name}.py')}\n\nWrites {files}.\n")
+        summary = stage.caption if stage.draws else _summary(STAGES_FOLDER / f"{name}.py")
+        text.append(f"## {name}\n\n{summary}\n\nWrites {files}.\n")
         if not stage.caption and stage.result.endswith(".nc"):
             text.append(_table(_variables(STAGES_FOLDER / f"{name}.py")))
     text.append("## Tables that stages share\n")

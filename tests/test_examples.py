@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roughslip.compilation.source_hash import compiled_folder
-from workflow.faults.scratch import TINY, copy_project
+from tests.workflow.project import copy_project
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
@@ -128,8 +128,7 @@ def test_stick_slip_map():
 @pytest.mark.slow
 def test_whole_study(tmp_path):
     copy = tmp_path / "copy"
-    copy_project(ROOT, copy)
-    (copy / "config/scenes/tiny.yaml").write_text(TINY)
+    copy_project(copy)
     (copy / "examples").mkdir()
     shutil.copy(EXAMPLES / "whole_study.py", copy / "examples")
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(copy / "src")}

@@ -12,10 +12,10 @@ import pytest
 
 from roughslip.compilation import source_hash
 from roughslip.compilation.source_hash import closure, closure_hash, syntax
+from roughslip.scene.declarations import declarations
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
 MODULES = sorted((SOURCE / "roughslip").rglob("*.py"))
-COMMANDS = [file.stem for file in MODULES if file.parent.name == "stages" and file.stem != "__init__"]
 STAGE = "pkg.stages.contact"
 
 # A stage that reaches each module in another way; `lonely`, `other` and `two` are outside its closure.
@@ -86,6 +86,7 @@ def test_a_closure_is_what_an_import_can_execute(source):
         ("pkg/stages/contact.py", '"""Solve."""', '"""Solve it.\n\n    With care."""', False),
         ("pkg/lonely.py", "import", "import os\nimport", False),
         ("pkg/stages/contact.py", "memory_mb=260", "memory_mb=300", False),
+        ("pkg/stages/contact.py", "STAGE = dict(memory_mb=260)", "STAGES = [dict(), dict()]", False),
         ("pkg/sub/other.py", "", "x = 1\n", False),
         ("pkg/stages/contact.py", "x + 1", "x + 2", True),
         ("pkg/stages/contact.py", "x + 1", "x + 1.0", True),
@@ -100,27 +101,6 @@ def test_an_edit_changes_the_hash_if_it_acts(source, name, old, new, acts):
     assert old in text
     (source / name).write_text(text.replace(old, new, 1))
     assert (closure_hash(STAGE, source) != before) is acts
-
-
-# Digest from Python 3.11.7; 3.12.1 and 3.13.0 gave the same. f-strings, empty lists of arguments and new fields of
-# nodes are where ast.dump and ast.unparse differ.
-TRICKY = '''
-def f(a, /, b=1, *args, c: int = 2, **kw):
-    """Doc."""
-    w = 3
-    return f"{a!r:>{w}} {b:.3e}{'x'}" "y" f"{a=}", a[1, ::2], [*args], {**kw}, 1e400, "é\\n", b"\\x00", lambda: (yield)
-
-
-class C(dict[str, int]):
-    """Doc."""
-
-    x: "C | None" = None
-'''
-TRICKY_DIGEST = "c67fcad1b736c85c822cfe3519086239b39a4f0a357780f43a44a96d45810167"
-
-
-def test_the_digest_is_the_same_on_every_python():
-    assert syntax(Path("tricky.py"), TRICKY.encode()).digest == TRICKY_DIGEST
 
 
 def forget(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
@@ -160,16 +140,17 @@ ASK = """
 import json, os, sys
 import numpy, numba, xarray, netCDF4, scipy.optimize, scipy.special, scipy.stats, seaborn
 found = {}
-for stage in sys.argv[1:]:
+for modules in sys.argv[1:]:
     reading, writing = os.pipe()
     if os.fork() == 0:
-        __import__(f"roughslip.stages.{stage}")
+        for module in modules.split():
+            __import__(module)
         files = [m.__file__ for n, m in sys.modules.items() if n.partition(".")[0] == "roughslip"]
         os.write(writing, json.dumps(files).encode())
         os._exit(0)
     os.close(writing)
     with open(reading) as answer:
-        found[stage] = json.load(answer)
+        found[modules] = json.load(answer)
     os.wait()
 print(json.dumps(found))
 """
@@ -181,14 +162,25 @@ def test_an_edit_of_friction_statistics_solves_no_contact_again(stage):
     assert friction <= {"__init__", "bowden_tabor"}
 
 
+def test_an_edit_of_one_figure_draws_no_other_again():
+    """Each figure has the code of its own drawing, next to that of all figures."""
+    drawn = {stage.draws: stage.modules for stage in declarations().values() if stage.draws}
+    drawings = {name: SOURCE / f"roughslip/figures/{name}.py" for name in drawn}
+    for name, modules in drawn.items():
+        files = set(closure(modules, SOURCE))
+        assert files & set(drawings.values()) == {drawings[name]}
+        assert SOURCE / "roughslip/stages/figures.py" in files
+
+
 @pytest.mark.slow
 def test_the_closure_of_a_stage_is_what_python_imports():
     """So an edit of a module re-runs the stages that execute it, and no others."""
-    command = [sys.executable, "-W", "ignore", "-c", ASK, *COMMANDS]
+    codes = [stage.modules for stage in declarations().values()]
+    command = [sys.executable, "-W", "ignore", "-c", ASK, *codes]
     run = subprocess.run(command, capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCE)})
-    for stage, files in json.loads(run.stdout).items():
-        found = {path.resolve() for path in closure(f"roughslip.stages.{stage}", SOURCE)}
-        assert found == {Path(file).resolve() for file in files}, stage
+    for modules, files in json.loads(run.stdout).items():
+        found = {path.resolve() for path in closure(modules, SOURCE)}
+        assert found == {Path(file).resolve() for file in files}, modules
 
 
 @pytest.mark.slow

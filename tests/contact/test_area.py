@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.contact import Influence, solve
+from roughslip.contact import Influence, solve, solve_load
 from roughslip.contact.area import contact_shares
 from roughslip.grid import Grid
 
@@ -65,6 +65,28 @@ def test_mirrors_and_turns_of_a_contact():
     shares = contact_shares(pressure)
     np.testing.assert_array_equal(contact_shares(pressure[::-1]), shares[::-1])
     np.testing.assert_array_equal(contact_shares(np.ascontiguousarray(pressure.T)), shares.T)
+
+
+@pytest.mark.parametrize("around", [(True, True), (True, False), (False, True)])
+def test_rolled_along_a_period_the_shares_roll(around):
+    """Cells of a period have no first and no last; across a free side they have. `around` in the order x, y."""
+    pressure = np.maximum(np.random.default_rng(5).standard_normal((12, 9)), 0.0)
+    shares = contact_shares(pressure, 2.0, around)
+    for axis in (0, 1):
+        rolled = contact_shares(np.roll(pressure, 4, axis), 2.0, around)
+        assert np.array_equal(rolled, np.roll(shares, 4, axis)) == around[axis]
+    np.testing.assert_array_equal(contact_shares(np.ascontiguousarray(pressure.T), 2.0, around[::-1]), shares.T)
+    alone = contact_shares(pressure, 2.0)
+    assert shares.sum() < alone.sum()
+    np.testing.assert_array_equal(shares[1:-1, 1:-1], alone[1:-1, 1:-1])
+
+
+def test_a_solution_knows_its_period():
+    """A crest on the corner of a cell, of 25 nodes in four parts, has the shares of one in the middle, to rounding."""
+    r2 = ((np.arange(24) - 12) ** 2)[:, None] + (np.arange(24) - 12) ** 2
+    influence = Influence(Grid(24, 24, 1.0, 1.0), 1.0, periodic=True)
+    middle, corner = (solve_load(influence, np.roll(-r2 / 50.0, shift, (0, 1)), 0.01).shares for shift in (0, 12))
+    np.testing.assert_array_equal(corner, np.roll(middle, 12, (0, 1)))
 
 
 def test_yielded_contact_is_the_area_above_the_plane():

@@ -8,7 +8,7 @@ import pytest
 
 from roughslip.contact.closed_forms import CrossedWaves, SineWave
 from roughslip.contact.influence import Influence, love_coefficients
-from roughslip.contact.periodic import periodic_symbol
+from roughslip.contact.periodic import cell_heights, periodic_symbol
 from roughslip.contact.solve import ContactSolution, solve_load
 from roughslip.grid import Grid
 
@@ -79,14 +79,32 @@ def test_full_contact() -> None:
     assert abs(solution.plane) < 1e-9 * wave.amplitude_m
 
 
+@pytest.mark.parametrize("shape", [(24, 40), (15, 9), (32, 1)])
+def test_smooth_heights_have_exact_pressures_in_full_contact(shape: tuple[int, int]) -> None:
+    """p + E* |q| z_q / 2 for every wave up to four cells, to the residual of 1e-12 times the condition of B, 50."""
+    grid = Grid(*shape, 1e-6, 0.7e-6)
+    generator, waves, pressures = np.random.default_rng(4), np.zeros(shape), np.zeros(shape)
+    phases = (2 * np.pi * np.arange(nodes) / nodes for nodes in shape)
+    x, y = np.meshgrid(*phases, indexing="ij")
+    for i, j in [(1, 0), (2, -1), (0, shape[1] // 4), (shape[0] // 4, 1)] if shape[1] > 1 else [(1, 0), (8, 0)]:
+        wave = generator.normal() * np.cos(i * x + j * y + generator.random())
+        q = 2 * np.pi * np.hypot(i / (shape[0] * grid.dx), j / (shape[1] * grid.dy))
+        waves, pressures = waves + 1e-7 * wave, pressures + MODULUS * q / 2 * 1e-7 * wave
+    mean = 2 * np.abs(pressures).max()
+    heights = cell_heights(waves, grid)
+    assert heights.mean() == pytest.approx(waves.mean(), abs=1e-20)
+    solution = solve_load(Influence(grid, MODULUS, periodic=True), heights, mean, 1e-12)
+    np.testing.assert_allclose(solution.pressure, mean + pressures, rtol=0, atol=1e-10 * mean)
+
+
 def press_crossed_waves(n: int, load: float, shift: tuple[float, float]) -> float:
-    """Share of nodes in contact, on one cell of D/2 (cos x' + cos y'): the crossed waves turned by 45 degrees."""
+    """Share of the area in contact, on one cell of D/2 (cos x' + cos y'): the crossed waves turned by 45 degrees."""
     waves = CrossedWaves(1e-6, math.sqrt(2) * 1e-4, MODULUS)
     grid = Grid(n, n, 1e-4 / n, 1e-4 / n)
     x, y = ((np.arange(n) + offset) * 2 * np.pi / n for offset in shift)
     heights = waves.amplitude_m / 2 * (np.cos(x)[:, None] + np.cos(y))
     influence = Influence(grid, MODULUS, periodic=True)
-    return solve_load(influence, heights, load * waves.full_contact_pressure_pa, 1e-8).area_fraction
+    return solve_load(influence, heights, load * waves.full_contact_pressure_pa, 1e-8).shares.mean()
 
 
 def mean_area(n: int, load: float) -> float:
@@ -98,25 +116,25 @@ def test_light_contact_of_crossed_waves(load: float) -> None:
     """A = A_0 (1 + 4 pi A_0 / 15 + O(p)) with A_0 the limit of Johnson, Greenwood and Higginson. The second term
     follows from the next order of the crest, -D k^4 r^4 / 64 on average over directions, with k = 2 pi / l'. A body c_2
     r^2 - c_4 r^4 carries 4/3 E* a^3 / R (1 - (k a)^2 / 10) (Sneddon). Neighbours act from order a^3, that is p, on. A
-    counted circle is too large by 0.12 cells (as in Hertz's contact; 0.15 and 0.12 here), for which 0.2 are allowed."""
+    circle of shares is right to 0.01 cells here, for which 0.03 are allowed; one of nodes is too large by 0.12."""
     n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
     limit = waves.light_area_fraction(load * waves.full_contact_pressure_pa)
     radius_in_cells = n * math.sqrt(limit / math.pi)
     expected = limit * (1 + 4 * math.pi / 15 * limit)
-    assert mean_area(n, load) == pytest.approx(expected, rel=2 * 0.2 / radius_in_cells + load)
+    assert mean_area(n, load) == pytest.approx(expected, rel=2 * 0.03 / radius_in_cells + load)
 
 
 @pytest.mark.parametrize("load", [0.9, 0.98])
 def test_nearly_full_contact_of_crossed_waves(load: float) -> None:
     """1 - A = G_0 (1 + 4 pi G_0 / 20 + O((1 - p/p*)^3/2)) with G_0 the limit of Johnson, Greenwood and Higginson.
     The second term follows from the next order of the wave. A crack of radius b that closes under it has
-    1 - p/p* = (k b)^2 / 6 - (k b)^4 / 120. Other cracks act from order b^3 on. The counted opening is too small at its
-    edge (0.05 cells here), for which 0.2 are allowed as above."""
+    1 - p/p* = (k b)^2 / 6 - (k b)^4 / 120. Other cracks act from order b^3 on. 0.06 cells
+    are allowed for the edge."""
     n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
     limit = waves.open_fraction(load * waves.full_contact_pressure_pa)
     radius_in_cells = n * math.sqrt(limit / math.pi)
     expected = limit * (1 + 4 * math.pi / 20 * limit)
-    tolerance = 2 * 0.2 / radius_in_cells + (1 - load) ** 1.5
+    tolerance = 2 * 0.06 / radius_in_cells + (1 - load) ** 1.5
     assert 1 - mean_area(n, load) == pytest.approx(expected, rel=tolerance)
 
 

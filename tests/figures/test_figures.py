@@ -51,12 +51,12 @@ FIGURES = {
     "figure2_traps": (figure2_traps, DRAWN_2["figure2_traps"], square()),
     "figure3": (figure3, DRAWN_3["figure3"], friction()),
     "figure3_law": (figure3_law, DRAWN_3["figure3_law"], friction()),
-    "figure5": (figure5, DRAWN_5, oscillator()),
-    "figure_chain": (figure_chain, CHAIN_DRAWN, chain_result()),
-    "scan": (figure_scan, SCAN_DRAWN, scan_result()),
-    "field": (figure_field, FIELD_DRAWN, field_result()),
-    "map": (figure_map, MAP_DRAWN, map_result()),
-    "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN, lifetimes_result()),
+    "figure5": (figure5, DRAWN_5["figure5"], oscillator()),
+    "figure_chain": (figure_chain, CHAIN_DRAWN["figure_chain"], chain_result()),
+    "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
+    "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
+    "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
+    "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN["figure_lifetimes"], lifetimes_result()),
 }
 LAID_OUT = ("figure2", "figure3_law", "field")  # in the fast tests: legends, most panels, maps with colour bars
 NONE = np.array(np.nan)

@@ -16,6 +16,9 @@ from roughslip.friction.pad import (
     between_pads,
     influence_covariance,
     mean_powers,
+    mehler_parts,
+    pad_edges,
+    pad_means,
     pad_scatter,
     percentile_of_pressure,
 )
@@ -94,7 +97,8 @@ def test_independent_blocks_scatter_by_the_root_of_windows():
     """Without any correlation the pad of n windows has 1 / n of the variance, exactly."""
     covariance = np.tile(np.eye(1, BLOCKS), (3, 1))
     none = Surface(lambda x, y: 0.0 * (x + y), (SHORT, SHORT))
-    pad = pad_scatter(covariance, np.full(3, BLOCK / WINDOW), none, BLOCK, WIDTH, WINDOW)
+    parts = mehler_parts(covariance, none, BLOCK, WIDTH)
+    pad = pad_scatter(parts, np.full(3, BLOCK / WINDOW), none, BLOCK, WIDTH, WINDOW)
     np.testing.assert_allclose(pad, np.tile(BLOCK / WINDOW / WINDOWS, (3, 1)), rtol=1e-12)
     np.testing.assert_allclose(
         between_pads(pad, np.array([1.0, 50.0, 1e7])), BLOCK / WINDOW / np.array([1.0, 50.0, 1e7])
@@ -126,7 +130,9 @@ def test_long_waves_keep_the_scatter_of_many_windows():
     weights = strip_weights(STRIPS, 60, np.random.default_rng(4))
     parts = 1e3 + heights, np.ones_like(heights), weights
     adjacent = [adjacent_variance(*parts, 8 * count) for count in (1, 2, 4)]
-    pad = pad_scatter(influence_covariance(*parts), adjacent[0], Surface(both, (SHORT, SHORT)), BLOCK, WIDTH, WINDOW)
+    surface = Surface(both, (SHORT, SHORT))
+    shares = mehler_parts(influence_covariance(*parts), surface, BLOCK, WIDTH)
+    pad = pad_scatter(shares, adjacent[0], surface, BLOCK, WIDTH, WINDOW)
     for level, windows in enumerate(WINDOWS[:6]):
         area = windows * WINDOW * WIDTH
         length = max(math.sqrt(area), WINDOW)
@@ -138,6 +144,26 @@ def test_long_waves_keep_the_scatter_of_many_windows():
     assert excess == pytest.approx(20.4, rel=0.15)
     for row, count in enumerate((1, 2, 4)):  # along the strip, as measured
         assert adjacent[row][0] == pytest.approx(of_rectangle(count * WINDOW, WIDTH), rel=0.15)
+
+
+def test_autocorrelation_of_a_pad_in_closed_form():
+    """Without correlation the triangle of its length. Else (D+ - 2 D0 + D-) / 2 of the second antiderivative D.
+
+    Of rho = exp(-x^2 / l^2) along, D(x) / x^2 is `of_edge` of x, and the mean across does not depend on the lag.
+    """
+    length, width = pad_edges(64.0, WINDOW, WIDTH)
+    assert length * width == pytest.approx(64 * WINDOW * WIDTH)
+    assert (length, width) == (pytest.approx(438.2e-6, rel=1e-3), pytest.approx(438.2e-6, rel=1e-3))
+    assert pad_edges(4.0, WINDOW, WIDTH) == pytest.approx((WINDOW, 4 * WIDTH))  # as long as a window
+    lags, scale = length * np.array([0.0, 0.3, 0.9, 1.2]), 150e-6
+    means = pad_means(Surface(lambda x, y: gaussian(x, y, scale), (scale, scale)), BLOCK, WIDTH, (length, width), lags)
+    np.testing.assert_allclose(means[:, -1], BLOCK * WIDTH / (length * width) * np.maximum(1 - lags / length, 0))
+
+    def antiderivative(x):
+        return x**2 * of_edge(abs(x), scale) if x else 0.0
+
+    sums = [antiderivative(lag + length) - 2 * antiderivative(lag) + antiderivative(lag - length) for lag in lags]
+    np.testing.assert_allclose(means[:, 0], np.array(sums) / 2 / length**2 * of_edge(width, scale), rtol=1e-4)
 
 
 LEVELS = np.array([5.0, 20.0, 50.0, 80.0])

@@ -10,11 +10,12 @@ from scipy.special import betaincinv, ndtr
 from scipy.stats import beta as beta_distribution
 from scipy.stats import kstest
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import paths as whole_paths
 from roughslip.friction import recursion as by_recursion
+from roughslip.friction.moving_average import PIECE_NODES
 from roughslip.friction.paths import METHODS, path_sampler, spectral_representation
-from roughslip.friction.process import FrictionProcess, average_beta
+from roughslip.friction.process import TRIANGLE, CorrelationShape, FrictionProcess, average_beta
 from roughslip.friction.recursion import interpolated, recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
 
@@ -147,7 +148,7 @@ def test_refuses_a_two_point_marginal(method):
 def test_missed_correlation_is_an_error(monkeypatch):
     """No Beta marginal is known to trip it; so the correction is replaced by one that errs."""
     monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, target: target)
-    with pytest.raises(IllPosedError, match="misses the exponential"):
+    with pytest.raises(IllPosedError, match="misses the one wanted"):
         spectral_representation(SKEWED, LENGTH / 16, 0.01)
 
 
@@ -165,6 +166,77 @@ def test_paths_of_a_beta_where_scipy_has_no_quantile():
     """betaincinv of scipy 1.17 is NaN at these shapes below p = 1e-16."""
     marginal = BetaDistribution(1.035035428873854, 0.688317738616233, 0.0, 1.0)
     assert FrictionProcess(marginal, LENGTH).translation().left_out < 1e-5
+
+
+# Two lengths of a pad under whose short waves long ones lie, and a window over white pressure.
+PAD = CorrelationShape.of_lags(LENGTH * np.array([0.0, 0.5, 1.0, 4.0, 8.0]), np.array([1.0, 0.5, 0.2, 0.1, 0.0]))[1]
+SHAPES = pytest.mark.parametrize("shape", [TRIANGLE, PAD], ids=["triangle", "pad"])
+
+
+@SHAPES
+@pytest.mark.parametrize("nodes", [2, 4, 16])
+def test_moving_average_has_the_autocorrelation_asked_for(shape, nodes):
+    """Of the weights, summed directly and translated by products of Gauss and Hermite, not by the series. The triangle
+    is missed by 1e-3, where the weights are cut."""
+    process = FrictionProcess(PUBLISHED.marginal, LENGTH, shape)
+    average = path_sampler(process, LENGTH / nodes)
+    h = average.weights
+    assert h @ h == pytest.approx(1.0)
+    for lag in {1, nodes // 2, nodes, 3 * nodes}:
+        reached = translated_correlation(process, float(h[lag:] @ h[:-lag]))
+        assert reached == pytest.approx(float(process.autocorrelation(lag * LENGTH / nodes)), abs=2.5e-3)
+    assert average.correlation_error < 2e-3
+
+
+@SHAPES
+def test_moving_average_is_the_plain_sum(shape):
+    """z_k = sum_j h_j e_(k - j) of the noise of the seed, before and after the first block, in pieces of any length."""
+    average = path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, shape), LENGTH / 4)
+    h, count = average.weights, PIECE_NODES + 400
+    noise = np.random.default_rng([5]).standard_normal(2 * count)
+    plain = average.translation.apply(np.convolve(noise, h, "valid")[:count])
+    found = beginning(average.realisation([5]), count)
+    np.testing.assert_allclose(found, plain, atol=1e-12)
+    assert np.array_equal(found, beginning(average.realisation([5], 97), count))
+
+
+def test_both_methods_have_the_marginal_and_the_shape():
+    """Sampled at a distance of two pads; the bounds are five standard errors of a product."""
+    process = FrictionProcess(PUBLISHED.marginal, LENGTH, TRIANGLE)
+    for method in METHODS:
+        paths = ensemble(process, LENGTH / 4, 2 * LENGTH, 4000, method)
+        mu_s = paths[:, [0, 2, 4, 8]] / process.marginal.standard_deviation
+        products = mu_s * mu_s[:, :1]
+        errors = 5 * products.std(axis=0) / math.sqrt(len(products))
+        np.testing.assert_array_less(np.abs(products.mean(axis=0) - [1.0, 0.75, 0.5, 0.0]), errors)
+        drawn = beta_distribution(2.1, 5.0, 0.1, 0.6)
+        assert kstest(paths[:, 0] + process.marginal.mean, drawn.cdf).pvalue > 1e-4
+
+
+@pytest.mark.parametrize(
+    ("lags", "values", "match"),
+    [
+        ([0.0, 1.0], [1.0, 0.5], "fall from 1 to 0"),
+        ([0.0, 1.0, 1.0], [1.0, 0.5, 0.0], "increase from 0"),
+        ([0.1, 1.0], [1.0, 0.0], "increase from 0"),
+        ([0.0, 1.0, 2.0], [1.0, -1.5, 0.0], "not exceed 1"),
+        ([0.0], [1.0], "two rows"),
+    ],
+)
+def test_shapes_that_are_no_autocorrelation_are_refused(lags, values, match):
+    with pytest.raises(ParameterError, match=match):
+        CorrelationShape(np.array(lags), np.array(values))
+
+
+def test_a_shape_that_no_process_has_is_refused():
+    """A box is no covariance: its transform, a sinc, has negative parts. Nor is the triangle, whose transform touches
+    zero, once it is corrected for a far skewed marginal."""
+    box = CorrelationShape(np.array([0.0, 0.999, 1.0]), np.array([1.0, 1.0, 0.0]))
+    for shape, marginal, missed in ((box, PUBLISHED.marginal, r"0\.5"), (TRIANGLE, SKEWED.marginal, r"0\.02")):
+        with pytest.raises(IllPosedError, match=f"misses the one wanted by {missed}"):
+            path_sampler(FrictionProcess(marginal, LENGTH, shape), LENGTH / 16)
+    with pytest.raises(ParameterError, match="a spacing of at least"):
+        path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, TRIANGLE), 1e-6 * LENGTH)
 
 
 shapes = st.floats(0.4, 200.0)

@@ -29,7 +29,7 @@ from roughslip.oscillator.laws import (
     row_ends,
 )
 from roughslip.oscillator.motion import simulate
-from workflow.faults.scratch import copy_project
+from tests.workflow.project import copy_project
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -215,7 +215,7 @@ def test_the_recipe_adds_a_law(tmp_path):
     D = -mu'(v0) N / (2 m omega), with mu'(v0) = -decay (static - mean) exp(-decay v0).
     """
     folder = tmp_path / "project"
-    copy_project(ROOT, folder)
+    copy_project(folder)
     shutil.copytree(ROOT / "tests/oscillator", folder / "tests/oscillator")
     shutil.copy2(ROOT / "pyproject.toml", folder)
     oscillator = folder / "src/roughslip/oscillator"

@@ -9,6 +9,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.friction.process import TRIANGLE, FrictionProcess
 from roughslip.oscillator import slip_flow as module
 from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import State, acceleration, coefficients
@@ -30,6 +31,7 @@ from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
 from roughslip.oscillator.slip_flow import SlipFlow, next_peak, slip_flow, stiff_return
 from roughslip.oscillator.switching_events import branch_at
+from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
 
 
@@ -211,7 +213,7 @@ def test_counts_are_those_of_the_whole_motion(law, periods):
         assert found.steps < 0.3 * whole.steps
 
 
-LENGTH = 2.5e-4
+LENGTH, BETA = 2.5e-4, BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.03)
 JUMP = CoulombLaw(0.3, 0.3 + STUDY.V / STUDY.F)
 
 
@@ -247,6 +249,42 @@ def test_the_departure_point_matters_where_friction_jumps(response):
     assert departure[0] > 1.0
     fixed = grazing_response(STUDY, LAW, stochastic_static_limit=False)
     assert fixed.scatter(LENGTH) == pytest.approx(response.scatter(LENGTH), rel=1e-9)
+
+
+def test_long_windows_move_the_limit_farther_until_friction_is_constant_over_a_loop(response):
+    """Beside the window of 0.6 mm: the pad of 4.8 mm, and one of 63 mm, longer than the 20 mm that a loop slips.
+
+    An exponential of the same integral differs by 3 to 40 %. A constant mu_S moves nothing: the response falls as the
+    root of the length from there on, as that of a triangle 1 - s / T does: the variance is that of -|s| over T.
+    """
+    scatter = {
+        length: response.scatter(FrictionProcess(BETA, length / 2, TRIANGLE).autocorrelation)
+        for length in (6e-4, 4.8e-3, 63e-3, 252e-3)
+    }
+    assert scatter[6e-4] == pytest.approx(1.50, abs=0.01)
+    assert scatter[4.8e-3] == pytest.approx(2.53, abs=0.01)
+    assert scatter[63e-3] == pytest.approx(0.90, abs=0.01)
+    assert scatter[252e-3] == pytest.approx(scatter[63e-3] / 2, rel=1e-3)
+    assert response.scatter(3e-4) == pytest.approx(1.45, abs=0.01)
+    assert response.scatter(lambda lag: np.exp(-lag / 3e-4)) == response.scatter(3e-4)
+
+
+@pytest.mark.parametrize("law", [LAW, JUMP], ids=["stribeck", "jump"])
+def test_a_constant_factor_moves_the_limit_as_the_normal_force_does(law):
+    """d D / d ln N of the limit of existence, by a difference of second order.
+
+    The paper's oscillator has d ln D / d ln N = 0.933: long waves of the friction of a pad, which only change the force
+    on it, move its limit by 0.933 of their coefficient of variation.
+    """
+    response, h = grazing_response(STUDY, law, scatter="multiplicative"), 1e-3
+    more, less = (
+        existence_limit(replace(STUDY, normal_force_n=STUDY.normal_force_n * math.exp(step)), law) for step in (h, -h)
+    )
+    moved = -response.kernel.sum() / response.damping
+    assert moved == pytest.approx((more - less) / (2 * h), rel=1e-4)
+    if law is LAW:
+        assert moved / response.limit == pytest.approx(0.933, abs=5e-4)
+        assert response.scatter(1e3) == pytest.approx(moved, rel=1e-3)  # of correlation lengths far beyond a loop
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.equation import SCATTERS
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
@@ -26,13 +27,17 @@ def wave(spacing=1e-4, length=0.25, amplitude=0.05, wavelength=4e-3):
     return amplitude * np.sin(2.0 * math.pi * spacing * np.arange(round(length / spacing) + 1) / wavelength), spacing
 
 
-def reference(oscillator, friction, cycles):
+def reference(oscillator, friction, cycles, multiplies=False):
     """Reattachments by scipy's DOP853 with its own events, in X, X' and s. friction : mu_S of (tau, s)"""
+
+    def total(mean, mu_s):
+        return mean * (1.0 + mu_s) if multiplies else mean + mu_s
+
     q, r, D = oscillator.q, oscillator.r, oscillator.damping_ratio
 
     def slip(tau, y):
         v = 316.0 * abs(V - y[1])
-        mu = 0.1 + 0.3 / (1.0 + 1.42 * v) + 0.01 * v * v + float(friction(tau, y[2]))  # LAW by hand
+        mu = total(0.1 + 0.3 / (1.0 + 1.42 * v) + 0.01 * v * v, float(friction(tau, y[2])))  # LAW by hand
         return [y[1], F * mu - 2.0 * D * y[1] - y[0] + q * math.cos(r * tau), V - y[1]]
 
     def at_belt(tau, y):
@@ -44,7 +49,7 @@ def reference(oscillator, friction, cycles):
 
         def excess(t, tau=tau, x=x, s=s):
             force = x + V * (t - tau) + 2.0 * D * V - q * np.cos(r * t)
-            return force - F * (0.4 + friction(t, s))
+            return force - F * total(0.4, friction(t, s))
 
         scan = tau + np.linspace(0.0, 12.0, 20_001)
         k = np.flatnonzero(excess(scan) > 0.0)[0]
@@ -61,19 +66,47 @@ def reference(oscillator, friction, cycles):
     return np.array(found)
 
 
+@pytest.mark.parametrize("scatter", SCATTERS)
 @pytest.mark.parametrize(("follows", "oscillator"), [("slip", EXCITED), ("belt", EXCITED), ("time", STUDY)])
-def test_against_scipy(follows, oscillator):
+def test_against_scipy(follows, oscillator, scatter):
     """DOP853 at rtol 1e-11 on the same path, four cycles; 1e-9 F grows by F mu_S' ~ 2 at each departure."""
     rate = {"slip": 0.0, "belt": V, "time": 1.0 / 316.0}[follows]
-    path, spacing = wave(spacing=2e-4 / 0.948 if follows == "time" else 2e-4)
+    amplitude = 0.05 if scatter == "additive" else 0.15
+    path, spacing = wave(2e-4 / 0.948 if follows == "time" else 2e-4, amplitude=amplitude)
     grid = spacing * np.arange(path.size)
     mu_s = CubicHermiteSpline(grid, path, np.gradient(path, spacing))
-    expected = reference(oscillator, (lambda tau, s: mu_s(rate * tau)) if rate else (lambda tau, s: mu_s(s)), 4)
+    of = (lambda tau, s: mu_s(rate * tau)) if rate else (lambda tau, s: mu_s(s))
+    expected = reference(oscillator, of, 4, scatter == "multiplicative")
     for integrator in ("fehlberg45", "dormand_prince853"):
-        options = MotionOptions(1e-11, friction_follows=follows, integrator=integrator)
+        options = MotionOptions(1e-11, friction_follows=follows, scatter=scatter, integrator=integrator)
         found = ends(simulate(oscillator, LAW, path, spacing, 6.0, options))[:4]
         assert found[:, 0] == pytest.approx(expected[:, 0], abs=1e-6)
         assert found[:, 1:] == pytest.approx(expected[:, 1:], abs=1e-7 * F)
+
+
+@pytest.mark.parametrize("share", [-0.4, 0.3])
+@pytest.mark.parametrize("follows", ["slip", "belt"])
+def test_a_constant_factor_of_friction_is_one_of_the_normal_force(share, follows):
+    """mu_D (1 + c) N, in slip and in stick; the scale of the error allowed is N / c."""
+    nodes, options = np.full(400, share), MotionOptions(1e-11, friction_follows=follows, scatter="multiplicative")
+    found = ends(simulate(STUDY, LAW, nodes, 1e-3, 10.0, options))
+    loaded = replace(STUDY, normal_force_n=(1.0 + share) * STUDY.normal_force_n)
+    expected = ends(simulate(loaded, LAW, None, duration_periods=10.0, options=MotionOptions(1e-11)))
+    assert len(found) >= 8
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_a_factor_below_minus_one_cuts_friction():
+    """Where 1 + mu_S is negative friction is cut to zero, and the mass swings freely: X'' + 2 D X' + X = 0."""
+    cut = np.where(np.arange(300) < 2, 0.0, -1.5)
+    drawn = trajectory(STUDY, LAW, cut, 1e-3, 4.0, MotionOptions(1e-11, scatter="multiplicative"))
+    assert drawn.motion.cuts > 0
+    free = (drawn.time > drawn.time[np.argmax(drawn.velocity < 0.9 * V)] + 3.0) & (drawn.velocity < 0.9 * V)
+    x, u, tau = drawn.position, drawn.velocity, drawn.time
+    inside = np.flatnonzero(free[2:] & free[:-2]) + 1
+    energy = 0.5 * (x**2 + u**2)
+    loss = (energy[inside + 1] - energy[inside - 1]) / (tau[inside + 1] - tau[inside - 1])
+    np.testing.assert_allclose(loss, -2 * STUDY.damping_ratio * u[inside] ** 2, atol=1e-3 * np.abs(loss).max())
 
 
 def test_micro_slip_and_cycle_are_distinguished():

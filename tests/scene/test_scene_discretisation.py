@@ -2,7 +2,7 @@
 
 import pytest
 
-from roughslip.scene.discretisation import COARSEST, ERRORS, ORDER, SHARE, cell_m
+from roughslip.scene.accuracy import CELL_SHARE, COARSEST, ERRORS, ORDER, cell_m
 from tests.scene.shipped import lines_of, shipped_scene
 
 SIZES = [2.4e-3, 3e-4, 2.5e-5, 6e-4, 1.5e-5, 1e-5]  # of the strips of resolved, so that twice the cell divides 5 um
@@ -15,10 +15,10 @@ def test_cells_are_the_coarsest_that_leave_their_share(asked):
     cell = cell_m({"friction_mean": asked, "friction_std": asked}, length, SIZES)
     count = round(2.5e-6 / cell)
     assert cell == pytest.approx(2.5e-6 / count, rel=1e-12)
-    assert _left(cell, length) <= SHARE * asked
+    assert _left(cell, length) <= CELL_SHARE * asked
     assert cell <= COARSEST * length
     coarser = 2.5e-6 / (count - 1) if count > 1 else None
-    assert coarser is None or _left(coarser, length) > SHARE * asked or coarser > COARSEST * length
+    assert coarser is None or _left(coarser, length) > CELL_SHARE * asked or coarser > COARSEST * length
 
 
 def test_resolved_has_the_cells_and_the_tolerance_of_its_accuracies(mine):

@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from roughslip.scene.loader import load, scene_names
-from roughslip.scene.plan import slice_for, stages_needed
+from roughslip.scene.loader import _document, load, scene_names
+from roughslip.scene.plan import stages_needed
+from roughslip.scene.types import slice_for
 from tests.scene.shipped import CONFIG, SCENES, SCHEMA, properties, shipped_scene
 
 _, *OPTIONS = (Path(__file__).parent / "options.txt").read_text(encoding="utf-8").strip().split("\n\n")
@@ -42,6 +43,12 @@ def test_shipped_scenes_are_valid(name):
     scene = shipped_scene(name)
     assert "extends" not in scene
     assert scene == load(CONFIG / "scenes" / f"{name}.yaml", CONFIG / "scenes")
+
+
+def test_both_parsers_read_the_same():
+    """Where libyaml is missing, PyYAML reads scenes."""
+    for text in [*OPTIONS, *(path.read_text() for path in (CONFIG / "scenes").glob("*.yaml"))]:
+        assert _document(text, yaml.CSafeLoader) == _document(text, yaml.SafeLoader)
 
 
 def numbers(node: yaml.Node):

@@ -6,7 +6,6 @@ SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/workflow/test_plans.py 
 from __future__ import annotations
 
 import json
-import math
 import os
 from pathlib import Path
 
@@ -16,11 +15,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene import plan
+from roughslip.scene import plan, types
 from roughslip.scene.loader import load
 from tests.scene.fuzzed import overlays
 from tests.scene.shipped import SCENES
-from workflow.study import memory
 
 CASES = int(os.environ.get("SCENE_CASES", "12"))
 
@@ -82,14 +80,13 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch):
 @fuzz(CASES)
 @given(valid=overlays(SCENES, valid=True), wild=overlays(SCENES, valid=False))
 def test_scenes_load_or_are_refused(folder, valid, wild):
-    """One that loads has figures, slices that JSON holds, and finite estimates of memory."""
+    """One that loads has figures, and slices that JSON holds."""
     for overlay in (valid, wild):
         scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
         if scene is not None:
-            assert plan.figures(scene)
+            assert plan.figures(scene) or {*scene["targets"]} <= {"answer", "readings"}  # which have none
             for stage in plan.stages_needed(scene):
-                json.dumps(plan.slice_for(scene, stage), allow_nan=False)
-                assert 0 < memory.needed_mb(scene, stage, 1) < math.inf
+                json.dumps(types.slice_for(scene, stage), allow_nan=False)
 
 
 @fuzz(CASES)

@@ -9,11 +9,10 @@ import yaml
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS
 from roughslip.probability import FAMILIES
-from roughslip.scene import load as load_section
-from roughslip.scene import roughness, rules
-from roughslip.scene.loader import RESERVED, describe_allowed, load
-from roughslip.scene.plan import slice_for
-from roughslip.scene.sweep import all_names
+from roughslip.scene import contact, friction, roughness
+from roughslip.scene.loader import RESERVED, all_names, load
+from roughslip.scene.schema import describe_allowed
+from roughslip.scene.types import slice_for
 from roughslip.stages.from_scene.geometry import training_columns
 from tests.scene.shipped import FIGURES, FRACTAL, KINDS, PAPER, SCAN, SCHEMA, TABLE, lines_of, shipped_scene
 
@@ -96,12 +95,13 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
     assert scene["oscillator"]["windows_in_parallel"] == 1000
     assert scene["oscillator"]["penetration_percentile"] is None
+    assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
     for window, found in ((0.0, 0), (1e-200, 1)):  # a zero is refused by its range; an area below all doubles here
         tiny = {"load": {"force_n": 1.0, "nominal_pressure_pa": 1e5}, "strip": {"window_m": window, "width_m": 1e-200}}
-        assert len(list(load_section.mistakes(tiny))) == found
-    (absent,) = load_section.mistakes({"oscillator": {"mass_kg": 1.0}})
+        assert len(list(friction.mistakes(tiny))) == found
+    (absent,) = friction.mistakes({"oscillator": {"mass_kg": 1.0}})
     assert absent == (("oscillator.normal_force_n",), "missing; give it, or load")
 
 
@@ -142,7 +142,7 @@ def test_names_and_files(folder, monkeypatch):
 def test_all_mistakes_at_once(mine):
     text = """extends: base
 seed: 1
-strip: {cell_m: 0, length_m: 1, widht_m: 2.5e-5}
+strip: {cell_m: 0, length_m: 0.01, widht_m: 2.5e-5}
 material: {young_modulus_pa: 2.1e11}
 square: {modes: 101, nodes: 10}
 oscillator:
@@ -173,7 +173,7 @@ def test_what_no_target_reads_may_not_fit(mine):
 
 def test_rules_count_as_the_stages_do():
     columns = range(4, 60)
-    assert [rules.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
+    assert [contact.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
     assert len(NAMES) == FUNCTIONALS
 
 
@@ -197,8 +197,8 @@ def test_friction_has_one_of_its_forms(mine):
         "{least_contact_fraction: 0.1}": "friction.mean_at_median: missing; goes with friction.least_contact_fraction",
     }
     others = yaml.safe_dump({key: value for key, value in PAPER.items() if key != "friction"})
-    for friction, line in forms.items():
-        assert lines_of(mine, f"{others}friction: {friction}\n") == [f"scenes/mine.yaml: {line}"]
+    for given, line in forms.items():
+        assert lines_of(mine, f"{others}friction: {given}\n") == [f"scenes/mine.yaml: {line}"]
 
 
 def test_a_scene_that_lacks_what_its_targets_need(mine):

@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from roughslip.scene.declarations import declarations
-from roughslip.scene.plan import figures, skip_reasons, slice_for, stages_needed
-from roughslip.scene.types import without_nulls
+from roughslip.scene.plan import figures, skip_reasons, stages_needed
+from roughslip.scene.types import slice_for, without_nulls
 from tests.scene.shipped import SCAN, SCENES, SCHEMA, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}
@@ -44,7 +44,7 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     square = {key: scene["square"][key] for key in ("edge_m", "nodes", "modes")}
     assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": scene["roughness"], "square": square}
     assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
-    assert slice_for(scene, "oscillator")["friction"] == {"statistics": None}
+    assert slice_for(scene, "oscillator")["friction"] == {"statistics": None, "scatter": "additive"}
     assert slice_for(scene, "oscillator")["oscillator"]["law"] == "stribeck"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]

@@ -104,6 +104,10 @@ def test_numbers_of_the_statistics_are_those_at_the_penetration_unless_the_scene
         friction_numbers(scene_of({"friction": {"mean_at_median": 0.3}}), None)
 
 
+LAG = np.linspace(0.0, 1.5, 7)
+TRIANGLE, ZERO = np.maximum(1 - LAG, 0.0), np.zeros((3, 1, 1))
+
+
 def load_statistics(path):
     """Statistics of two penetrations, of pads of 1, 4 and 16 windows that scatter by n^-0.45, and a load at 30 %."""
     pads, both, of_level = np.array([1.0, 4.0, 16.0]), ("level", "pad"), ("level",)
@@ -115,6 +119,12 @@ def load_statistics(path):
         "beta_a": (of_level, np.full(2, 3.0)),
         "beta_b": (of_level, np.full(2, 6.0)),
         "pad_windows": (("pad",), pads),
+        "pad_lag": (("pad", "lag"), 6e-4 * np.array([[1.0], [1.0], [2.0]]) * LAG),
+        "pad_means": (
+            ("pad", "lag", "part"),
+            np.stack([TRIANGLE, np.minimum(2 * TRIANGLE, 1.0)], axis=-1)[None] + ZERO,
+        ),
+        "pad_parts": (("level", "part"), np.array([[0.0, 3.0], [2.0, 0.0]])),
         "pad_mean": (both, np.array([[0.4], [0.3]]) * pads**-0.01),
         "pad_std": (both, np.array([[0.08], [0.04]]) * pads**-0.45),
         "load_percentile": ((), np.array(30.0)),
@@ -148,6 +158,27 @@ def test_windows_of_a_pad_scatter_as_the_strips_say(tmp_path):
     at_load = friction_numbers(parallel(1, None), path)
     assert at_load.standard_deviation == pytest.approx(0.06)  # at 30 %, halfway
     assert at_load.mean == pytest.approx(0.35)
+
+
+def test_friction_of_a_pad_is_correlated_over_its_length(tmp_path):
+    """At the median the triangle of the pad: 0.6 mm long up to four windows, twice that of 16, four times that of 256.
+
+    At 10 % the other part alone: 1 up to half the length, then falling to zero, with an integral of 3/4 of it. A window
+    keeps the exponential, and a length that a map gives it stretches the pad's.
+    """
+    path = load_statistics(tmp_path / "statistics.nc")
+    for windows, length in ((2, 6e-4), (4, 6e-4), (8, 6e-4 * 2**0.5), (16, 1.2e-3), (256, 4.8e-3)):
+        scene = parallel(windows, 50.0)
+        found = friction_process(scene, friction_numbers(scene, path), path)
+        assert found.correlation_length_m == pytest.approx(length / 2, rel=1e-9)
+        half = found.autocorrelation(found.correlation_length_m)
+        assert half == pytest.approx(0.5, rel=1e-9)
+    deep = parallel(4, 10.0)
+    assert friction_process(deep, friction_numbers(deep, path), path).correlation_length_m == pytest.approx(4.5e-4)
+    stretched = replace(friction_numbers(scene, path), correlation_length_m=4e-4)
+    assert friction_process(parallel(4, 50.0), stretched, path).correlation_length_m == pytest.approx(6e-4)
+    alone = friction_process(parallel(1, 50.0), friction_numbers(scene, path), path)
+    assert (alone.shape, alone.correlation_length_m) == (None, 2e-4)
 
 
 @pytest.mark.parametrize(("windows", "warns"), [(1, True), (199, True), (201, False), (799, False), (801, True)])
@@ -219,3 +250,29 @@ def test_a_light_load_takes_mean_and_scatter_of_pads_from_light_levels(tmp_path)
             independent = mass_on_belt.independent_windows(scene, tmp_path / "light.nc")
             assert found.standard_deviation / np.sqrt(independent) == pytest.approx(scatter * factor, rel=1e-9)
             assert min(independent, found.standard_deviation / (0.08 * factor)) >= 1.0 - 1e-12
+
+
+def test_scatter_that_multiplies_is_the_same_over_the_mean(tmp_path):
+    """The process in units of the mean, so that mu_D (1 + mu_S) scatters as mu_D + mu_S does where mu_D is the mean.
+
+    On a pad far longer than a loop slips, added scatter moves nothing. Multiplied scatter moves the limit as the force
+    does, by 0.933 of its coefficient of variation.
+    """
+    path = load_statistics(tmp_path / "statistics.nc")
+    scenes = {
+        scatter: scene_of({"oscillator": OSCILLATOR | {"windows_in_parallel": 256}, "friction": {"scatter": scatter}})
+        for scatter in ("additive", "multiplicative")
+    }
+    numbers = FrictionNumbers(0.3, 0.04, 2e-4, 3.0, 6.0)
+    added, multiplied = (friction_process(scene, numbers, path) for scene in scenes.values())
+    assert multiplied.marginal.standard_deviation == pytest.approx(added.marginal.standard_deviation / 0.3, rel=1e-12)
+    assert multiplied.marginal.mean == pytest.approx(1.0)
+    assert [mass_on_belt.motion_options(scene).scatter for scene in scenes.values()] == [*scenes]
+    belt = mass_on_belt.oscillator(scenes["additive"])
+    moved = {
+        name: [mass_on_belt.response_of_limit(scene, belt, numbers, path, count)[1] for count in (256, 2.56e10)]
+        for name, scene in scenes.items()
+    }
+    assert moved["additive"] == [pytest.approx(2.53, abs=0.01), pytest.approx(0.0, abs=0.2)]
+    limit = mass_on_belt.response_of_limit(scenes["additive"], belt, numbers, path)[0].limit
+    assert moved["multiplicative"] == [pytest.approx(2.43, abs=0.01), pytest.approx(0.933 * limit / 0.3, rel=0.01)]

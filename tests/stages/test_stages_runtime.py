@@ -3,7 +3,6 @@
 import json
 import math
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -175,24 +174,16 @@ if __name__ == "__main__":
 def test_a_job_dies_with_its_parent(tmp_path, kind):
     """The child holds the other end of the pipe: reading it ends when the child is gone, long before its 60 s.
 
-    The stage is still importing numpy, as it does for seconds on a busy machine. A campaign is a job that starts
-    processes: `python -m workflow.job campaign`.
+    The stage is still importing numpy, as it does for seconds on a busy machine.
     """
-    if kind == "stage":
-        (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
-        command = [sys.executable, "-m", "roughslip.stages.design"]
-    else:
-        (tmp_path / "workflow").mkdir()
-        (tmp_path / "workflow" / "campaign.py").write_text(POOL)
-        shutil.copy(SOURCE.parent / "workflow" / "job.py", tmp_path / "workflow" / "job.py")
-        command = [sys.executable, "-m", "workflow.job", "campaign"]
+    (tmp_path / "campaign.py").write_text(POOL)
+    (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
     parent = (
-        "import os, subprocess; from roughslip.stages.runtime.parent import PARENT\n"
-        f"os.environ[PARENT] = str(os.getpid()); subprocess.run({command!r})"
+        "import os, subprocess, sys; from roughslip.stages.runtime.parent import PARENT\n"
+        "os.environ[PARENT] = str(os.getpid()); subprocess.run([sys.executable, '-m', 'roughslip.stages', 'design'])"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", parent], env=environment(), stdout=subprocess.PIPE, text=True, cwd=tmp_path
-    )
+    command = [sys.executable, *(("-c", parent) if kind == "stage" else ("campaign.py",))]
+    process = subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert process.stdout.readline() == "ready\n"
     process.kill()
     assert process.communicate(timeout=20)[0] == ""
@@ -202,7 +193,7 @@ def test_ctrl_c_ends_a_stage_without_a_traceback(tmp_path):
     """While it imports numpy. A test that runs in the background of a shell would hand on that Ctrl-C is ignored."""
     (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
     process = subprocess.Popen(
-        [sys.executable, "-m", "roughslip.stages.design"],
+        [sys.executable, "-m", "roughslip.stages", "design"],
         env=environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -109,6 +109,7 @@ def of_runs():
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
         "friction_scatter": np.array(0.05),
+        "load_response": np.array(1.0),
         "friction_percentile": np.array(50.0),
         "normality_jarque_bera_p": np.array(3e-9),
         "normality_anderson_darling_p": np.array(0.0025),

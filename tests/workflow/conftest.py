@@ -5,71 +5,20 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-import subprocess
 import sys
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from roughslip.compilation.source_hash import compiled_folder
-from workflow.faults.scratch import TINY, copy_project
+from tests.workflow.project import Project, copy_project
 from workflow.study import earlier_runs
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@dataclass(frozen=True)
-class Project:
-    """A copy of the project, and Snakemake in it. folder : its root"""
-
-    folder: Path
-
-    def path(self, name: str) -> Path:
-        return self.folder / name
-
-    def scene(self, name: str, text: str) -> None:
-        self.path(f"config/scenes/{name}.yaml").write_text(text)
-
-    def edit(self, name: str, old: str, new: str) -> None:
-        text = self.path(name).read_text()
-        assert old in text
-        self.path(name).write_text(text.replace(old, new, 1))
-
-    def copy(self, folder: Path, *scenes: str) -> Project:
-        """The project with all time stamps, the store and what these scenes published."""
-
-        def others(parent: str, names: list[str]) -> list[str]:
-            if Path(parent) == self.folder and not scenes:
-                return [name for name in names if name == "results"]
-            return [name for name in names if Path(parent) == self.path("results") and name not in ("store", *scenes)]
-
-        shutil.copytree(self.folder, folder, ignore=others)
-        return Project(folder)
-
-    @property
-    def options(self) -> dict:
-        """What subprocess takes to run a command in the project."""
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(self.path("src"))}
-        return {"cwd": self.folder, "env": environment, "text": True}
-
-    def python(self, module: str, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([sys.executable, "-m", module, *arguments], capture_output=True, **self.options)
-
-    def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
-        return self.python("snakemake", *arguments)
-
-    def make(self, *arguments: str) -> str:
-        run = self.snakemake(*arguments)
-        assert run.returncode == 0, run.stdout[-5000:] + run.stderr
-        return run.stdout + run.stderr
 
 
 @pytest.fixture(scope="session")
 def empty(tmp_path_factory: pytest.TempPathFactory) -> Project:
     """The project with the scene `tiny` and no results."""
-    return _new_project(tmp_path_factory.mktemp("empty") / "project")
+    return copy_project(tmp_path_factory.mktemp("empty") / "project")
 
 
 @pytest.fixture(scope="session")
@@ -81,7 +30,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
     with (base / "finished.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not project.folder.exists():
-            made = _new_project(base / "in progress")
+            made = copy_project(base / "in progress")
             made.make("-j2", "tiny")
             made.folder.rename(project.folder)
     return project
@@ -132,10 +81,3 @@ def plan(monkeypatch):
         return {scene: dict(rules) for scene, rules in found.items()}
 
     return planned
-
-
-def _new_project(folder: Path) -> Project:
-    copy_project(ROOT, folder)
-    project = Project(folder)
-    project.scene("tiny", TINY)
-    return project

@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows, pad_at
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
-from tests.workflow.conftest import Project
+from tests.workflow.project import Project
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from workflow.faults.scratch import digests
+from tests.workflow.project import digests
 from workflow.study import earlier_runs
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)

@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
+from random import Random
 
 import pytest
 
-from roughslip.compilation.source_hash import closure_hash
+from roughslip.compilation.source_hash import closure_hash, compiled_folder
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime import command, record
-from workflow.faults.__main__ import outcomes
-from workflow.faults.injections import FAULTS
-from workflow.faults.scratch import Scratch
+from tests.workflow.faults import FAULTS, not_mended
+from tests.workflow.project import digests
 
 pytestmark = pytest.mark.slow
 
 
-@pytest.mark.parametrize("kind", FAULTS)
-def test_one_new_run_mends_each_kind_of_fault(shared, tmp_path, kind):
-    scratch = Scratch(shared.folder, tmp_path / "state", "tiny", shared.options["env"])
-    scratch.save()
-    number = list(FAULTS).index(kind)
-    (outcome,) = outcomes(scratch, 1, range(number, number + 1))
-    scratch.reset()
-    assert (outcome.wrong, outcome.recovery) == ([], 1), outcome.description
+COUNT, SEED = int(os.environ.get("FAULTS", len(FAULTS))), os.environ.get("FAULT_SEED", "1")
+
+
+@pytest.mark.parametrize("number", range(COUNT))
+def test_one_new_run_mends_each_kind_of_fault(project, tmp_path, monkeypatch, number):
+    """`make faults` asks for more of them. Fault n of a seed is the same each time."""
+    kind, before = list(FAULTS)[number % len(FAULTS)], digests(project.path("results/tiny"))
+    shutil.copytree(compiled_folder(), tmp_path / "numba")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    description = FAULTS[kind](project, Random(f"{SEED} {number}"))
+    print(f"{kind}: {description}")
+    assert not_mended(project, before) == []
 
 
 def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):

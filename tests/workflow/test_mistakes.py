@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import InputError
-from workflow.faults.scratch import as_a_user
+from tests.workflow.project import as_a_user
 from workflow.keys.names import Names
 from workflow.study.options import check_config, check_targets
 from workflow.study.scenes import RULES, Scenes, not_writable
@@ -65,7 +65,7 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
         (folder / f"broken{number}.yaml").write_text(text, encoding="utf-8")
     scenes = Scenes(tmp_path, ["quick"])
     shipped = {file.stem for file in (ROOT / "config" / "scenes").glob("*.yaml")}
-    assert shipped <= scenes.valid.keys()
+    assert shipped <= set(scenes.valid)
     assert not [name for name in scenes.valid if name.startswith("broken") and "-" not in name]
     for name in scenes.valid:
         assert scenes.stages(name)
@@ -79,8 +79,9 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
         ({"scenes": ["papr", "paper", "paper"]}, ["scenes: 'papr' is no scene; did you", "scenes: 'paper' is given"]),
         ({"scene": "paper"}, ["'scene': unknown key; did you mean scenes?", "scenes: no value is not allowed"]),
         ({"scenes": []}, ["scenes: [] is not allowed; a list of scenes, of: paper, smoke"]),
-        ({"scenes": "smoke", "memory_mb": "abc", "reference_strips": 0}, ["memory_mb: 'abc'", "reference_strips: 0"]),
+        ({"scenes": "smoke", "memory_mb": "abc"}, ["memory_mb: 'abc' is not allowed; a whole number from 1000"]),
         ({"scenes": "smoke", "memory_mb": True}, ["memory_mb: true is not allowed"]),
+        ({"scenes": "smoke", "memory_mb": 32}, ["memory_mb: 32 is not allowed"]),
     ],
 )
 def test_each_mistake_of_the_configuration_is_one_line(config, lines):
@@ -108,7 +109,7 @@ def test_default_scenes_are_one_or_a_list_and_count_as_asked_for(tmp_path, monke
     assert check_config({"scenes": "smoke"}, ["paper", "smoke"])["scenes"] == ["smoke"]
     assert check_config({"scenes": "smoke,paper"}, ["paper", "smoke"])["scenes"] == ["smoke", "paper"]
     options = check_config({"scenes": ["paper"], "memory_mb": 4000}, ["paper", "smoke"])
-    assert (options["scenes"], options["memory_mb"], options["reference_strips"]) == (["paper"], 4000, None)
+    assert (options["scenes"], options["memory_mb"]) == (["paper"], 4000)
     for words, asked in ((["-j2"], "given"), (["smoke", "all"], "given smoke"), (["results/smoke/a.png"], "smoke")):
         assert Scenes(ROOT, words, default=["given"]).asked == asked.split()
 
@@ -156,7 +157,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         (folder / f"{name}.yaml").write_text(whole)
     words = ["flat", "bare", "wrong"]
     with pytest.raises(InputError) as caught:
-        Scenes(tmp_path, words, checked_scans=tmp_path / "marks")
+        Scenes(tmp_path, words, marks=tmp_path / "marks")
     seed, bare, flat = caught.value.lines
     assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
     assert bare.startswith("config/scenes/bare.yaml: roughness.scan.file: config/scenes/plane.txt: ")
@@ -165,7 +166,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         "remove less, or scan a surface"
     )
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
-    assert Scenes(tmp_path, ["flat"], checked_scans=tmp_path / "marks").asked == ["flat"]
+    assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 
 
 def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monkeypatch):
@@ -185,7 +186,7 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
         text = f"extends: paper\ntargets: [figure3]\nroughness: {{scan: {{{scan}, height_unit: {unit}}}}}\n"
         (folder / f"{unit}.yaml").write_text(text)
     for _ in range(2):
-        scenes = Scenes(tmp_path, units, checked_scans=tmp_path / "marks")
+        scenes = Scenes(tmp_path, units, marks=tmp_path / "marks")
         assert scenes.warnings("um") == []
         (steep,) = scenes.warnings("mm")
         (flat,) = scenes.warnings("nm")

@@ -12,8 +12,8 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.scene.loader import load
-from workflow.keys.monte_carlo_batches import SAMPLES, SURFACES, configuration, ranges, reference_file
-from workflow.monte_carlo import friction, pressure
+from workflow.monte_carlo import friction, pressure, references
+from workflow.monte_carlo.references import KINDS, reference_file
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -33,7 +33,7 @@ def scene(name):
 
 
 def gathered(values):
-    return pressure.gather_surfaces({}, [{"pressure": values, "percentile": np.array([20.0, 50.0])}])
+    return pressure.gather({}, [{"pressure": values, "percentile": np.array([20.0, 50.0])}])
 
 
 def test_errors_are_binomial_for_independent_nodes_and_those_of_a_node_for_equal_ones():
@@ -52,9 +52,9 @@ def test_a_penetration_without_contact_is_refused():
 # The kept files.
 
 
-@pytest.fixture(params=sorted(SURFACES))
+@pytest.fixture(params=sorted(pressure.SAMPLES))
 def kept(request):
-    return store.read(ROOT / reference_file(request.param))
+    return store.read(ROOT / reference_file(request.param, "pressure"))
 
 
 def test_the_kept_distribution_gives_the_kept_numbers(kept):
@@ -94,10 +94,10 @@ def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
 
 def test_kept_references_are_of_the_present_scenes():
     """Friction falls with penetration, and so does its scatter."""
-    for kind, samples in SAMPLES.items():
-        for name, (most, _) in samples.items():
+    for kind, module in KINDS.items():
+        for name, (most, _) in module.SAMPLES.items():
             found = store.read(ROOT / reference_file(name, kind))
-            assert json.loads(found.attributes["configuration"]) == configuration(scene(name), kind)
+            assert json.loads(found.attributes["configuration"]) == module.slice_of(scene(name))
             if kind == "pressure":
                 assert int(found["surfaces"]) <= most
                 continue
@@ -114,7 +114,7 @@ def test_kept_references_are_of_the_present_scenes():
 
 
 def solved(first, last):
-    return pressure.solve_surfaces(scene("paper"), first, last)
+    return pressure.solve(scene("paper"), first, last)
 
 
 def test_the_present_solver_gives_the_pressures_of_the_reference():
@@ -127,10 +127,17 @@ def test_the_present_solver_gives_the_pressures_of_the_reference():
     assert np.array_equal(solved(6, 12)["pressure"].values, found[6:12])
 
 
-def test_a_reference_is_made_of_whole_batches():
-    assert len(ranges("paper")) == 5
-    assert ranges("resolved", samples=15_000) == [(0, 10_000), (10_000, 20_000)]
-    assert len(ranges("resolved", samples=10**9)) == 40
+def test_a_reference_is_made_of_whole_batches_of_which_those_that_are_there_stay(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(pressure.SAMPLES, "paper", (300, 100))
+    references.make("paper", "pressure", samples=101, jobs=1)
+    first = {file: file.stat().st_mtime_ns for file in tmp_path.glob("results/monte_carlo/pressure-*/*.nc")}
+    assert sorted(file.name for file in first) == ["0-100.nc", "100-200.nc"]
+    references.make("paper", "pressure", samples=10**9, jobs=1)
+    assert [file.stat().st_mtime_ns for file in first] == [*first.values()]
+    made = store.read(tmp_path / reference_file("paper", "pressure"))
+    assert (made["surfaces"], made["nodes"]) == (300, 4)
+    np.testing.assert_allclose(made["mean_pressure"], MEANS, rtol=1e-5)
 
 
 def test_only_the_physics_makes_solves_again():
@@ -144,7 +151,7 @@ def test_only_the_physics_makes_solves_again():
         ("numerics", "contact_tolerance", 1e-8, False),
     ):
         changed = {**whole, section: {**whole[section], name: value}}
-        assert (configuration(changed) != configuration(whole)) is changes, name
+        assert (pressure.slice_of(changed) != pressure.slice_of(whole)) is changes, name
 
 
 # The friction of windows, solved directly.
@@ -157,7 +164,7 @@ def test_windows_of_independent_strips_have_the_errors_of_their_means():
         "strip": {"window_m": 1.0, "width_m": 1.0, "penetration_percentiles": [20, 50]},
         "friction": {"least_contact_fraction": 1e-3},
     }
-    kept = friction.gather_strips(configuration, [{"area": area, "force": np.full_like(area, 0.5)}])
+    kept = friction.gather(configuration, [{"area": area, "force": np.full_like(area, 0.5)}])
     np.testing.assert_allclose(kept["mean"].values, 2 * area.mean(axis=(0, 2)), rtol=1e-12)
     np.testing.assert_allclose(kept["std"].values, 2 * area.std(axis=(0, 2)), rtol=1e-12)
     error = 2 * area.std(axis=(0, 2)) / math.sqrt(300)
@@ -168,7 +175,7 @@ def test_windows_of_independent_strips_have_the_errors_of_their_means():
 @pytest.mark.slow
 def test_the_present_solver_gives_the_windows_of_the_reference():
     """Sums over the windows of the first strip, at the first, the middle and the last penetration, to the tolerance."""
-    found = friction.solve_strips(scene("resolved"), 0, 1)
+    found = friction.solve(scene("resolved"), 0, 1)
     area, force = found["area"].values, found["force"].values
     np.testing.assert_allclose(area[0, [0, 5, 10]].sum(axis=1), AREAS, rtol=1e-6)
     np.testing.assert_allclose(force[0, [0, 5, 10]].sum(axis=1), FORCES, rtol=1e-5)

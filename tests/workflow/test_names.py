@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from roughslip.compilation.source_hash import FRAME, closure
 from roughslip.errors import InputError
+from roughslip.stages.runtime import record
 from workflow.keys.code_hash import code_hash, departures, report
 from workflow.keys.names import Names
 from workflow.study.scenes import Scenes
@@ -140,6 +142,15 @@ def test_packages_that_differ_from_the_lock_are_reported(lock, found):
     assert [line.startswith(f"requirements.lock: installed are {', '.join(found)}; ") for line in report(lock)] == [
         True
     ] * len(found)
+
+
+@pytest.mark.slow
+def test_a_run_keeps_the_syntax_of_all_that_it_hashed(finished):
+    """Parsing it anew takes a second of each start."""
+    kept = finished.path(".cache/syntax.json").read_text()
+    files = closure("roughslip.stages.oscillator", finished.path("src"), without=FRAME)
+    assert len(files) > 30
+    assert [file for file in files if record.checksum(file) not in kept] == []
 
 
 def test_a_line_of_the_lock_that_pins_nothing_is_named():

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
-from workflow.faults.scratch import TINY, as_a_user, copy_project
+from tests.workflow.project import as_a_user, copy_project
 
 pytestmark = pytest.mark.slow
 
@@ -24,8 +24,7 @@ NUMBA = "from roughslip.compilation.source_hash import compiled_folder; print(co
 def source(tmp_path: Path):
     """A read-only project in a folder whose name has spaces and letters beyond ASCII."""
     folder = tmp_path / "read only é β" / "project"
-    copy_project(ROOT, folder)
-    (folder / "config/scenes/tiny.yaml").write_text(TINY, encoding="utf-8")
+    copy_project(folder)
     paths = [folder, *folder.rglob("*")]
     for path in paths:
         path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))

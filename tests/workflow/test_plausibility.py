@@ -7,8 +7,7 @@ import shutil
 import pytest
 
 from roughslip.errors import InputError
-from roughslip.scene.loader import inherited
-from roughslip.scene.plausibility import warnings
+from roughslip.scene.plausibility import inherited, warnings
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope

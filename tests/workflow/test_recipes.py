@@ -44,7 +44,7 @@ from functools import partial
 
 from roughslip.figures.figure_slopes import DRAWN, figure_slopes
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import draw_and_save
 
 STAGE = Stage(
@@ -55,17 +55,12 @@ STAGE = Stage(
     target="figure_slopes",
     caption="Slopes of the square along the sliding direction.",
     memory_mb=320,
-    memory_doubles={"square_modes": 3},
 )
 
 
 def work(job: Job) -> None:
     """Draw the figure and write its numbers."""
     draw_and_save(job, partial(figure_slopes, bins=job.scene.slopes.bins), DRAWN)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)
 '''
 
 
@@ -116,9 +111,8 @@ def test_a_scene_key(copy):
         '    yield_share: float = number("Share of the hardness", above=0, at_most=1, default=1.0)\n    poisson_ratio',
     )
     copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads_if_given="', 'reads_if_given="material.yield_share ')
-    ask = (
-        "from roughslip.scene.plan import slice_for; from roughslip.scene.loader import load; from pathlib import Path;"
-    )
+    ask = "from roughslip.scene.types import slice_for; from roughslip.scene.loader import load\n"
+    ask += "from pathlib import Path\n"
     ask += "print(slice_for(load(Path('config/scenes/{}.yaml'), Path('config/scenes')), 'karhunen_loeve')['material'])"
     copy.scene("mine", "extends: tiny\nmaterial: {yield_share: 0.5}\n")
     for name, value in (("tiny", 1.0), ("mine", 0.5)):

@@ -36,8 +36,8 @@ from roughslip.friction.allocation import PERCENTILES, influences
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.limits import SHARES
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.scene.auto import AUTO
-from roughslip.scene.discretisation import discretised
+from roughslip.scene.accuracy import discretised
+from roughslip.scene.fields import AUTO
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import Scene, scene_of
@@ -142,7 +142,7 @@ def time_plain_strip(scene: Scene) -> float:
     rough = model.heights(model.sampler(mesh.grid)(np.random.default_rng([scene.seed, STREAM, 0])))
     percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
     first, *problems = (Problem(rough, float(plane)) for plane in model.plane_height(percentiles))
-    setting, _, _ = tune(solver, first, 0.0, tolerance, 5 * tolerance, mesh.residual)
+    setting, _ = tune(solver, first, 0.0, tolerance, 5 * tolerance, mesh.residual)
     start = time.process_time()
     for problem in problems:
         solver.solve(problem, 0.0, setting)

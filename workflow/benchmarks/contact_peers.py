@@ -1,8 +1,8 @@
 """Other solvers of the contact problem, used as documented, with their tolerance as the only setting.
 
-A peer is set up once for a mesh. `solve(problem, load, setting, counting)` solves one problem from a cold start, and
-returns the pressure (nx, ny) [Pa], zero if the method failed, and the applications of B. `load` [Pa] is the mean
-pressure at the solution, for methods whose input it is. Counting may cost time.
+A peer is set up once for a mesh. `solve(problem, load, setting)` solves one problem from a cold start, and returns the
+pressure (nx, ny) [Pa], zero if the method failed. `load` [Pa] is the mean pressure at the solution, for methods whose
+input it is.
 """
 
 from __future__ import annotations
@@ -19,8 +19,6 @@ from roughslip.grid import Grid
 MOST_ITERATIONS = 2000
 STEP = 4.0  # from one setting to the next: one or two iterations
 MOST_TRIALS = 10
-
-Solved = tuple[np.ndarray, int]
 
 
 class Problem(NamedTuple):
@@ -45,12 +43,12 @@ class PolonskyKeer:
     def __init__(self, _: Grid, displacement: Any) -> None:
         self.displacement = displacement
 
-    def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> Solved:
+    def solve(self, problem: Problem, load: float, setting: float) -> np.ndarray:
         """Stop, as the paper does, when the pressures change by less than `setting` times their sum."""
         interference = problem.interference
         pressure = np.maximum(interference, 0.0) / self.displacement.diagonal
         direction, length, conjugate, before = np.zeros_like(pressure), 0.0, False, 1.0
-        for iteration in range(MOST_ITERATIONS):
+        for _ in range(MOST_ITERATIONS):
             gap = self.displacement(pressure) - interference
             contact = pressure > 0
             square = float((gap[contact] ** 2).sum())
@@ -62,8 +60,8 @@ class PolonskyKeer:
             conjugate, before = not overlap.any(), square
             pressure[overlap] -= length * gap[overlap]
             if np.abs(pressure - last).sum() <= setting * pressure.sum():
-                return pressure, 2 * iteration + 2
-        return pressure, 2 * MOST_ITERATIONS
+                break
+        return pressure
 
 
 class Tamaas:
@@ -78,39 +76,21 @@ class Tamaas:
         self.model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sizes, list(grid.shape))
         self.model.E, self.model.nu = displacement.modulus, 0.0
         tamaas.ModelFactory.registerNonPeriodic(self.model, "free")
-        self.count, inner = 0, self.model.operators["free"]
-
-        class Counting(tamaas.IntegralOperator):
-            """The operator with a count of its applications, which costs some microseconds each."""
-
-            def apply(operator, source: np.ndarray, result: np.ndarray) -> None:
-                self.count += 1
-                inner(source, result)
-
-            __call__ = apply
-            updateFromModel = lambda operator: None  # noqa: E731
-            getKind = lambda operator: tamaas.IntegralOperator.neumann  # noqa: E731
-            getType = lambda operator: tamaas.model_type.basic_2d  # noqa: E731
-
-        self.model.operators["counted"] = self.counted = Counting(self.model)
         self.heights = np.zeros(grid.shape)  # each problem overwrites it
-        self.solvers = {}
-        for operator in ("free", "counted"):
-            self.solvers[operator] = tamaas.PolonskyKeerRey(self.model, self.heights, 1e-10)
-            self.solvers[operator].setIntegralOperator(operator)
-            self.solvers[operator].max_iter = MOST_ITERATIONS
+        self.solver = tamaas.PolonskyKeerRey(self.model, self.heights, 1e-10)
+        self.solver.setIntegralOperator("free")
+        self.solver.max_iter = MOST_ITERATIONS
 
-    def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> Solved:
+    def solve(self, problem: Problem, load: float, setting: float) -> np.ndarray:
         """Solve at the given load."""
-        solver = self.solvers["counted" if counting else "free"]
-        solver.tolerance, self.count = setting, 0
+        self.solver.tolerance = setting
         self.heights[...] = problem.heights
         self.model.traction[...] = 0.0
         try:
-            solver.solve(load)
+            self.solver.solve(load)
         except (ArithmeticError, RuntimeError):  # for example, a contact area of a single node
             self.model.traction[...] = 0.0
-        return np.nan_to_num(np.array(self.model.traction)), self.count
+        return np.nan_to_num(np.array(self.model.traction))
 
 
 class ContactMechanics:
@@ -125,22 +105,15 @@ class ContactMechanics:
             grid.shape, displacement.modulus, self.sizes, fft="serial"
         )
         self.make_system, self.topography = ContactMechanics.make_system, Topography
-        self.count, self.apply = 0, self.substrate.evaluate_disp
-        self.substrate.evaluate_disp = self._counted
 
-    def _counted(self, forces: np.ndarray) -> np.ndarray:
-        self.count += 1
-        return self.apply(forces)
-
-    def solve(self, problem: Problem, load: float, setting: float, counting: bool = False) -> Solved:
+    def solve(self, problem: Problem, load: float, setting: float) -> np.ndarray:
         """Solve at the given plane; `setting` bounds the gap in contact over the largest interference."""
-        self.count = 0
         gap = setting * float(problem.interference.max())
         options = {"solver": "ccg-without-restart", "gtol": gap, "maxiter": MOST_ITERATIONS}
         with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
             system = self.make_system(self.topography(problem.heights, self.sizes), self.substrate)
             found = system.dual_minimize_proxy(-problem.plane, np.zeros(self.grid.shape), **options)
-        return np.nan_to_num(np.asarray(found.x).reshape(self.grid.shape)) / self.grid.cell_area, self.count
+        return np.nan_to_num(np.asarray(found.x).reshape(self.grid.shape)) / self.grid.cell_area
 
 
 PEERS: dict[str, Callable[[Grid, Any], Any]] = {
@@ -157,18 +130,17 @@ def tune(
     tolerance: float,
     first: float,
     residual: Callable[[Problem, np.ndarray], float],
-) -> tuple[float, float, int]:
-    """Return the loosest setting of a peer that meets the tolerance, to STEP, its residual and its applications of B.
+) -> tuple[float, float]:
+    """Return the loosest setting of a peer that meets the tolerance, to STEP, and its residual.
 
     If no setting does, it is that of least residual. The search starts at `first`, which is loosened while it meets the
     tolerance, or else tightened until it does.
     """
-    trials: list[tuple[float, float, int]] = []
+    trials: list[tuple[float, float]] = []
     for number in range(MOST_TRIALS):
         factor = STEP if trials and trials[0][1] <= tolerance else 1 / STEP
         setting = first * factor**number
-        pressure, work = peer.solve(problem, load, setting, counting=True)
-        trials.append((setting, residual(problem, pressure), work))
+        trials.append((setting, residual(problem, peer.solve(problem, load, setting))))
         if number and (trials[-1][1] <= tolerance) != (trials[0][1] <= tolerance):
             break
     return max((trial for trial in trials if trial[1] <= tolerance), default=min(trials, key=lambda trial: trial[1]))

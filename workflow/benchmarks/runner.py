@@ -1,7 +1,7 @@
 """What all benchmarks share: cases, times of methods in turns, rows, and the command.
 
-A file is `{machine, versions, summary, rows}`, a row `{case, method, error, seconds, work}` with the
-seconds of every turn and what else a benchmark adds. Rows of one case, `key=value` pairs, may be compared.
+A file is `{machine, versions, summary, rows}`, a row `{case, method, error, seconds}` with the seconds of every turn,
+our work and what else a benchmark adds. Rows of one case, `key=value` pairs, may be compared.
 """
 
 from __future__ import annotations
@@ -82,12 +82,14 @@ def race(
     return seconds, results
 
 
-def make_row(case: str, method: str, error: float, turns: Sequence[float], work: float, **more: Any) -> Row:
-    """Return a row, and print it. error : relative, of what the case names; work : products, solves, evaluations"""
+def make_row(
+    case: str, method: str, error: float, turns: Sequence[float], work: float | None = None, **more: Any
+) -> Row:
+    """Return a row, and print it. error : relative, of what the case names; work : products, solves or evaluations"""
     assert math.isfinite(error), f"{method} at {case}: the error of a row must be finite, not {error}"
-    row = {"case": case, "method": method, "error": error, "seconds": statistics.median(turns), "work": int(work)}
+    row = {"case": case, "method": method, "error": error, "seconds": statistics.median(turns)}
     print(f"{case}: {method} {row['seconds']:.3g} s, error {error:.1e}", file=sys.stderr, flush=True)
-    return {**row, "turns": list(turns), **more}
+    return row | ({} if work is None else {"work": int(work)}) | {"turns": list(turns), **more}
 
 
 def summarise_speed(rows: Iterable[Row]) -> dict[str, Any]:

@@ -21,8 +21,7 @@ _INFO = ".dist-info"
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
     """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
 
-    Comments, docstrings, layout and the Python version do not change it, nor do modules of FRAME. A file that moves
-    changes it.
+    Comments, docstrings and layout do not change it, nor do modules of FRAME. A file that moves changes it.
     """
     digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=FRAME).encode())
     locked = Path(lock).read_text(encoding="utf-8")
@@ -45,7 +44,7 @@ def departures(lock: str) -> tuple[str, ...]:
 
     Raises InputError for a line that pins nothing.
     """
-    there, found = _installed(), []
+    there, differing = _installed(), []
     for line in lock.splitlines():
         if "==" in line and not line.startswith(("#", " ")):
             pinned = _requirement(line.rstrip(" \\"))
@@ -53,18 +52,19 @@ def departures(lock: str) -> tuple[str, ...]:
             if (pinned.marker is None or pinned.marker.evaluate()) and (
                 version is None or version not in pinned.specifier
             ):
-                found.append(f"{pinned.name} {version or 'missing'} in place of {str(pinned.specifier).lstrip('=')}")
-    return tuple(found)
+                wanted = str(pinned.specifier).lstrip("=")
+                differing.append(f"{pinned.name} {version or 'missing'} in place of {wanted}")
+    return tuple(differing)
 
 
 def report(lock: str) -> list[str]:
     """Return a line about these packages for the user, or none."""
-    found = departures(lock)
-    if not found:
+    differing = departures(lock)
+    if not differing:
         return []
-    more = f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else ""
+    more = f" and {len(differing) - _SHOWN} more" if len(differing) > _SHOWN else ""
     return [
-        f"requirements.lock: installed are {', '.join(found[:_SHOWN])}{more}; jobs of other versions run again; "
+        f"requirements.lock: installed are {', '.join(differing[:_SHOWN])}{more}; jobs of other versions run again; "
         "`make setup` installs the locked packages"
     ]
 
@@ -80,9 +80,9 @@ def _requirement(line: str) -> Requirement:
 
 def _installed() -> dict[str, str]:
     """Versions of installed packages by name, from the names of their folders: reading each takes ten times as long."""
-    found: dict[str, str] = {}
+    versions: dict[str, str] = {}
     for folder in map(Path, sys.path):
         for info in folder.glob(f"*{_INFO}"):
             name, _, version = info.name.removesuffix(_INFO).partition("-")
-            found.setdefault(canonicalize_name(name), version)
-    return found
+            versions.setdefault(canonicalize_name(name), version)
+    return versions

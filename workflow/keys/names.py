@@ -21,15 +21,14 @@ from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.types import get
+from roughslip.scene.types import get, slice_for
 from roughslip.stages.runtime.record import checksum
-from workflow.keys import monte_carlo_batches
 from workflow.keys.code_hash import code_hash
 from workflow.study.scenes import Scenes
 
 STORE = "results/store"
 KEY = "[0-9a-f]{16}"
-_NOT_HASHED = ("inputs", "awaited", "files", "outputs", "memory_mb", "scene")
+_NOT_HASHED = ("inputs", "awaited", "files", "outputs", "scene")
 JOINT = ""  # in place of a scene: what belongs to several
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
 
@@ -43,7 +42,6 @@ class Entry:
     awaited : records of cost of the jobs that make these
     files : of a stage that looks at whole scenes, by scene its results by the names under which they are published
     outputs : files that do not go next to the key file, by option
-    memory_mb : that a job takes
     scene : name of a scene that has it, or JOINT
     """
 
@@ -52,7 +50,6 @@ class Entry:
     awaited: list[str]
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     outputs: dict[str, str] = field(default_factory=dict)
-    memory_mb: int = 0
     scene: str = JOINT
 
     @cached_property
@@ -98,15 +95,14 @@ class Names:
         if stage == "chaos_strip" and "contact_strip" in before:  # those of its first batches alone
             awaited = [record for record in awaited if "/contact_strip/" not in record]
             awaited += self.records(scene, "contact_strip", below="strip.training_samples")
-        memory_mb = self.scenes.memory(scene, stage)
-        return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, {}, memory_mb, scene))
+        return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
 
     @cache  # noqa: B019
     def variants_table(self, scene: str) -> Entry:
         """The table of the variants of a scene, in which it is the first row."""
         variants = self.scenes.variants[scene]
         own = {key: get(self.scenes[scene], key) for key in next(iter(variants.values()))}
-        part = plan.slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
+        part = slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
         return self._of_several("sweep", (scene, *variants), part, scene=scene)
 
     def joint_page(self, names: Iterable[str], kept: list[str], drawn: list[str], code: Iterable[Path]) -> Entry:
@@ -134,18 +130,6 @@ class Names:
         outputs = {option: f"results/{file or stage}" for option, file in declarations()[stage].results.items()}
         return self._known(Entry(self._code(stage) | {"configuration": {}}, inputs, [], outputs=outputs))
 
-    def solves(self, scene: str, kind: str) -> Entry:
-        """Batches of a Monte Carlo reference; monte_carlo_batches says why no code has a part in their name."""
-        part = monte_carlo_batches.configuration(self.scenes[scene], kind)
-        return self._known(
-            Entry({"stage": f"{kind}_solves", "configuration": part, "code": "any"}, {}, [], scene=scene)
-        )
-
-    def solved(self, scene: str, kind: str, samples: int | None) -> list[str]:
-        """Those batches, all or as many as hold so many samples."""
-        folder = self.solves(scene, kind).folder
-        return [f"{folder}/{first}-{last}.nc" for first, last in monte_carlo_batches.ranges(scene, kind, samples)]
-
     def results(self, scene: str, *stages: str, below: str = "") -> list[str]:
         """The results of these stages, as far as the scene runs them.
 
@@ -154,6 +138,7 @@ class Names:
         return [
             f"{self.entry(scene, stage).folder}/{declarations()[stage].result.format(**job)}"
             for stage in stages
+            if stage in declarations()
             for job in self._jobs(scene, stage, below)
         ]
 
@@ -195,7 +180,8 @@ class Names:
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
         records = [record for stage in sorted(self.scenes.stages(scene)) for record in self.records(scene, stage)]
-        return [*records, *([record_of(self.variants_table(scene))] if self.scenes.variants.get(scene) else [])]
+        table = [self.variants_table(scene)] if self.scenes.variants.get(scene) else []
+        return [*records, *(f"{entry.folder}/usage/sweep.json" for entry in table)]
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -233,7 +219,7 @@ class Names:
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
-        others = {option: _stages(made_by) for option, made_by in options.items() if option not in special}
+        others = {option: made_by.split() for option, made_by in options.items() if option not in special}
         return special | {option: self.results(scene, *stages) for option, stages in others.items()}
 
     def _before(self, scene: str, stage: str) -> list[str]:
@@ -244,7 +230,7 @@ class Names:
         return plan.makers(stage, stages)
 
     def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
-        part = plan.slice_for(self.scenes[scene], stage)
+        part = slice_for(self.scenes[scene], stage)
         if stage == "costs":
             part |= {"not_needed": plan.skip_reasons(self.scenes[scene]), "warnings": self.scenes.warnings(scene)}
         if stage == "report":
@@ -271,16 +257,16 @@ class Names:
         return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
 
     def _code(self, stage: str) -> dict[str, str]:
-        code = code_hash(f"roughslip.stages.{stage}", self._source, self._lock)
+        code = code_hash(declarations()[stage].modules, self._source, self._lock)
         return {"stage": stage, "code": code, "python": _PYTHON}
 
     @cache  # noqa: B019
     def _sources(self, stage: str) -> dict[str, Any]:
         """Hash of what the code of a stage does, and checksums of its files, for jobs to see whether it was edited."""
-        module = f"roughslip.stages.{stage}"
-        files = source_hash.closure(module, self._source, source_hash.FRAME)
+        modules = declarations()[stage].modules
+        files = source_hash.closure(modules, self._source, source_hash.FRAME)
         known = {file.relative_to(self._source).as_posix(): _content(file) for file in files}
-        return {"closure": source_hash.closure_hash(module, self._source, source_hash.FRAME), "files": known}
+        return {"closure": source_hash.closure_hash(modules, self._source, source_hash.FRAME), "files": known}
 
     def _known(self, entry: Entry) -> Entry:
         """The first entry of that name. Raises InputError where its key file cannot be written."""
@@ -297,15 +283,6 @@ class Names:
             except OSError as error:
                 raise InputError(f"{entry.folder}: cannot be written to ({error.strerror})") from None
         return entry
-
-
-def record_of(entry: Entry) -> str:
-    """The record of cost of the job of a stage without batches."""
-    return f"{entry.folder}/usage/{entry.made_of['stage']}.json"
-
-
-def _stages(made_by: str) -> list[str]:
-    return [word for word in made_by.split() if word in declarations()]
 
 
 @cache

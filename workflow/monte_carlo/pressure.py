@@ -16,13 +16,14 @@ from roughslip.contact.solve import sweep
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.scene.mistakes import Values
-from roughslip.scene.types import Scene, scene_of
+from roughslip.scene.types import Scene, scene_of, slice_for, without_nulls
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes, central_nodes
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import heights, karhunen_loeve
-from workflow.monte_carlo.command import run_command
 
+# By scene, the samples of its reference and of a batch, which takes half a minute on one core in `paper`, else two.
+SAMPLES = {"paper": (1_000_000, 200_000), "resolved": (400_000, 10_000)}
 PERCENTILES = (20.0, 50.0, 80.0)
 STREAM = 20  # the second entry of every seed; streams of the study are below 20
 TOLERANCE = 1e-6  # far below the sampling error of any number of samples
@@ -32,6 +33,12 @@ TAIL = 10  # steps into which the first and the last are divided in geometric pr
 LEAST = 1e-5  # probability where that progression starts
 
 
+def slice_of(scene: Values) -> Values:
+    """The part of a scene that its solves depend on."""
+    part = without_nulls(slice_for(scene, "karhunen_loeve"))
+    return {**part, "seed": scene["seed"], "material": scene["material"]}
+
+
 def square_of(scene: Scene) -> tuple[GaussianModel, Grid, np.ndarray, Nodes]:
     """Return the surface model, the mesh, the modes (M, nx, ny) [m], and the central nodes of a scene's square."""
     model, grid = surface_model.gaussian_model(scene), geometry.square_grid(scene)
@@ -39,7 +46,7 @@ def square_of(scene: Scene) -> tuple[GaussianModel, Grid, np.ndarray, Nodes]:
     return model, grid, modes, central_nodes(model.lengths_m, grid)
 
 
-def solve_surfaces(configuration: Values, first: int, last: int) -> dict[str, store.Variable]:
+def solve(configuration: Values, first: int, last: int) -> dict[str, store.Variable]:
     """Return pressure and gap (samples, penetrations, central nodes) of samples first ... last - 1.
 
     The nodes are in the order of `geometry.central_nodes`.
@@ -77,7 +84,7 @@ def clustered_mean(values: np.ndarray) -> tuple[float, float]:
     return float(of_surface.mean()), float(of_surface.std(ddof=1) / np.sqrt(len(of_surface)))
 
 
-def gather_surfaces(_: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, store.Variable]:
+def gather(_: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> dict[str, store.Variable]:
     """Return distribution and means of the pressures (surfaces, penetrations, nodes) [Pa] of all batches.
 
     Raises InputError for a penetration without contact or with fewer than two surfaces.
@@ -85,30 +92,26 @@ def gather_surfaces(_: Values, batches: Sequence[Mapping[str, np.ndarray]]) -> d
     pressure = np.concatenate([batch["pressure"] for batch in batches])
     if len(pressure) < 2 or not (pressure > 0).any(axis=(0, 2)).all():
         raise InputError(["a reference needs two surfaces and contact at every penetration: gather more surfaces"])
-    table, one = ("penetration", "level"), ("penetration",)
+    of_level, of_penetration = ("penetration", "level"), ("penetration",)
     levels, rows = [], []
     for number in range(pressure.shape[1]):
         nodes = np.ascontiguousarray(pressure[:, number])
         levels.append(choose_levels(nodes.astype(np.float64)))
         share, error = np.transpose([clustered_mean(nodes <= level) for level in levels[-1]])
         rows.append(((share, error), (1.0 - share[0], error[0]), clustered_mean(nodes)))
-    found = {
-        "level": store.Variable(table, np.array(levels), "Pa", "levels from zero to the largest pressure"),
-        "percentile": store.Variable(one, batches[0]["percentile"], "percent", "penetration"),
+    reference = {
+        "level": store.Variable(of_level, np.array(levels), "Pa", "levels from zero to the largest pressure"),
+        "percentile": store.Variable(of_penetration, batches[0]["percentile"], "percent", "penetration"),
         "surfaces": store.Variable((), len(pressure), "1", "surfaces that were solved"),
         "nodes": store.Variable((), pressure.shape[2], "1", "nodes of a surface whose pressure counts"),
     }
     numbers = (
-        ("cumulative", table, "1", "share of the pressures that are at most the level, zeros included"),
-        ("contact_probability", one, "1", "share of the pressures above zero"),
-        ("mean_pressure", one, "Pa", "mean pressure, zeros included"),
+        ("cumulative", of_level, "1", "share of the pressures that are at most the level, zeros included"),
+        ("contact_probability", of_penetration, "1", "share of the pressures above zero"),
+        ("mean_pressure", of_penetration, "Pa", "mean pressure, zeros included"),
     )
     for (name, dimensions, units, title), column in zip(numbers, zip(*rows, strict=True), strict=True):
         values, errors = (np.array(part) for part in zip(*column, strict=True))
-        found[name] = store.Variable(dimensions, values, units, title)
-        found[f"{name}_standard_error"] = store.Variable(dimensions, errors, units, f"standard error of {name}")
-    return found
-
-
-if __name__ == "__main__":
-    run_command(__doc__, solve_surfaces, gather_surfaces)
+        reference[name] = store.Variable(dimensions, values, units, title)
+        reference[f"{name}_standard_error"] = store.Variable(dimensions, errors, units, f"standard error of {name}")
+    return reference

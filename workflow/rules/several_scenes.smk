@@ -1,12 +1,17 @@
 # What takes several scenes together; each is asked for by name.
 # In:  results of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
-# Out: results/report.html; results/comparison.png|svg|nc, figures of several scenes in one picture; results/verify.json|txt;
-#      results/reference, the small results that git keeps. `clean_unused` removes what no scene uses.
+# Out: results/report.html; results/evidence/<subject>.svg, pictures of the kept benchmarks; results/comparison.png|svg|nc,
+#      figures of several scenes in one picture; results/verify.json|txt; results/reference, the small results that git
+#      keeps. `clean_unused` removes what no scene uses.
+KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*.json"))  # by `make benchmark` and `make stress`
 COMPARISON = declarations()["comparison"].results.values()
 DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
 PLOT = ROOT / "workflow/benchmarks/plot.py"
 # By published file, a function of its name in the store.
-JOINT = {file: lambda file=file: f"{names.comparison(compared).folder}/{file}" for file in COMPARISON}
+JOINT = {
+    file: lambda file=file: f"{names.comparison(compared or scenes.compared(None)).folder}/{file}"
+    for file in COMPARISON
+}
 JOINT["report.html"] = lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
@@ -22,7 +27,25 @@ rule joint_file:
         joint="|".join(JOINT),
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'
+
+
+rule evidence_drawn:
+    input:
+        code=PLOT,
+        result="results/reference/evidence/{subject}.json",
+    output:
+        svg="results/evidence/{subject}.svg",
+        usage="results/evidence/usage/{subject}.json",
+    log:
+        "results/evidence/logs/{subject}.log",
+    wildcard_constraints:
+        subject="|".join(BENCHMARKS),
+    resources:
+        mem_mb=1000,
+    shell:
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.benchmarks.plot --benchmark {input.result:q} --output {output.svg:q}'
+        " --usage {output.usage:q} 2> {log:q}"
 
 
 rule comparison:
@@ -43,20 +66,19 @@ rule verify:
             "verify", scenes.default, reference=[str(ROOT / "results" / "reference")]
         ).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.verify --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages verify --key {params.folder}/key.json 2> {log:q}'
 
 
 rule reference:
     input:
         PUBLISHED,
-        missing(scenes.default),
     log:
         "results/logs/reference.log",
     localrule: True
     params:
         folder=lambda wildcards: names.over_published("reference", scenes.default).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages.reference --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages reference --key {params.folder}/key.json 2> {log:q}'
 
 
 rule clean_unused:
@@ -64,4 +86,4 @@ rule clean_unused:
         "results/logs/clean_unused.log",
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.unused 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.unused 2> {log:q}'

@@ -17,9 +17,7 @@ for stage in sorted(declarations().keys() - OVER_PUBLISHED):
         log:
             log(stage),
         resources:
-            mem_mb=lambda wildcards, attempt, stage=stage: scenes.at_attempt(
-                inputs.entry(stage, wildcards).memory_mb, attempt
-            ),
+            mem_mb=lambda wildcards, attempt, stage=stage: asked_mb(stage, attempt, options["memory_mb"]),
         params:
             scene=lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene,
             command=lambda wildcards, stage=stage: command(stage).format(wildcards=wildcards),
@@ -41,7 +39,7 @@ rule publish:
     params:
         key=lambda wildcards: names.publication(wildcards.scene).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
 
 
 # One file by the name under which people open it.
@@ -54,4 +52,4 @@ rule one_file:
         "results/{scene}/logs/publish-{file}.log",
     localrule: True
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.job study.publish {input.source:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'

@@ -43,7 +43,7 @@ def _answer(folder: Path) -> list[str]:
 
 def _warnings(folder: Path) -> list[str]:
     """The first warnings of a scene, and the number of those that only the page shows."""
-    found = json.loads((folder / "costs.json").read_text(encoding="utf-8"))[-1]["warnings"]
-    lines = [f"warning: {text}" for text in found[:MOST_WARNINGS]]
-    left = len(found) - len(lines)
+    warnings = json.loads((folder / "costs.json").read_text(encoding="utf-8"))[-1]["warnings"]
+    lines = [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
+    left = len(warnings) - len(lines)
     return [*lines, f"and {left} more warnings in {folder / 'report.html'}"] if left else lines

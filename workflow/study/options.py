@@ -10,23 +10,14 @@ from typing import Any
 from roughslip.errors import InputError
 from roughslip.scene.mistakes import shown
 
-WHOLE_NUMBERS = ("memory_mb", "reference_surfaces", "reference_strips")
-KEYS = ("scenes", "compare", *WHOLE_NUMBERS)
-_WITHOUT_VALUE = (
-    "--dry-run",
-    "--dryrun",
-    "--force",
-    "--forceall",
-    "--keep-going",
-    "--touch",
-    "--nolock",
-    "--printshellcmds",
-)
-FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "logs", "usage")  # below results, of no scene
+KEYS = ("scenes", "compare", "memory_mb")
+LEAST_MB = 1000  # of a node: about what a stage declares
+FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "monte_carlo", "logs", "usage")  # of no scene
+_FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
-    """Return the options with `scenes` as a list, and None for each number of WHOLE_NUMBERS that is not given.
+    """Return the options with `scenes` as a list, and None for `memory_mb` where it is not given.
 
     Scenes are a list, or names with commas between them.
 
@@ -35,24 +26,22 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
     Raises InputError with a line for each mistake.
     """
     lines = [f"config: {shown(key)}: unknown key; {_guess(str(key), KEYS)}" for key in config if key not in KEYS]
-    lines += [
-        f"config: {name}: {shown(config[name])} is not allowed; a whole number from 1"
-        for name in WHOLE_NUMBERS
-        if name in config and (type(config[name]) is not int or config[name] < 1)
-    ]
+    memory = config.get("memory_mb", LEAST_MB)
+    if type(memory) is not int or memory < LEAST_MB:
+        lines.append(f"config: memory_mb: {shown(memory)} is not allowed; a whole number from {LEAST_MB}")
     given = config.get("scenes")
     names = given.split(",") if isinstance(given, str) else given
     if not isinstance(names, list) or not names:
         lines.append(f"config: scenes: {shown(given)} is not allowed; a list of scenes, of: {', '.join(scenes)}")
-    else:
-        for number, name in enumerate(names):
-            if name not in scenes:
-                lines.append(f"config: scenes: {shown(name)} is no scene; {_guess(str(name), scenes)}")
-            elif name in names[:number]:
-                lines.append(f"config: scenes: {shown(name)} is given twice; name each scene once")
+        names = []
+    for number, name in enumerate(names):
+        if name not in scenes:
+            lines.append(f"config: scenes: {shown(name)} is no scene; {_guess(str(name), scenes)}")
+        elif name in names[:number]:
+            lines.append(f"config: scenes: {shown(name)} is given twice; name each scene once")
     if lines:
         raise InputError(lines)
-    return {**dict.fromkeys(WHOLE_NUMBERS), **config, "scenes": names}
+    return {"memory_mb": None, **config, "scenes": names}
 
 
 def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collection[str]) -> None:
@@ -61,17 +50,21 @@ def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collecti
     words : the command line
     rules : names of rules, which are targets too
     """
-    lines = []
+    lines, known = [], {*scenes, *rules, *FOLDERS}
     for before, word in zip(("", *words), words, strict=False):
-        parts = Path(word).parts
-        name = parts[1] if len(parts) > 2 and parts[0] == "results" else word
-        is_value = before.startswith("--") and "=" not in before and before not in _WITHOUT_VALUE
-        known = name in scenes or name in rules or name in FOLDERS
-        is_target = not (is_value or known or name.startswith("-") or "=" in word or Path(word).exists())
+        name = scene_of(word)
+        is_value = before.startswith("--") and "=" not in before and before not in _FLAGS
+        is_target = not (is_value or name in known or name.startswith("-") or "=" in word or Path(word).exists())
         if is_target and difflib.get_close_matches(name, scenes):
             lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {_guess(name, sorted(scenes))}")
     if lines:
         raise InputError(lines)
+
+
+def scene_of(word: str) -> str:
+    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
+    parts = Path(word).parts
+    return parts[1] if len(parts) > 2 and parts[0] == "results" else word
 
 
 def _guess(name: str, allowed: Sequence[str]) -> str:

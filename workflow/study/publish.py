@@ -1,4 +1,4 @@
-"""Put results of the store where people open them: python -m workflow.job study.publish ..."""
+"""Put results of the store where people open them: python -m workflow.study.publish ..."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _listed(folder: Path) -> dict[str, str]:
 
 def main() -> int:
     """Publish a file, or all that a key file lists; exit 1 with a line where it cannot be written."""
-    parser = argparse.ArgumentParser(prog="python -m workflow.job study.publish", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m workflow.study.publish", description=__doc__)
     parser.add_argument("source", type=Path, help="file of the store, or the key file of a list")
     parser.add_argument("path", type=Path, help="where people open it, or the folder of the scene")
     parser.add_argument("--list", action="store_true", help="publish what the key file lists")

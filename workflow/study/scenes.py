@@ -4,81 +4,74 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from roughslip.errors import InputError, RoughslipError
+from roughslip.errors import InputError
 from roughslip.limits import SHARES
-from roughslip.scene import plan, strict_yaml
-from roughslip.scene.auto import AUTO
+from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import inherited, load
-from roughslip.scene.sweep import all_names, scene_file
+from roughslip.scene.fields import AUTO
+from roughslip.scene.loader import all_names, load
+from roughslip.scene.mistakes import display, line, shown
+from roughslip.scene.plausibility import inherited
+from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
-from workflow.keys.monte_carlo_batches import SAMPLES
-from workflow.study import memory
-from workflow.study.surface_check import check_scan, scene_warnings, surface_mistake
+from workflow.study.options import scene_of
+from workflow.study.surface_check import check_surface
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
-OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "store")
-EVIDENCE = ("evidence_drawn", *(f"{kind}_{part}" for kind in SAMPLES for part in ("solves", "reference")))
-RULES = frozenset({*declarations(), *EVIDENCE, *OF_SEVERAL})
+OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store")
+RULES = frozenset({*declarations(), *OF_SEVERAL})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 
 class Scenes:
-    """All scene files of the project, checked; those that this run asks for must be without mistake.
+    """The scene files of the project. Those that this run asks for are checked; another may have mistakes.
 
     root : the project's folder
     words : the command line; the scenes that it names are asked for, or else the default scenes
-    memory_mb : that a job may take on a node of a cluster; not given, jobs run on this machine and share what it has
     default : scenes that are made without a target
-    checked_scans : folder of marks for scans that were read; not given, scans are not read
-    Raises InputError with every mistake of every scene asked for, and where one takes more memory than there is. A
-    scene that is not asked for may have mistakes.
+    marks : folder of marks for surfaces that were checked; not given, scans are not read
+
+    Raises InputError with every mistake of every scene asked for.
     """
 
-    def __init__(
-        self,
-        root: Path,
-        words: list[str],
-        memory_mb: int | None = None,
-        default: Sequence[str] = (),
-        checked_scans: Path | None = None,
-    ) -> None:
-        self.root = root
-        self.memory_mb = memory.machine_mb() if memory_mb is None else memory_mb
-        self._beside_mb = 0 if memory_mb is None else memory.NODE_MB
-        folder = root / "config" / "scenes"
-        self.default = list(default)
-        self.variants = all_names(folder)
-        self.names = sorted(name for one, names in self.variants.items() for name in (one, *names))
-        asked = {_scene_of(word) for word in words}.intersection(self.names)
+    def __init__(self, root: Path, words: list[str], default: Sequence[str] = (), marks: Path | None = None) -> None:
+        self.root, self.default, self._marks = root, list(default), marks
+        self._folder = root / "config" / "scenes"
+        self.variants = all_names(self._folder)
+        self.names = sorted(name for scene, variants in self.variants.items() for name in (scene, *variants))
+        asked = {scene_of(word) for word in words}.intersection(self.names)
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
         asked.update([variant for name in asked for variant in self.variants.get(name, ())])
-        self.valid: dict[str, dict[str, Any]] = {}
-        self._checked_scans = checked_scans
-        mistakes: list[str] = []
-        for name in self.names:
-            try:
-                self.valid[name] = checked(name, folder)
-            except InputError as error:
-                if name in asked:
-                    mistakes += error.lines
-        for name, variants in self.variants.items():  # a scene is made with all its variants, or not at all
-            if not self.valid.keys() >= set(variants):
-                self.valid.pop(name, None)
-        mistakes += [line for name in sorted(asked & self.valid.keys()) for line in self._too_large(name)]
-        for name in sorted(asked & self.valid.keys()):
-            mistakes += self._surface_mistakes(name)
-        mistakes += [f"{folder}: cannot be written to" for name in sorted(asked) for folder in not_writable(name)]
+        self.asked = sorted(asked)
+        mistakes, good = self._loaded(self.asked)
+        mistakes += [line for name in good for line in self._surface(name)[0]]
+        mistakes += [f"{folder}: cannot be written to" for name in self.asked for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
-        self.asked = sorted(asked)
+
+    def _loaded(self, names: Sequence[str]) -> tuple[list[str], list[str]]:
+        """The mistakes of these scenes, and those that have none."""
+        mistakes, good = [], []
+        for name in names:
+            try:
+                self[name]
+                good.append(name)
+            except InputError as error:
+                mistakes += error.lines
+        return mistakes, good
+
+    @cached_property
+    def valid(self) -> list[str]:
+        """All scenes without mistakes. A scene is made with all its variants, or not at all."""
+        good = self._loaded(self.names)[1]
+        return [name for name in good if set(good).issuperset(self.variants.get(name, ()))]
 
     def compared(self, asked: str | None) -> dict[str, list[str]]:
         """Scenes that are drawn in one picture, with the figures that each adds: COMPARED, or as asked, `one,other`.
@@ -88,61 +81,39 @@ class Scenes:
         names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
         every = declarations()["comparison"].many["results"].split()
         drawn = {
-            name: found
-            for name, scene in self.valid.items()
-            if (found := [figure for figure in every if figure in plan.figures(scene)])
+            name: figures
+            for name in self.valid
+            if (figures := [figure for figure in every if figure in plan.figures(self[name])])
         }
-        wrong = [strict_yaml.shown(name) for name in names if name not in drawn]
+        wrong = [shown(name) for name in names if name not in drawn]
         if wrong or len(set(names)) < len(names):
             text = f"is not allowed; scenes with {' or '.join(every)}, each once, of: {', '.join(drawn)}"
-            raise InputError([f"--config compare: {', '.join(wrong) or strict_yaml.shown(asked)} {text}"])
+            raise InputError([f"--config compare: {', '.join(wrong) or shown(asked)} {text}"])
         return {name: drawn[name] for name in names}
 
-    def __getitem__(self, name: str) -> dict[str, Any]:
-        return self.valid[name]
-
     @cache  # noqa: B019 (one instance lives as long as the run)
+    def __getitem__(self, name: str) -> dict[str, Any]:
+        """A scene. Raises InputError with every mistake that it has."""
+        return checked(name, self._folder)
+
+    @cache  # noqa: B019
     def stages(self, name: str) -> frozenset[str]:
         """Stages that the targets of the scene need."""
-        return frozenset(plan.stages_needed(self.valid[name]))
-
-    def memory(self, name: str, stage: str) -> int:
-        """Megabytes of the largest job of a stage of a scene."""
-        jobs = self.jobs(name, stage)
-        count = max((job["last"] - job["first"] for job in jobs if job), default=0)
-        count *= memory.samples_of_a_share(self.valid[name], stage)
-        return memory.needed_mb(self.valid[name], stage, count) + self._beside_mb
-
-    def at_attempt(self, memory_mb: int, attempt: int) -> int:
-        """Megabytes of a job: more at each attempt, but not more than there is, as not every job died of its memory."""
-        return max(memory_mb, min(attempt * memory_mb, self.memory_mb))
-
-    def _too_large(self, name: str) -> list[str]:
-        """A line for the stage that takes the most, where that is more than there is."""
-        scene = self.valid[name]
-        needed, stage = max((memory.needed_mb(scene, stage, 1), stage) for stage in self.stages(name))
-        needed += self._beside_mb
-        if needed <= self.memory_mb:
-            return []
-        file = strict_yaml.display(scene_file(name, self.root / "config" / "scenes"))
-        return [
-            f"{file}: stage {stage} would take some {needed} MB of memory, and {self.memory_mb} MB are there; take "
-            "fewer nodes, modes, samples or draws, or say how much there is where the jobs run: --config memory_mb=..."
-        ]
+        return frozenset(plan.stages_needed(self[name]))
 
     def batches(self, name: str, stage: str, design: str = "") -> list[tuple[int, int]]:
         """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs.
 
-        Batches are smaller than the scene asks for where they would not fit into memory; no result depends on it.
+        Where the study finds the number of samples, jobs take shares of them, or another stage takes them all.
         """
         declared = declarations()[stage].batches
         assert declared is not None
-        if memory.is_allotted(self.valid[name], declared):
+        if declared.asked and get(self[name], declared.asked) is not None:
             return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
-        count, jobs = (get(self.valid[name], key) for key in (declared.totals[design], "jobs"))
-        if count == AUTO:  # then another stage finds the number of samples
+        count, jobs = (get(self[name], key) for key in (declared.totals[design], "jobs"))
+        if count == AUTO:
             return []
-        step = memory.largest_batch(self.valid[name], stage, -(-count // jobs), self.memory_mb - self._beside_mb)
+        step = -(-count // jobs)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 
     def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:
@@ -160,33 +131,20 @@ class Scenes:
 
     def scan_file(self, name: str) -> str:
         """The user's scan that the scene reads."""
-        return _scan_file(self.root, get(self.valid[name], "roughness.scan.file"))
-
-    def _surface_mistakes(self, name: str) -> list[str]:
-        """A line if the scan of the scene cannot be read, if no surface has its numbers, or if none takes its load."""
-        file = scene_file(name, self.root / "config" / "scenes")
-        try:
-            section, text = surface_mistake(self.valid[name])
-            if text:
-                return [strict_yaml.line(file, (section,), text)]
-        except RoughslipError as error:
-            return [strict_yaml.line(file, ("roughness",), str(error))]
-        return self._scan_check(name)[0]
+        return _scan_file(self.root, get(self[name], "roughness.scan.file"))
 
     @cache  # noqa: B019
-    def _scan_check(self, name: str) -> tuple[list[str], list[str]]:
-        """Mistakes and warnings of the scan of the scene; none where no user's scan is read."""
-        scene, file = self.valid[name], scene_file(name, self.root / "config" / "scenes")
-        if self._checked_scans is None or "scan" not in self.stages(name) or not get(scene, "roughness.scan.file"):
-            return [], []
-        return check_scan(file, Path(self.scan_file(name)), scene, self._checked_scans)
+    def _surface(self, name: str) -> tuple[list[str], list[str]]:
+        """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
+        reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
+        scan = Path(self.scan_file(name)) if reads else None
+        return check_surface(scene_file(name, self._folder), self[name], scan, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
         takes_curve = self.stages(name) & {"answer", "deterministic", "stick_slip_map"}
-        own = inherited(name, self.root / "config" / "scenes") if takes_curve else []
-        return [*own, *scene_warnings(self.valid[name]), *self._scan_check(name)[1]]
+        return [*(inherited(name, self._folder) if takes_curve else ()), *self._surface(name)[1]]
 
 
 def checked(name: str, folder: Path) -> dict[str, Any]:
@@ -195,18 +153,18 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
     Raises InputError with every mistake of the scene.
     """
     if name in RULES:
-        file = strict_yaml.display(folder / f"{name}.yaml")
+        file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
     file = get(scene, "roughness.scan.file")
     if file is not None:
-        found = Path(_scan_file(folder.parents[1], file))
+        scan = Path(_scan_file(folder.parents[1], file))
         text = "is not there; a path from the folder of the scenes or of the project"
-        if found.is_file():
+        if scan.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (found.is_file() and _is_inside(found, folder.parents[1])):
+        if not (scan.is_file() and _is_inside(scan, folder.parents[1])):
             where = ("roughness", "scan", "file")
-            raise InputError(strict_yaml.line(scene_file(name, folder), where, f"{strict_yaml.shown(file)} {text}"))
+            raise InputError(line(scene_file(name, folder), where, f"{shown(file)} {text}"))
     return scene
 
 
@@ -219,12 +177,6 @@ def not_writable(name: str) -> list[Path]:
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 
 
-def _scene_of(word: str) -> str:
-    """The scene that a target of the command line belongs to: its name, or the folder of a result."""
-    parts = Path(word).parts
-    return parts[1] if len(parts) > 1 and parts[0] == "results" else word
-
-
 def _is_inside(file: Path, root: Path) -> bool:
     """Whether a file, links followed, is one of the project or of the working folder."""
     return any(file.resolve().is_relative_to(folder.resolve()) for folder in (root, Path.cwd()))
@@ -233,4 +185,4 @@ def _is_inside(file: Path, root: Path) -> bool:
 def _scan_file(root: Path, file: str) -> str:
     """The path of a scan from the folder of the scene files, else from that of the project."""
     near = root / "config" / "scenes" / file
-    return strict_yaml.display(near if near.is_file() else root / file)
+    return display(near if near.is_file() else root / file)

@@ -3,44 +3,72 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from pathlib import Path
 from typing import Any
 
 from roughslip.atomic_write import replacing
-from roughslip.errors import InputError, ParameterError
+from roughslip.compilation.source_hash import closure_hash
+from roughslip.errors import InputError, ParameterError, RoughslipError
 from roughslip.scene import plausibility
+from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
-from roughslip.scene.strict_yaml import line
 from roughslip.scene.types import get, scene_of
+from roughslip.stages.runtime.record import checksum
 
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 
 
-def check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any], checked: Path) -> tuple[list[str], list[str]]:
-    """Return the mistakes and the warnings of the scan of a scene.
+SOURCE = Path(__file__).resolve().parents[2] / "src"
+_CHECKS = " ".join(f"roughslip.{name}.plausibility" for name in ("scene", "scan", "surface"))
 
-    A mistake is a line that names the key of the scene: the scan cannot be read as the scene states, or is form alone.
-    checked : folder of marks that hold the warnings of scans that were read; reading one takes some seconds
+
+def check_surface(
+    scene_file: Path, scene: dict[str, Any], scan_file: Path | None, marks: Path | None
+) -> tuple[list[str], list[str]]:
+    """Mistakes of the surface of a scene, a line each with the key, and what is implausible in the scene.
+
+    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone.
+    marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
-    *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
-    mark = checked / f"{hashlib.sha256(scan_file.read_bytes() + repr((stated, form)).encode()).hexdigest()}.txt"
-    if mark.is_file():
-        return [], mark.read_text(encoding="utf-8").splitlines()
-    from roughslip.scan import plausibility as of_scans
+    checks = closure_hash(_CHECKS, SOURCE) if marks else ""
+    made_of = [scene, checksum(scan_file) if scan_file else "", checksum(Path(__file__)), checks]
+    mark = (marks or Path()) / f"{hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()}.json"
+    if marks and mark.is_file():
+        return [], json.loads(mark.read_text(encoding="utf-8"))
+    try:
+        section, text = surface_mistake(scene)
+        if text:
+            return [line(scene_file, (section,), text)], []
+        warnings = scene_warnings(scene)
+    except RoughslipError as error:
+        return [line(scene_file, ("roughness",), str(error))], []
+    if scan_file is not None:
+        mistakes, more = _check_scan(scene_file, scan_file, scene)
+        if mistakes:
+            return mistakes, []
+        warnings += more
+    if marks:
+        with replacing(mark) as temporary:
+            temporary.write_text(json.dumps(warnings), encoding="utf-8")
+    return [], warnings
+
+
+def _check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Mistakes and warnings of a scan: it cannot be read as the scene states, or is form alone."""
     from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
+    from roughslip.scan.plausibility import warnings
     from roughslip.scan.topography import remove_form
 
+    *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
     try:
         scan = remove_form(read_scan(scan_file, tuple(stated[0]) if stated[0] else None, *stated[1:]), form)
     except InputError as error:
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:
         return [line(scene_file, ("roughness", "scan", "form"), str(error))], []
-    found = list(of_scans.warnings(scan))
-    with replacing(mark) as temporary:
-        temporary.write_text("\n".join(found), encoding="utf-8")
-    return [], found
+    return [], list(warnings(scan))
 
 
 def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | None:

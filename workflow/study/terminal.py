@@ -49,8 +49,8 @@ class OwnErrors(DefaultFormatter):
 def stated_error(logs: list[str]) -> str:
     """The error that `roughslip.stages.runtime.command` wrote at the end of a job's log; "" where it wrote none."""
     text = "".join(Path(file).read_text(encoding="utf-8", errors="replace") for file in logs if Path(file).is_file())
-    found = re.search(r"^(\w+): error: (.*)\Z", text, re.MULTILINE | re.DOTALL)
-    return f"{found[1]}: {found[2].strip()}" if found else ""
+    stated = re.search(r"^(\w+): error: (.*)\Z", text, re.MULTILINE | re.DOTALL)
+    return f"{stated[1]}: {stated[2].strip()}" if stated else ""
 
 
 def show_own_errors(scene_of: Callable[[str], str]) -> None:

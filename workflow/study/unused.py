@@ -1,4 +1,4 @@
-"""Remove results that no scene uses: python -m workflow.job study.unused, which `snakemake clean_unused` runs."""
+"""Remove results that no scene uses: python -m workflow.study.unused, which `snakemake clean_unused` runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def unused(names: Names) -> list[Path]:
     Raises InputError where a scene has a mistake: what it names is not known.
     """
     scenes = names.scenes
-    if bad := sorted(set(scenes.names) - scenes.valid.keys()):
+    if bad := sorted(set(scenes.names).difference(scenes.valid)):
         raise InputError(f"clean_unused: nothing is removed while scenes have mistakes: {', '.join(bad)}")
     used = {Path(file).parts[:4] for name in scenes.valid for file in names.published(name).values()}
     used |= {Path(names.publication(name).folder).parts for name in scenes.valid}
@@ -30,9 +30,9 @@ def unused(names: Names) -> list[Path]:
 
 
 def _is_joint(folder: Path) -> bool:
-    """Whether a folder of the store holds what belongs to several scenes and is published, or Monte Carlo solves."""
+    """Whether a folder of the store holds what belongs to several scenes and is published."""
     files = [file for file in folder.glob("*") if file.name != "key.json" and file.is_file()]
-    return folder.parent.name.endswith("_solves") or any(is_current(Path("results", file.name), file) for file in files)
+    return any(is_current(Path("results", file.name), file) for file in files)
 
 
 def main() -> int:

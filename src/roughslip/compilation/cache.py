@@ -2,8 +2,8 @@
 
 numba compares the file of a function only: it does not see an edit of a compiled function that is called from another
 file. Here the cache folder of a module carries the hash of its import closure. So no edit is missed, an edit of a
-docstring compiles nothing, and equal code is compiled once. A process that compiles a module locks its folder, and
-others wait. Each file ends with a checksum, because numba would run a damaged one; such a function is compiled again.
+docstring compiles nothing, and equal code has one folder. A friction law in a file of the user is part of the key of
+what is compiled for it. Each file ends with a checksum, because numba would run a damaged one.
 """
 
 from __future__ import annotations
@@ -11,14 +11,16 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
+import inspect
 import io
 import logging
+import os
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numba
 from numba.core import caching
@@ -48,8 +50,10 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     def decorate(function: Callable[..., Any]) -> Any:
         outer = numba.njit(**{**_OPTIONS, **options})(function)
         inner = numba.njit(**{**_OPTIONS, **options, "no_cpython_wrapper": True})(function)
-        # What `cache=True` does, with the folder and the lock of this module.
-        outer._cache, inner._cache = _Cache(function, "outer"), _Cache(function, "inner")
+        try:  # what `cache=True` does, with the folder of the module
+            outer._cache, inner._cache = _Cache(function, "outer"), _Cache(function, "inner")
+        except (OSError, RuntimeError):
+            _announce_not_kept()
 
         def call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
             return inner.get_call_template([*map(unliteral, args)], {k: unliteral(kws[k]) for k in kws})
@@ -61,46 +65,54 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 @cache
-def _module_folder(file: str) -> Path:
-    """The cache folder of a module, which carries the hash of its closure."""
-    module = ".".join(Path(file).resolve().relative_to(_SOURCE).with_suffix("").parts)
-    digest = source_hash.closure_hash(module, _SOURCE)[:20]
-    return source_hash.compiled_folder() / f"{module.removeprefix('roughslip.')}-{digest}"
+def _folder(file: Path) -> Path:
+    """The cache folder of a file, named by the hash of its code: of a module of the package that of its import closure.
+
+    Of a file of the user its bytes count, and what it imports of the package. Raises OSError where there is no file.
+    """
+    if file.is_relative_to(_SOURCE):
+        name = ".".join(file.relative_to(_SOURCE).with_suffix("").parts)
+        digest = source_hash.closure_hash(name, _SOURCE)
+    else:
+        name, imported = file.stem, source_hash.imported_modules(file, file.stem, "roughslip", _SOURCE)
+        code = source_hash.closure_hash(" ".join(imported), _SOURCE).encode()
+        digest = hashlib.sha256(file.read_bytes() + code).hexdigest()
+    return source_hash.compiled_folder() / f"{name.removeprefix('roughslip.')}-{digest[:20]}"
 
 
-class _Locator(caching._CacheLocator):
+@cache
+def _own_code(kind: type) -> str:
+    """The hash of the file that defines a named tuple where that is of the user, as of a friction law; else nothing."""
+    if kind.__module__.partition(".")[0] == "roughslip":
+        return ""
+    try:
+        return _folder(Path(inspect.getfile(kind)).resolve()).name
+    except (TypeError, OSError):  # typed at a prompt: compiled in each process
+        return os.urandom(16).hex()
+
+
+def _named_tuples(kinds: Iterable[Any]) -> Iterator[type]:
+    """The classes of named tuples among types of numba, also of those in tuples."""
+    for kind in kinds:
+        if isinstance(kind, numba.types.NamedTuple | numba.types.NamedUniTuple):
+            yield kind.instance_class
+        yield from _named_tuples(getattr(kind, "types", ()))
+
+
+class _Locator(caching.InTreeCacheLocator):
     """Where numba finds the compiled forms of one function."""
 
-    def __init__(self, file: str) -> None:
-        self._folder = _module_folder(file)
-
-    def get_cache_path(self) -> str:
-        """The folder of the compiled forms."""
-        return str(self._folder)
+    def __init__(self, _: object, file: str) -> None:
+        self._py_file, self._lineno = file, 0  # names of functions are unique within a module
+        self._cache_path = str(_folder(Path(file).resolve()))
 
     def get_source_stamp(self) -> str:
         """What numba compares to see that a compiled form is of the present code."""
-        return self._folder.name
-
-    def get_disambiguator(self) -> str:
-        """What numba adds to the name of a file; names of functions are unique within a module."""
-        return "0"
-
-    @classmethod
-    def from_function(cls, py_func: object, py_file: str) -> _Locator | None:
-        """The locator of a function; None where its folder cannot be written to."""
-        locator = cls(py_file)
-        try:
-            locator.ensure_cache_path()
-        except OSError:
-            return None
-        return locator
+        return Path(self._cache_path).name
 
 
 class _Implementation(caching.CompileResultCacheImpl):
-    """What a compiled form is stored as, in the folder of the project or, failing that, of the user."""
-
-    _locator_classes: list[Any] = [_Locator, caching.UserWideCacheLocator]  # noqa: RUF012
+    _locator_classes: list[Any] = [_Locator]  # noqa: RUF012
 
 
 class _CheckedFiles(caching.IndexDataCacheFile):
@@ -130,7 +142,7 @@ def _is_whole(path: str) -> bool:
 
 
 class _Cache(caching.FunctionCache):
-    """A cache of one function that is locked from a miss until the function is compiled."""
+    """A cache of one form of a function."""
 
     _impl_class = _Implementation
 
@@ -140,64 +152,40 @@ class _Cache(caching.FunctionCache):
         self._cache_file = _CheckedFiles(self._cache_path, f"{self._impl.filename_base}.{form}", stamp)
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
-        """The compiled form for these types of arguments; after a miss the folder is locked."""
+        """The compiled form for these types of arguments, None if it must be compiled."""
         found = super().load_overload(sig, target_context)
-        if found is None and self._enabled:
-            _lock(self.cache_path)
-            found = super().load_overload(sig, target_context)  # another process may have compiled it meanwhile
-            if found is not None:
-                _unlock(self.cache_path)
-            else:
-                _announce("compiling, once for this version of the code, about 10 s")
+        if found is None:
+            _announce("compiling, once for this version of the code, about 10 s")
         return found
 
     def save_overload(self, sig: object, data: Any) -> None:
-        """Store a compiled form, and release the folder."""
+        """Store a compiled form. Without a lock two processes could give one name to two forms."""
+        folder = Path(self._cache_path)
         try:
-            super().save_overload(sig, data)
-        finally:
-            _unlock(self.cache_path)
+            with (folder / "lock").open("a", encoding="utf-8") as lock:
+                with contextlib.suppress(OSError):  # a file system without locks
+                    fcntl.flock(lock, fcntl.LOCK_EX)
+                super().save_overload(sig, data)
+        except OSError:
+            _announce_not_kept()
+        _remove_old_versions(folder)
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (*super()._index_key(sig, codegen), *map(_own_code, _named_tuples(sig)))
 
 
-_locks: dict[str, tuple[IO[str], int]] = {}  # by folder the lock, and how many functions of it are being compiled
-_announced: set[str] = set()
-
-
-def _lock(folder: str) -> None:
-    """Hold the lock of a folder; a function that calls others of its module is compiled around them."""
-    if folder in _locks:
-        file, depth = _locks[folder]
-        _locks[folder] = file, depth + 1
-        return
-    with contextlib.suppress(OSError):  # a file system without locks: compiled twice at worst
-        file = (Path(folder) / "lock").open("a", encoding="utf-8")
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            _announce("waiting for functions that another process compiles")
-            fcntl.flock(file, fcntl.LOCK_EX)
-        _locks[folder] = file, 1
-        _remove_old_versions(Path(folder))
-
-
-def _unlock(folder: str) -> None:
-    if folder in _locks:
-        file, depth = _locks[folder]
-        if depth > 1:
-            _locks[folder] = file, depth - 1
-            return
-        del _locks[folder]
-        file.close()
-
-
+@cache
 def _announce(message: str) -> None:
     """Log a message, once in a process; a program without handlers of its own has it on stderr."""
-    if message not in _announced:
-        _announced.add(message)
-        source_hash.keep()
-        logging.getLogger("roughslip").warning("roughslip: %s", message)
+    source_hash.keep()
+    logging.getLogger("roughslip").warning("roughslip: %s", message)
 
 
+def _announce_not_kept() -> None:
+    _announce(f"compiled code is not kept: {source_hash.compiled_folder()} is full or cannot be written to")
+
+
+@cache
 def _remove_old_versions(folder: Path) -> None:
     """Remove what was compiled from older code of the module of a cache folder, more than _DAYS_KEPT ago."""
     oldest = time.time() - 86400.0 * _DAYS_KEPT

@@ -34,7 +34,7 @@ _SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Syntax(NamedTuple):
-    """digest : SHA-256 of the syntax tree, the same on every Python
+    """digest : SHA-256 of the syntax tree; it depends on Python's minor version, which names of results hold too
     imports : the import statements, each as level (0 is absolute), module, and names taken from it
     """
 
@@ -60,10 +60,10 @@ def compiled_folder() -> Path:
     return Path(os.environ.get("NUMBA_CACHE_DIR") or cache_folder() / "numba")
 
 
-def closure(module_name: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
-    """Files of the package that importing a module can execute: its own, those it imports, and every parent package.
+def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
+    """Files of the package that importing modules can execute: their own, those they import, and every parent package.
 
-    module_name : dotted name of the module, such as roughslip.stages.contact_strip
+    modules : their dotted names, such as roughslip.stages.contact_strip, separated by spaces
     source_root : folder that holds the package
     without : dotted names of modules and subpackages that are left out, with what only they import
 
@@ -71,9 +71,9 @@ def closure(module_name: str, source_root: Path, without: Collection[str] = ()) 
     `__init__.pyi` gives for it. `importlib.import_module` is not seen. Raises ModuleNotFoundError for a module of the
     package that has no file.
     """
-    package = module_name.partition(".")[0]
+    package = modules.partition(".")[0]
     found: dict[str, Path] = {}
-    pending = [(module_name, "the caller")]
+    pending = [(name, "the caller") for name in modules.split()]
     while pending:
         module, importer = pending.pop()
         if module in found or f"{module}.".startswith(tuple(f"{name}." for name in without)):
@@ -83,15 +83,20 @@ def closure(module_name: str, source_root: Path, without: Collection[str] = ()) 
             raise ModuleNotFoundError(f"{importer} imports {module}, which has no file in {source_root}")
         found[module] = file
         parent = module.rpartition(".")[0]
-        wanted = [parent] if parent else []
-        for target, names in absolute_imports(file, module):
-            if target.partition(".")[0] == package:
-                wanted.append(target)
-                wanted += [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
-                listed = _public_names(target, source_root)
-                wanted += [place for place, of_place in listed if {*names} & {*of_place}]
+        wanted = [*([parent] if parent else []), *imported_modules(file, module, package, source_root)]
         pending += [(name, str(file)) for name in wanted]
     return sorted(found.values())
+
+
+def imported_modules(file: Path, module: str, package: str, source_root: Path) -> list[str]:
+    """The modules of a package that the statements of a file import. module : its dotted name"""
+    found = []
+    for target, names in absolute_imports(file, module):
+        if target.partition(".")[0] == package:
+            submodules = [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
+            listed = _public_names(target, source_root)
+            found += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]
+    return found
 
 
 @cache
@@ -101,13 +106,13 @@ def _public_names(package: str, root: Path) -> list[tuple[str, tuple[str, ...]]]
     return absolute_imports(file, package) if file.is_file() else []
 
 
-def closure_hash(module_name: str, source_root: Path, without: Collection[str] = ()) -> str:
-    """SHA-256 of what the closure of a module does. A file that moves changes it; raises as `closure`.
+def closure_hash(modules: str, source_root: Path, without: Collection[str] = ()) -> str:
+    """SHA-256 of what the closure of modules does. A file that moves changes it; raises as `closure`.
 
     Templates of a package in the closure count as code.
     """
     digest = hashlib.sha256()
-    for file in closure(module_name, source_root, without):
+    for file in closure(modules, source_root, without):
         if file.name == "__init__.py":
             for template in sorted(file.parent.glob("templates/*.j2")):
                 digest.update(template.read_bytes())
@@ -191,7 +196,7 @@ def _is_writable(folder: Path) -> bool:
 def _parsed(file: Path, source: bytes) -> Syntax:
     """The syntax of a file, without docstrings and without the declaration of a stage.
 
-    The scene keys that a stage declares stand in its key file; the rest of `STAGE` only plans its jobs.
+    The scene keys that a stage declares stand in its key file; the rest of `STAGE` or `STAGES` only plans its jobs.
     """
     tree = ast.parse(source, str(file))
     tree.body = [node for node in tree.body if not _is_declaration(node)]
@@ -203,25 +208,9 @@ def _parsed(file: Path, source: bytes) -> Syntax:
             imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
         elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
-        elif isinstance(node, ast.JoinedStr):  # Python 3.12 puts empty strings into nested format specifications
-            node.values = [part for part in node.values if not (isinstance(part, ast.Constant) and part.value == "")]
-    return Syntax(hashlib.sha256(_plain(tree).encode()).hexdigest(), tuple(imports))
+    return Syntax(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
 
 
 def _is_declaration(node: ast.stmt) -> bool:
     targets = node.targets if isinstance(node, ast.Assign) else []
-    return [target.id for target in targets if isinstance(target, ast.Name)] == ["STAGE"]
-
-
-def _plain(node: object) -> str:
-    """A syntax tree as text that is the same on every Python: ast.dump and ast.unparse change between versions.
-
-    Without positions, and without fields that are empty, because new versions of Python add such fields.
-    """
-    if isinstance(node, ast.AST):
-        fields = ((name, getattr(node, name, None)) for name in node._fields)
-        inner = ",".join(f"{name}={_plain(value)}" for name, value in fields if value is not None and value != [])
-        return f"{type(node).__name__}({inner})"
-    if isinstance(node, list):
-        return f"[{','.join(map(_plain, node))}]"
-    return repr(node)
+    return [target.id for target in targets if isinstance(target, ast.Name)] in (["STAGE"], ["STAGES"])

@@ -3,10 +3,11 @@
     influence = Influence(grid, material.plane_strain_modulus_pa)
     solution = solve(influence, heights - plane)
 
-- solve, sweep, solve_load: pressures and gaps for a fixed plane, several planes, or a given load
+- solve, sweep, solve_load, solve_loads: pressures and gaps for one or several fixed planes, or given loads
 - solve_at: pressures at a few nodes, as soon as these are known
 - Influence, Material: the matrix B of a mesh, free half-space or periodic cell; elastic constants
 - contact_shares: the contact area, less the error of the mesh
+- cell_heights: heights that give a mesh of a periodic cell the pressures of a smooth surface
 - point_pressures: pressures at nodes, less that error
 - relative_residual: how far pressures and gaps are from the conditions of contact
 - HertzSphere, SineWave and others: contact problems with known answers

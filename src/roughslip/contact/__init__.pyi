@@ -10,6 +10,8 @@ from roughslip.contact.edge_pressure import point_pressures as point_pressures
 from roughslip.contact.influence import Influence as Influence
 from roughslip.contact.influence import Material as Material
 from roughslip.contact.kernels import relative_residual as relative_residual
+from roughslip.contact.loads import solve_loads as solve_loads
+from roughslip.contact.periodic import cell_heights as cell_heights
 from roughslip.contact.solve import ContactSolution as ContactSolution
 from roughslip.contact.solve import solve as solve
 from roughslip.contact.solve import solve_load as solve_load

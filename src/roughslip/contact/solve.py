@@ -9,9 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
+from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import relative_residual
+from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
 from roughslip.validation import gate
 
@@ -45,6 +46,8 @@ class ContactSolution:
     method : "none" (no contact), "dense" or "fft"
     nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
     start : initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one
+    hardness_pa : H, the highest pressure [Pa]
+    periodic : whether the surface is a periodic cell
     """
 
     pressure: np.ndarray
@@ -56,6 +59,8 @@ class ContactSolution:
     method: str
     nodes: int
     start: str
+    hardness_pa: float = math.inf
+    periodic: bool = False
 
     @property
     def signed_gap(self) -> np.ndarray:
@@ -71,6 +76,20 @@ class ContactSolution:
     def area_fraction(self) -> float:
         """Share of the nodes in contact [-]."""
         return np.count_nonzero(self.pressure) / self.pressure.size
+
+    @property
+    def gap_error(self) -> float:
+        """e [m], the largest gap in contact and the largest overlap: zero at the solution only.
+
+        Since the inverse of B is an M-matrix, the pressures lie between those of planes lower and higher by e. So the
+        plane of a load errs by e at most, and gaps by 2 e; at a given plane gaps err by e.
+        """
+        return max(gap_errors(self.pressure, self.signed_gap, self.hardness_pa))
+
+    @property
+    def shares(self) -> np.ndarray:
+        """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
+        return contact_shares(self.pressure, self.hardness_pa, self.periodic)
 
     @property
     def mean_pressure(self) -> float:
@@ -135,13 +154,13 @@ def _solve(
         pressure, gap, residual, work, nodes = dense_solver.solve_small(influence, interference)
         if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
             how = work, "dense" if nodes else "none", nodes, "none"
-            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how)
+            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how, hardness_pa)
         start = _Start(np.minimum(pressure, hardness_pa))
     touching = interference > 0
     candidates = int(np.count_nonzero(touching))
     if candidates == 0:
         nothing = np.zeros(influence.grid.shape)
-        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none")
+        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", 0, "none", hardness_pa)
     if interference.size > SMALL and _dense_pays(candidates, interference.size):
         pressure, work = dense_solver.solve(influence, interference)
         if hardness_pa == math.inf or pressure.max() <= hardness_pa:
@@ -196,7 +215,7 @@ def solve_load(
     heights = _field("heights", heights, influence)
     _check(tolerance, hardness_pa)
     initial_pressure = _guess(initial_pressure, influence)
-    pressure_sum = _sum_of_pressures(mean_pressure_pa, hardness_pa, influence)
+    pressure_sum = sum_of_pressures(mean_pressure_pa, hardness_pa, influence)
     highest = float(heights.max())  # from which displacements far below the heights are counted without rounding
     lone = _lone_node(influence, heights - highest, pressure_sum, hardness_pa)
     if lone is not None:
@@ -211,10 +230,15 @@ def solve_load(
     return _checked(iterate.pressure, iterate.gap, plane, how, influence, interference, hardness_pa, tolerance)
 
 
-def _sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
+def sum_of_pressures(mean_pressure_pa: float, hardness_pa: float, influence: Influence) -> float:
     """Sum of the pressures of a load [Pa]; ParameterError for a load of no contact or of full contact."""
     if not mean_pressure_pa > 0:
         raise ParameterError(f"the mean pressure must be positive: {mean_pressure_pa} Pa is a load of no contact")
+    if mean_pressure_pa > hardness_pa:
+        raise ParameterError(
+            f"the mean pressure {mean_pressure_pa:g} Pa is more than the hardness {hardness_pa:g} Pa on the whole "
+            "apparent area: no contact has this load; give less load, or a larger hardness or area"
+        )
     if not mean_pressure_pa < hardness_pa:
         raise ParameterError(
             f"the mean pressure must be finite and below the hardness {hardness_pa:g} Pa: {mean_pressure_pa:g} Pa is a "
@@ -335,7 +359,7 @@ def _checked(
     if hardness_pa < math.inf:
         plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
         gap = gap + plastic
-    return ContactSolution(pressure, gap, plastic, plane, residual, *how)
+    return ContactSolution(pressure, gap, plastic, plane, residual, *how, hardness_pa, influence.periodic)
 
 
 def _box(nodes: np.ndarray) -> tuple[slice, slice]:

@@ -1,1 +1,1 @@
-"""Figures and their common style. DRAWN names the variables of a result that a figure draws and stores with it."""
+"""Figures and their common style. DRAWN names, by figure, the variables of a result that it draws and stores."""

@@ -17,13 +17,18 @@ from roughslip.figures.style import (
     with_interval_names,
 )
 
-DRAWN = [
-    *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
-    *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
-    *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
-    *("deterministic_hopf_damping", "deterministic_existence_limit", "friction_percentile"),
-    *(f"nearest_penetration_{name}" for name in ("percentile", "damping_ratio", *with_interval_names("difference"))),
-]
+DRAWN = {
+    "figure5": [
+        *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
+        *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
+        *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
+        *("deterministic_hopf_damping", "deterministic_existence_limit", "friction_percentile"),
+        *(
+            f"nearest_penetration_{name}"
+            for name in ("percentile", "damping_ratio", *with_interval_names("difference"))
+        ),
+    ]
+}
 
 
 def figure5(result: Arrays) -> Figure:

@@ -19,7 +19,7 @@ CYCLE = [
     "nominal_damping",
     "deterministic_reattachment",
 ]
-DRAWN = ["x", "y", "height", "pressure", "penetration", "path", "friction", "friction_mean", *CYCLE]
+DRAWN = {"figure_chain": ["x", "y", "height", "pressure", "penetration", "path", "friction", "friction_mean", *CYCLE]}
 
 
 def figure_chain(result: Arrays) -> Figure:

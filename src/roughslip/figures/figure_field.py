@@ -10,12 +10,14 @@ from roughslip.figures.style import Arrays, draw_map, heads, panels, pressure_un
 
 MAPS = ("contact", "mean", "deviation")  # in the titles with their standard error, the median over the nodes
 FIELDS = {"solved": "a solved field", "expected": "the same, as expected", "drawn": "the same, as drawn"}
-DRAWN = [
-    *("x", "y", "missed", "leading_share", "sobol_first", "sobol_total", "sobol_first_error", "sobol_total_error"),
-    *(name + end for name in MAPS for end in ("", "_error")),
-    "mean_gain",
-    *(f"{name}_pressure" for name in FIELDS),
-]
+DRAWN = {
+    "figure_field": [
+        *("x", "y", "missed", "leading_share", "sobol_first", "sobol_total", "sobol_first_error", "sobol_total_error"),
+        *(name + end for name in MAPS for end in ("", "_error")),
+        "mean_gain",
+        *(f"{name}_pressure" for name in FIELDS),
+    ]
+}
 
 SHOWN = 0  # of the stored fields
 

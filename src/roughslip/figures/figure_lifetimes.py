@@ -10,11 +10,13 @@ from matplotlib.lines import Line2D
 
 from roughslip.figures.style import Arrays, draw_curve, heads, legend_above, panels, with_ends, with_interval_names
 
-DRAWN = [
-    *("scatter_factor", "friction_deviation", "survival_damping", "survival_time"),
-    *("survival_limit", "survival_hopf", "band_level", "band_start"),
-    *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
-]
+DRAWN = {
+    "figure_lifetimes": [
+        *("scatter_factor", "friction_deviation", "survival_damping", "survival_time"),
+        *("survival_limit", "survival_hopf", "band_level", "band_start"),
+        *with_interval_names("survival_curve", "lifetime", "waiting", "band"),
+    ]
+}
 
 CURVES = 6  # of survival that the eye can part
 DECIDED = 0.05  # mean survival over the time shown, below which a curve is all fall

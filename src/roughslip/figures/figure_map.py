@@ -11,10 +11,12 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughslip.figures.style import Arrays, panels
 
-DRAWN = [
-    *("map_x", "map_y", "map_x_own", "map_y_own", "map_parameters", "map_runs", "is_computed"),
-    *("probability", "hopf_damping", "existence_limit"),
-]
+DRAWN = {
+    "figure_map": [
+        *("map_x", "map_y", "map_x_own", "map_y_own", "map_parameters", "map_runs", "is_computed"),
+        *("probability", "hopf_damping", "existence_limit"),
+    ]
+}
 
 OUTLINE = (withStroke(linewidth=2.6, foreground="white"),)
 LABELS = {

@@ -33,13 +33,15 @@ NUMBERS = {
     "fractal_dimension": ("fractal dimension", 1.0, ""),
 }
 
-DRAWN = [
-    *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
-    *("read", "no_twins", "outliers", "map_outlier"),
-    *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
-    *with_interval_names("density", "correlation", "power", *NUMBERS),
-    *(f"twin_{name}" for name in NUMBERS),
-]
+DRAWN = {
+    "figure_scan": [
+        *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
+        *("read", "no_twins", "outliers", "map_outlier"),
+        *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
+        *with_interval_names("density", "correlation", "power", *NUMBERS),
+        *(f"twin_{name}" for name in NUMBERS),
+    ]
+}
 
 SCAN, TWIN = "0.15", "C1"
 WIDEST = 150  # letters in a line across the figure

@@ -105,17 +105,11 @@ def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray
     return np.asarray((aa - mu * af + mu**2 * ff) / mean_f**2)
 
 
-def pad_scatter(
-    covariance: np.ndarray, adjacent: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
-) -> np.ndarray:
-    """Variance (1 + R, WINDOWS) [1/Pa^2] of pads from what the blocks of strips show, for tau = 1.
+def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width_m: float) -> np.ndarray:
+    """a_m and the part without correlation (1 + R, POWERS and one more), relative to each other.
 
     covariance : (1 + R, B) from `influence_covariance`
-    adjacent : (1 + R,) of a single window, from `adjacent_variance`
-    block_m, width_m, window_m : length of a block, width of the strip, length of a window
-
-    A pad is a square, or as long as a window and narrower. A single window keeps its variance; that of larger pads
-    falls as sum_m a_m mean(rho^m) does. a_m are those of each replicate. Raises IllPosedError where nothing scatters.
+    block_m, width_m : length of a block, width of the strip
     """
     blocks = covariance.shape[1]
     lags = np.array([mean_powers(surface, block_m, width_m, lag * block_m) for lag in range(blocks)])
@@ -124,17 +118,51 @@ def pad_scatter(
     q, r = np.linalg.qr(table * noise[:, None])
     seen = (covariance * noise) @ q
     scale = float(np.linalg.norm(seen[0])) or 1.0
-    shares = np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
-    pads = []
-    for count in WINDOWS:
-        area = count * window_m * width_m
-        length = min(max(math.sqrt(area), window_m), count * window_m)
-        pads.append([*mean_powers(surface, length, area / length), block_m * width_m / area])
-    modelled = shares @ np.array(pads).T
+    return np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
+
+
+def pad_edges(windows: float, window_m: float, width_m: float) -> tuple[float, float]:
+    """Length and width [m] of a pad: a square, or as long as a window and narrower."""
+    area = windows * window_m * width_m
+    length = min(max(math.sqrt(area), window_m), windows * window_m)
+    return length, area / length
+
+
+def pad_scatter(
+    parts: np.ndarray, adjacent: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
+) -> np.ndarray:
+    """Variance (1 + R, WINDOWS) [1/Pa^2] of pads from what the blocks of strips show, for tau = 1.
+
+    parts : (1 + R, M) from `mehler_parts`
+    adjacent : (1 + R,) of a single window, from `adjacent_variance`
+    block_m, width_m, window_m : length of a block, width of the strip, length of a window
+
+    A single window keeps its variance; that of larger pads falls as sum_m a_m mean(rho^m) does. a_m are those of each
+    replicate. Raises IllPosedError where nothing scatters.
+    """
+    pads = [pad_edges(count, window_m, width_m) for count in WINDOWS]
+    modelled = parts @ np.array([pad_means(surface, block_m, width_m, pad, np.zeros(1))[0] for pad in pads]).T
     if not ((modelled[:, 0] > 0.0) & (adjacent > 0.0)).all():
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
     fallen = np.maximum(modelled / modelled[:, :1], LEAST_SHARE / WINDOWS)
     return np.asarray(adjacent[:, None] * fallen)
+
+
+def pad_means(
+    surface: Surface, block_m: float, width_m: float, pad_m: tuple[float, float], lags_m: np.ndarray
+) -> np.ndarray:
+    """Means (K, M) of rho^m, and of what has no correlation, over pairs of points of a pad and of the pad a lag behind.
+
+    block_m, width_m : length of a block, width of the strip
+    pad_m : length and width of the pad
+    lags_m : (K,) [m] slipped distances from 0 on
+
+    Their product with a row of `mehler_parts` is the covariance of the friction of the pad over the slipped distance.
+    Without correlation it is the triangle 1 - s / length: the friction of a long pad is correlated over its own length.
+    """
+    length, width = pad_m
+    none = block_m * width_m / (length * width) * np.maximum(1.0 - lags_m / length, 0.0)
+    return np.array([[*mean_powers(surface, length, width, lag), more] for lag, more in zip(lags_m, none, strict=True)])
 
 
 def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:

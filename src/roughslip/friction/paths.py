@@ -1,4 +1,4 @@
-"""Friction paths: one interface to the recursion, and to the paper's waves of random phase.
+"""Friction paths: one interface to the recursion, the moving average, and the paper's waves of random phase.
 
 These take one Fourier transform over a period, which draws a whole path of a given length.
 """
@@ -13,6 +13,7 @@ import numpy as np
 from ducc0 import fft
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
+from roughslip.friction.moving_average import MovingAverage, moving_average
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
@@ -35,7 +36,7 @@ class Spectrum:
         two frequencies without a phase times sqrt(2)
     translation : from the Gaussian sum to mu_S
     clipped : [-] share of the spectrum that was negative and set to zero
-    correlation_error : [-] largest deviation of the autocorrelation of mu_S from exp(-s / L) at the nodes of a path
+    correlation_error : [-] largest deviation of the autocorrelation of mu_S from that of the process at the nodes
     """
 
     spacing: float
@@ -60,10 +61,10 @@ class Spectrum:
 def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
     """Spectrum for paths of at least length_m with nodes at 0, spacing_m, ..., waves of random phase.
 
-    The one-sided discrete spectrum is the transform of the covariance wrapped round the period, so that the exponential
-    holds at the nodes without truncation. The sum is Gaussian up to an excess kurtosis of -0.01. Raises ParameterError
-    for a spacing or length out of range, IllPosedError where the marginal does not let the autocorrelation come within
-    0.01 of the exponential.
+    The one-sided discrete spectrum is the transform of the covariance wrapped round the period, so that the
+    autocorrelation holds at the nodes without truncation. The sum is Gaussian up to an excess kurtosis of -0.01. Raises
+    ParameterError for a spacing or length out of range, IllPosedError where the marginal does not let the
+    autocorrelation come within 0.01 of that of the process.
 
     Method: M. Shinozuka & G. Deodatis, Appl. Mech. Rev. 44 (1991) 191-204.
     """
@@ -89,7 +90,7 @@ def _spectrum(process: FrictionProcess, spacing_m: float, nodes: int, period_nod
     period = 2 * fft.good_size(math.ceil(0.5 * period_nodes) + 1, True)
     translation = process.translation()
     lag = np.arange(period // 2 + 1) * spacing_m
-    covariance = translation.gaussian_correlation(np.exp(-lag / process.correlation_length_m))
+    covariance = translation.gaussian_correlation(process.autocorrelation(lag))
     spectrum = fft.r2c(np.concatenate((covariance, covariance[-2:0:-1]))).real
     share = np.full(spectrum.size, 2.0 / period)  # one-sided: every frequency but the first and the last twice
     share[[0, -1]] = 1.0 / period
@@ -98,11 +99,11 @@ def _spectrum(process: FrictionProcess, spacing_m: float, nodes: int, period_nod
     variance /= np.sum(variance)
 
     reached = translation.series(_inverse(variance / share + 0j, period)[:nodes])
-    wanted = np.exp(-np.arange(nodes) * spacing_m / process.correlation_length_m)
+    wanted = process.autocorrelation(np.arange(nodes) * spacing_m)
     correlation_error = float(np.max(np.abs(reached - wanted)))
     if not correlation_error <= CORRELATION_TOLERANCE:
         raise IllPosedError(
-            f"the autocorrelation of the marginal misses the exponential by {correlation_error:.3f}, more than "
+            f"the autocorrelation of the marginal misses the one wanted by {correlation_error:.3f}, more than "
             f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; {process.smoother}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
@@ -126,20 +127,23 @@ def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
 METHODS = ("recursion", "spectral")
 
 
-Paths = Recursion | Spectrum  # of one process at one spacing
+Paths = Recursion | MovingAverage | Spectrum  # of one process at one spacing
 
 
 @gate
-def path_sampler(process: FrictionProcess, spacing_m: float, length_m: float, method: str = "recursion") -> Paths:
+def path_sampler(
+    process: FrictionProcess, spacing_m: float, length_m: float = math.inf, method: str = "recursion"
+) -> Paths:
     """Paths with nodes at 0, spacing_m, ... that reach to length_m or further.
 
     method : recursion has no end and keeps a piece at a time; spectral draws the whole path at once, as the paper does.
-        Both have the same marginal and autocorrelation.
+        Both have the same marginal and autocorrelation. Where the process has a correlation shape, which no recursion
+        has, a moving average takes the place of the recursion.
 
     Raises ParameterError and IllPosedError as they do.
     """
     if method == "recursion":
-        return recursion(process, spacing_m)
+        return recursion(process, spacing_m) if process.shape is None else moving_average(process, spacing_m)
     if method == "spectral":
         return spectral_representation(process, spacing_m, length_m)
     raise ParameterError(f"friction paths are drawn by one of {', '.join(METHODS)}, not {method!r}")

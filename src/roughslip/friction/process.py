@@ -1,7 +1,8 @@
-"""Stationary random friction along the belt: a marginal distribution and an exponential autocorrelation.
+"""Stationary random friction along the belt: a marginal distribution and an autocorrelation.
 
 mu_S is a Gaussian process translated to the marginal, less its mean (M. Grigoriu, J. Eng. Mech. 110 (1984) 610-620).
-Paths come from recursion.py, piece by piece, and from paths.py, whole.
+Paths come piece by piece from recursion.py, where the autocorrelation is exponential, and from moving_average.py, where
+it is any other; or whole from paths.py.
 """
 
 from __future__ import annotations
@@ -9,9 +10,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from roughslip.errors import ParameterError, real
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments, tabulate
-from roughslip.validation import gate
+from roughslip.validation import gate, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
@@ -19,21 +22,70 @@ Marginal = BetaDistribution | QuantileDistribution
 
 
 @gate
+@dataclass(frozen=True, eq=False)
+class CorrelationShape:
+    """An autocorrelation in units of its own length L, the integral from zero on: straight between its lags.
+
+    lags : (K,) [-] s / L, from 0 on, increasing
+    values : (K,) [-] from 1 to 0 at the last lag, and beyond it
+    """
+
+    lags: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        lags, values = (reals(f"CorrelationShape.{name}", getattr(self, name)) for name in ("lags", "values"))
+        if lags.ndim != 1 or lags.shape != values.shape or lags.size < 2:
+            raise ParameterError(f"lags {lags.shape} and values {values.shape} must be two rows of equal length")
+        if not (lags[0] == 0.0 and (np.diff(lags) > 0.0).all()):
+            raise ParameterError("CorrelationShape.lags must increase from 0")
+        if not (values[0] == 1.0 and values[-1] == 0.0 and (np.abs(values) <= 1.0).all()):
+            raise ParameterError("CorrelationShape.values must fall from 1 to 0, and not exceed 1")
+
+    @classmethod
+    @gate
+    def of_lags(cls, lags_m: np.ndarray, values: np.ndarray) -> tuple[float, CorrelationShape]:
+        """Length L [m] and shape of an autocorrelation at lags [m]; its last value counts as zero."""
+        values = np.append(values[:-1], 0.0)
+        length = float(np.trapezoid(values, lags_m))
+        if not length > 0.0:
+            raise ParameterError(f"the integral of an autocorrelation must be positive, not {length:g} m")
+        return length, cls(lags_m / length, values)
+
+
+def autocorrelation_at(s: np.ndarray, length_m: float, shape: CorrelationShape | None = None) -> np.ndarray:
+    """Autocorrelation (as s) [-] of a length and shape at distances s [m] >= 0; without a shape exp(-s / L)."""
+    u = np.asarray(s) / length_m
+    return np.exp(-u) if shape is None else np.interp(u, shape.lags, shape.values)
+
+
+TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))
+"""1 - s / (2 L): the mean of a window of length 2 L, over what is not correlated."""
+
+
+@gate
 @dataclass(frozen=True)
 class FrictionProcess:
-    """mu_S along the slipped distance s: mu of the marginal less its mean, with the autocorrelation exp(-s / L).
+    """mu_S along the slipped distance s: mu of the marginal less its mean, with an autocorrelation of length L.
 
     marginal : distribution of mu
-    correlation_length_m : [m] L > 0
+    correlation_length_m : [m] L > 0, the integral of the autocorrelation from zero on
+    shape : of the autocorrelation; not given, it is exp(-s / L)
     """
 
     marginal: Marginal
     correlation_length_m: float
+    shape: CorrelationShape | None = None
 
     def __post_init__(self) -> None:
         length = self.correlation_length_m
         if not (math.isfinite(real("FrictionProcess.correlation_length_m", length)) and length > 0.0):
             raise ParameterError(f"FrictionProcess.correlation_length_m must be finite and positive, not {length}")
+
+    @gate
+    def autocorrelation(self, s: np.ndarray) -> np.ndarray:
+        """Autocorrelation (as s) [-] of mu_S at slipped distances s [m] >= 0."""
+        return autocorrelation_at(s, self.correlation_length_m, self.shape)
 
     @property
     def smoother(self) -> str:

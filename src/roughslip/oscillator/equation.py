@@ -3,6 +3,9 @@
 With tau = omega t, X = x and X' = dx/dtau, both in metres,
 
     X'' + 2 D X' + X = F mu sign(v_rel) + q cos(r tau),    v_rel = omega (V - X').
+
+The stochastic part mu_S of the path is added, mu = mu_D + mu_S, or multiplies, mu = mu_D (1 + mu_S), which is how the
+area over the force of a rough pad enters.
 """
 
 from __future__ import annotations
@@ -72,12 +75,14 @@ class Oscillator:
 
 
 FRICTION_FOLLOWS = ("slip", "belt", "time")
+SCATTERS = ("additive", "multiplicative")
 
 
 class Coefficients(NamedTuple):
     """Oscillator and law for compiled functions, in the symbols of the scaled equation.
 
     advance : [m or s] rate, by tau, of the coordinate of the friction path; 0 where it is the slipped distance
+    multiplies : True where mu_S multiplies mu_D, else None: a type of its own, so that the other code is left out
     law : parameters of the friction law
     """
 
@@ -88,14 +93,18 @@ class Coefficients(NamedTuple):
     q: float
     r: float
     advance: float
+    multiplies: bool | None
     law: Any
 
 
-def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str = "slip") -> Coefficients:
+def coefficients(
+    oscillator: Oscillator, law: FrictionLaw, friction_follows: str = "slip", scatter: str = "additive"
+) -> Coefficients:
     """The coefficients of the scaled equation of motion.
 
     friction_follows : the variable of mu_S: slip, the slipped distance [m]; belt, the travel v0 t of the belt [m];
         time [s]
+    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S)
 
     Raises ParameterError for friction that follows a belt at rest.
     """
@@ -113,6 +122,7 @@ def coefficients(oscillator: Oscillator, law: FrictionLaw, friction_follows: str
         q=float(oscillator.q),
         r=float(oscillator.r),
         advance=float(advances[friction_follows]),
+        multiplies=True if scatter == "multiplicative" else None,
         law=law.parameters(),
     )
 
@@ -134,18 +144,38 @@ def path_coordinate(tau: float, s: float, p: Coefficients) -> float:
     return p.advance * tau if p.advance > 0.0 else s
 
 
+@compiled(error_model="numpy")
+def gain(speed: float, p: Coefficients) -> float:
+    """d mu / d mu_S at a speed |v_rel| [m/s]."""
+    return friction(speed, p.law) if p.multiplies is not None else 1.0
+
+
+@compiled()
+def least_friction(mu_s: float, p: Coefficients) -> float:
+    """A number that is below zero where friction is, at some speed, for this mu_S or a larger one."""
+    return 1.0 + mu_s if p.multiplies is not None else p.law.least + mu_s
+
+
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0 and friction = 0."""
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
-    return excess_force(sigma * p.F, sigma * p.omega * (p.V - u), mu_s, 2.0 * p.D * u + x - drive, p.law)
+    speed, held = sigma * p.omega * (p.V - u), 2.0 * p.D * u + x - drive
+    if p.multiplies is not None:
+        return excess_force(sigma * p.F * (1.0 + mu_s), speed, 0.0, held, p.law)
+    return excess_force(sigma * p.F, speed, mu_s, held, p.law)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
     """X''' [m] in slip of sign sigma, continued in the same way."""
     speed, along = sigma * p.omega * (p.V - u), p.advance if p.advance > 0.0 else sigma * (p.V - u)
-    mu_rate = mu_s_slope(piece, path_coordinate(tau, s, p)) * along - friction_slope(speed, p.law) * sigma * p.omega * a
+    z, slope = path_coordinate(tau, s, p), friction_slope(speed, p.law)
+    if p.multiplies is not None:
+        mu_rate = mu_s_slope(piece, z) * friction(speed, p.law) * along
+        mu_rate -= (1.0 + mu_s_at(piece, z)) * slope * sigma * p.omega * a
+    else:
+        mu_rate = mu_s_slope(piece, z) * along - slope * sigma * p.omega * a
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 
@@ -159,13 +189,13 @@ def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Pi
 
 @compiled(error_model="numpy")
 def total_friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """mu_D + mu_S in slip, below zero where it is cut."""
-    return friction(sigma * p.omega * (p.V - y.u), p.law) + mu_s_at(piece, path_coordinate(y.tau, y.s, p))
+    """mu_D + mu_S, or mu_D (1 + mu_S), in slip, below zero where it is cut."""
+    speed, mu_s = sigma * p.omega * (p.V - y.u), mu_s_at(piece, path_coordinate(y.tau, y.s, p))
+    return friction(speed, p.law) + gain(speed, p) * mu_s
 
 
 @compiled()
 def friction_is_cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
     """Whether friction in slip would be negative, and is cut to zero."""
-    return (
-        p.law.least + mu_s_at(piece, path_coordinate(y.tau, y.s, p)) < 0.0 and total_friction(y, sigma, piece, p) < 0.0
-    )
+    mu_s = mu_s_at(piece, path_coordinate(y.tau, y.s, p))
+    return least_friction(mu_s, p) < 0.0 and total_friction(y, sigma, piece, p) < 0.0

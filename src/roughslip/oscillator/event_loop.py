@@ -34,20 +34,21 @@ WIDEST = 1e-6  # and up to which the bracket widens where force and limit are to
 
 
 @compiled()
-def limit_levels(stochastic: bool, p: Coefficients) -> tuple[float, float]:
-    """(floor, base) of the limit of stick, max(floor, base + mu_S).
+def limit_levels(stochastic: bool, p: Coefficients) -> tuple[float, float, float]:
+    """(floor, base, rise) of the limit of stick, max(floor, base + rise mu_S).
 
     It is never below the kinetic friction at vanishing speed: for a force between the two, neither stick nor slip would
     satisfy the law (Filippov's sliding mode, which is stick). So a constant limit also follows mu_S upwards.
     """
-    return (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
+    floor, base = (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
+    return floor, base, base if p.multiplies is not None else 1.0
 
 
 @compiled()
 def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
     """The largest friction deflection F mu [m] that stick transmits."""
-    floor, base = limit_levels(stochastic, p)
-    return p.F * max(floor, base + mu_s)
+    floor, base, rise = limit_levels(stochastic, p)
+    return p.F * max(floor, base + rise * mu_s)
 
 
 @compiled()
@@ -129,11 +130,11 @@ def passage(
     by piece from the left: an interval that a bound clears is passed, any other interval is halved. So it finds every
     excursion beyond the limit longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
     """
-    floor, base = limit_levels(stochastic, p)
+    levels = limit_levels(stochastic, p)
     piece = piece_at(path, p.advance * tau)
     a, width, finest = tau, math.inf, RESOLUTION * (1.0 + 1e-3 * tau)
     for side in (UPPER, LOWER):
-        if min(_excess(side, a, x, piece, floor, base, p)) > 0.0:
+        if min(_excess(side, a, x, piece, levels, p)) > 0.0:
             return side, a, x
     while a < tau_end:
         if p.advance * a >= piece.right * (1.0 - 1e-15):
@@ -143,14 +144,14 @@ def passage(
             piece = piece_at(path, inside)
         b = min(min(a + width, piece.right / p.advance), tau_end)
         x_a, x_b = x + p.V * (a - tau), x + p.V * (b - tau)
-        upper = _holds(UPPER, a, x_a, b, x_b, piece, floor, base, p)
-        if upper and _holds(LOWER, a, x_a, b, x_b, piece, floor, base, p):
+        upper = _holds(UPPER, a, x_a, b, x_b, piece, levels, p)
+        if upper and _holds(LOWER, a, x_a, b, x_b, piece, levels, p):
             a, width, finest = b, 2.0 * (b - a), RESOLUTION * (1.0 + 1e-3 * a)
         elif b - a > finest:
             width = 0.5 * (b - a)
         else:
             for side in (UPPER, LOWER):
-                if min(_excess(side, b, x_b, piece, floor, base, p)) > 0.0:
+                if min(_excess(side, b, x_b, piece, levels, p)) > 0.0:
                     return side, b, x_b
             finest = min(2.0 * finest, max(WIDEST, finest))
             a, width = b, finest
@@ -159,28 +160,29 @@ def passage(
 
 @compiled()
 def _excess(
-    side: int, tau: float, x: float, piece: Piece, floor: float, base: float, p: Coefficients
+    side: int, tau: float, x: float, piece: Piece, levels: tuple[float, float, float], p: Coefficients
 ) -> tuple[float, float]:
-    """Excess [m] of the force to one side over F (base + mu_S) and over F floor; stick ends where both are positive."""
-    force = side * stick_force(tau, x, p)
-    return force - p.F * (base + mu_s_at(piece, p.advance * tau)), force - p.F * floor
+    """Excess [m] of the force to one side over the two levels of its limit; stick ends where both are positive."""
+    force, (floor, base, rise) = side * stick_force(tau, x, p), levels
+    return force - p.F * (base + rise * mu_s_at(piece, p.advance * tau)), force - p.F * floor
 
 
 @compiled()
 def _holds(
-    side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, floor: float, base: float, p: Coefficients
-) -> bool:
+    side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, levels: tuple[float, float, float],
+    p: Coefficients,
+) -> bool:  # fmt: skip
     """Whether stick certainly holds on [a, b] within a piece.
 
     A function exceeds its chord by at most (b - a)^2 / 8 times the largest second derivative, which a cubic has at an
     end.
     """
-    path_a, floor_a = _excess(side, a, x_a, piece, floor, base, p)
-    path_b, floor_b = _excess(side, b, x_b, piece, floor, base, p)
+    path_a, floor_a = _excess(side, a, x_a, piece, levels, p)
+    path_b, floor_b = _excess(side, b, x_b, piece, levels, p)
     eighth = 0.125 * (b - a) ** 2
     bend = eighth * p.q * p.r * p.r
     curvature = max(abs(mu_s_curvature(piece, p.advance * a)), abs(mu_s_curvature(piece, p.advance * b)))
-    sag = eighth * p.F * p.advance * p.advance * curvature
+    sag = eighth * p.F * p.advance * p.advance * levels[2] * curvature
     return max(path_a, path_b) + bend + sag <= 0.0 or max(floor_a, floor_b) + bend <= 0.0
 
 

@@ -1,6 +1,7 @@
 """First-order effect of noise on the end of stick-slip: the shift of the peak of the slip orbit that grazes the belt.
 
-Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance. So,
+Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance; and
+friction mu_D (1 + mu_S(s)) adds as much times mu_D, that at the velocity of the orbit there. So,
 to first order, the damping ratio at which a loop just reaches the belt again is normal about the existence limit. Its
 standard deviation is proportional to that of mu_S. This scatter sets the width of the band of damping in which
 stick-slip survives or ends by chance. A loop that misses the belt may still reach it at its next peak.
@@ -9,6 +10,7 @@ stick-slip survives or ends by chance. A loop that misses the belt may still rea
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,22 +41,28 @@ class GrazingResponse:
     damping: float
 
     @gate
-    def scatter(self, correlation_length_m: float) -> float:
+    def scatter(self, correlation: float | Callable[[np.ndarray], np.ndarray]) -> float:
         """Standard deviation of the damping ratio at which a loop just grazes, for mu_S of unit variance.
 
-        mu_S has the autocorrelation exp(-s / L), L = correlation_length_m.
+        correlation : [m] length L of the autocorrelation exp(-s / L) of mu_S; or that of any lags [m], as
+            `FrictionProcess.autocorrelation`
         """
-        positive("correlation_length_m", correlation_length_m, "m")
         lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
-        variance = float(np.einsum("i,ij,j->", self.kernel, np.exp(-lag / correlation_length_m), self.kernel))
-        return math.sqrt(variance) / abs(self.damping)
+        of_lags = (
+            correlation(lag) if callable(correlation) else np.exp(-lag / positive("correlation", correlation, "m"))
+        )
+        variance = float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
+        return math.sqrt(max(variance, 0.0)) / abs(self.damping)
 
 
 @gate
-def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True) -> GrazingResponse:
+def grazing_response(
+    oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, scatter: str = "additive"
+) -> GrazingResponse:
     """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
 
     stochastic_static_limit : whether the limit of stick, and so the departure point, moves with mu_S
+    scatter : as of `MotionOptions`
 
     Raises as `existence_limit` does.
 
@@ -65,8 +73,9 @@ def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static
 
     psi being the adjoint solution that ends as (0, 1) at the peak: the last row of the propagator from each sample to
     the peak, by variational equations. The first part is the departure point, which moves with the static limit. A
-    constant mu_S only moves the motion along X, so that the two parts cancel. Where friction does not jump at the start
-    of slip, as in eq. (13), each part is zero: an earlier departure is on the same orbit.
+    constant mu_S that is added only moves the motion along X, so that the two parts cancel; one that multiplies changes
+    the force. Where friction does not jump at the start of slip, as in eq. (13), the first part is zero: an earlier
+    departure is on the same orbit.
     """
     limit = existence_limit(oscillator, law)
     flow = slip_flow(replace(oscillator, damping_ratio=limit), law)
@@ -89,9 +98,12 @@ def grazing_response(oscillator: Oscillator, law: FrictionLaw, stochastic_static
     adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), propagator[-1, 1][:, None])[..., 0]
     weight = np.full(SAMPLES, duration / (SAMPLES - 1))
     weight[[0, -1]] *= 0.5
+    multiplies = scatter == "multiplicative"
     kernel = scale * weight * adjoint[:, 1]
+    if multiplies:
+        kernel *= law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
     if stochastic_static_limit:
-        kernel[0] += scale * adjoint[0, 0]
+        kernel[0] += scale * adjoint[0, 0] * (law.static if multiplies else 1.0)
     return GrazingResponse(
         limit=limit,
         slipped=oscillator.V * (times - (y - departure)),

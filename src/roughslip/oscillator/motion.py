@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.equation import FRICTION_FOLLOWS, Oscillator, coefficients, path_coordinate
+from roughslip.oscillator.equation import FRICTION_FOLLOWS, SCATTERS, Oscillator, coefficients, path_coordinate
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
@@ -98,13 +98,14 @@ class MotionOptions:
 
     tolerance : [-] local errors in X and in X' of the steps in a unit of tau, relative to N / c + max(|X|, |X'|); 1e-13
         to 1e-3
-    stochastic_static_limit : whether the limit of stick is static + mu_S. If not, it is static, raised to the friction
-        at vanishing speed where that is larger
+    stochastic_static_limit : whether the limit of stick scatters too, as static + mu_S. If not, it is static, raised to
+        the friction at vanishing speed where that is larger
     interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
     friction_follows : the variable of mu_S: slip, the slipped distance, which stands still in stick; belt, the travel
         v0 t of the belt; time. With the last two departure is the first passage on the path
     integrator : fehlberg45, or dormand_prince853 for smooth motions and small tolerances
     samples_per_period : of a trajectory, at least 1 in a natural period
+    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
 
     Raises ParameterError for a number out of range or an unknown word.
     """
@@ -115,6 +116,7 @@ class MotionOptions:
     friction_follows: str = "slip"
     integrator: str = "fehlberg45"
     samples_per_period: int = 400
+    scatter: str = "additive"
 
     def __post_init__(self) -> None:
         if not TOLERANCES[0] <= self.tolerance <= TOLERANCES[1]:
@@ -124,6 +126,7 @@ class MotionOptions:
         for name, allowed in (
             ("interpolation", INTERPOLATIONS),
             ("friction_follows", FRICTION_FOLLOWS),
+            ("scatter", SCATTERS),
             ("integrator", tuple(PAIRS)),
         ):
             if getattr(self, name) not in allowed:
@@ -173,7 +176,7 @@ def _followed(
 ) -> Motion:
     """The motion of `simulate`. samples : arrays that receive X and X' at equal times"""
     positive("duration_periods", duration_periods, "natural periods")
-    p = coefficients(oscillator, law, options.friction_follows)
+    p = coefficients(oscillator, law, options.friction_follows, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"the start must be finite, not {x} m, {u} m")

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, path_coordinate, slip_state
+from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, path_coordinate, slip_state
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
 from roughslip.oscillator.runge_kutta import ORDERS, error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
@@ -187,7 +187,7 @@ def node_side_matters(
     if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
         return False
     passed = min(rate * h, path.spacing)
-    half = 0.5 * p.F * abs(left)
+    half = 0.5 * p.F * gain(sigma * p.omega * (p.V - y.u), p) * abs(left)
     if (
         error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings.tolerance)
         <= MISPLACED

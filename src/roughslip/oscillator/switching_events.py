@@ -14,7 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, path_coordinate, slip_state, total_friction
+from roughslip.oscillator.equation import (
+    Coefficients,
+    State,
+    least_friction,
+    path_coordinate,
+    slip_state,
+    total_friction,
+)
 from roughslip.oscillator.laws import (
     friction,
     friction_curvature,
@@ -70,7 +77,7 @@ class Sliding(NamedTuple):
 class Bound(NamedTuple):
     """An end of a branch: a quantity [m] that is positive within the branch.
 
-    kind : LOWER or UPPER: side (level - X'); ZERO: side F (mu_D + mu_S) + level
+    kind : LOWER or UPPER: side (level - X'); ZERO: side F (mu_D + mu_S) + level, or side F (1 + mu_S) + level
     """
 
     kind: int
@@ -83,13 +90,13 @@ def branch(row: int, cut: bool, p: Coefficients) -> Branch:
     """The branch of a row, friction cut or not."""
     force = 0.0 if cut else p.F
     law = only_row(row, p.law)
-    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, law))
+    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, p.multiplies, law))
 
 
 @compiled()
 def may_cut(piece: Piece, p: Coefficients) -> bool:
     """Whether friction may be cut on a piece of the path."""
-    return p.law.least + lowest_mu_s(piece) < 0.0
+    return least_friction(lowest_mu_s(piece), p) < 0.0
 
 
 @compiled(error_model="numpy")
@@ -135,11 +142,13 @@ def gap_at(y: State, to: Bound, here: Branch, sliding: Sliding) -> tuple[float, 
     z, along, turn = path_coordinate(y.tau, y.s, p), p.advance, 0.0
     if p.advance == 0.0:
         along, turn = sigma * (p.V - y.u), -sigma * y.a
-    first, on = friction_slope(speed, law), mu_s_slope(piece, z)
+    first, on, scale = friction_slope(speed, law), mu_s_slope(piece, z), to.side * p.F
+    if p.multiplies is not None:
+        change = mu_s_curvature(piece, z) * along * along + on * turn
+        return scale * (1.0 + mu_s_at(piece, z)) + to.level, scale * on * along, scale * change
     mu_rate = first * rate + on * along
     mu_bend = friction_curvature(speed, law) * rate * rate + first * bend
     mu_bend += mu_s_curvature(piece, z) * along * along + on * turn
-    scale = to.side * p.F
     return scale * (friction(speed, law) + mu_s_at(piece, z)) + to.level, scale * mu_rate, scale * mu_bend
 
 

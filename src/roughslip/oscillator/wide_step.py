@@ -8,6 +8,9 @@ X'' is linear in mu_S. So the path enters the equation of K + F J, with J the ru
 one order smoother. The step takes the quadratic of a `Wide` piece in place of mu_S. Let e be the running integral of
 what this leaves out. It is zero at both ends of the step, and orthogonal to straight lines. So the error at the end of
 the step comes from products of F e with itself and with the curvature of 1 / w^3.
+
+Where mu_S multiplies mu_D, F e has the factor mu_D. It goes with w, and what it changes by within the step times F e is
+one more error of K. The quadratic then enters dK / ds, and not K by its running integral.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import math
 from typing import NamedTuple
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, acceleration, slip_state
+from roughslip.oscillator.equation import Coefficients, State, acceleration, gain, least_friction, slip_state
 from roughslip.oscillator.laws import CONTRACTED, row_ends
 from roughslip.oscillator.path import WIDTHS, Path, Piece, Wide, piece_at, wide_piece
 from roughslip.oscillator.runge_kutta import error_ratio, weighted
@@ -58,13 +61,15 @@ def step_by_distance(
     """
     piece, c, rows = wide.piece, FEHLBERG_NODES, FEHLBERG_ROWS
     h, w0 = piece.right - y.s, sigma * (p.V - y.u)
-    start, force = 0.5 * w0 * w0, p.F * h
+    start, force = 0.5 * w0 * w0, 0.0 if p.multiplies is not None else p.F * h
     c0, c1, c2 = piece.c0, piece.c1 / 2, piece.c2 / 3
 
     def rates(c: float, passed: float, gained: float) -> tuple[float, float]:
         w = math.sqrt(2.0 * (start + gained - force * (c * (c0 + c * (c1 + c * c2)))))
-        x = y.x + p.V * passed - sigma * (c * h)
-        return 1.0 / w, -sigma * acceleration(y.tau + passed, x, p.V - sigma * w, sigma, 0.0, p)
+        x, mu_s = y.x + p.V * passed - sigma * (c * h), 0.0
+        if p.multiplies is not None:
+            mu_s = c0 + c * (2.0 * c1 + c * 3.0 * c2)
+        return 1.0 / w, -sigma * acceleration(y.tau + passed, x, p.V - sigma * w, sigma, mu_s, p)
 
     t1, k1 = rates(0.0, 0.0, 0.0)
     t2, k2 = rates(c[1], h * weighted(rows[0], (t1,)), h * weighted(rows[0], (k1,)))
@@ -74,15 +79,18 @@ def step_by_distance(
     t6, k6 = rates(c[5], h * weighted(rows[4], (t1, t2, t3, t4, t5)), h * weighted(rows[4], (k1, k2, k3, k4, k5)))
     ts, ks = (t1, t3, t4, t5, t6), (k1, k3, k4, k5, k6)
     mean, late = c0 + c1 + c2, y.s - piece.left
-    missed = late * (mean - mu_s)
+    of_start = gain(p.omega * w0, p)
+    missed = of_start * late * (mean - mu_s)
     k = start + h * weighted(FEHLBERG_WEIGHTS, ks) - force * mean - p.F * missed
     w, passed = math.sqrt(2.0 * k), h * weighted(FEHLBERG_WEIGHTS, ts)
     x = y.x + p.V * passed - sigma * h
     end = slip_state(y.tau + passed, x, p.V - sigma * w, piece.right, sigma, beyond, p)
     tau_error, k_error = abs(h * weighted(FEHLBERG_ERROR, ts)), abs(h * weighted(FEHLBERG_ERROR, ks))
     slowest, steep = min(w, w0), abs(end.a) / w
-    deviation, bend = p.F * wide.rough / slowest, (k - start) / (k + start)
+    of_end = gain(p.omega * w, p)
+    deviation, bend = p.F * max(of_start, of_end) * wide.rough / slowest, (k - start) / (k + start)
     left_out = passed * deviation * (BEND * bend * bend + SQUARE * deviation / slowest)
+    k_error += p.F * wide.rough * abs(of_end - of_start)
     error = max(w * tau_error, k_error / w + abs(end.a) * tau_error) + left_out * (1.0 + steep)
     return end, error, deviation
 
@@ -123,7 +131,7 @@ def wide_step(
         if first + WIDTHS[at] + 1 >= path.first + path.nodes.size:
             continue
         wide = wide_piece(path, first, at)
-        if p.law.least + wide.least < 0.0:
+        if least_friction(wide.least, p) < 0.0:
             continue
         beyond = piece_at(path, wide.piece.right + 0.5 * path.spacing)
         end, error, deviation = step_by_distance(y, sigma, wide, path.nodes[first - path.first], beyond, here.p)

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from collections.abc import Iterator
 
-from roughslip.scene.auto import AUTO, Auto
-from roughslip.scene.fields import Section, integer, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused, strictly_increasing
+from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
+from roughslip.scene.expansion import terms
+from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
+from roughslip.scene.mistakes import (
+    MEMORY,
+    Mistake,
+    Rule,
+    Values,
+    increasing,
+    missing,
+    not_together,
+    refused,
+    strictly_increasing,
+)
 
 MOST_NODES = 1024  # along an edge of a square: 8 MB a field
 
@@ -61,7 +74,7 @@ class Square(Section):
     monte_carlo_samples: Auto[int] = integer(
         "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
         at_least=100,
-        at_most=100_000_000,
+        at_most=5_000_000,
         or_auto=True,
         default=AUTO,
     )
@@ -103,13 +116,13 @@ class Strip(Section):
     penetration_percentiles: tuple[float, ...] = many(
         "Penetrations of figure 3, strictly increasing; 50 sets the shear strength",
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
-        most=99,
+        at_most=99,
     )
     light_percentiles: tuple[float, ...] | None = many(
         "Further penetrations, below those, strictly increasing, at which load and scatter of pads alone are taken: "
         "few windows touch there. With load, from 0.001 on where not given",
         number("A penetration, as square.penetration_percentile", "%", above=0, below=50),
-        most=20,
+        at_most=20,
         default=None,
     )
     samples: Auto[int] = integer(
@@ -141,20 +154,128 @@ class Strip(Section):
 
 LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
-
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "square": {"modes": ("variance_share",), "variance_share": ("modes",)},
+EXTRAPOLATE, LENGTHS = "numerics.extrapolate_mesh", "length_m margin_m width_m window_m window_spacing_m"
+CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
+MOST_TRAINING = 400_000_000  # pressures in all cells of the training strips at most: 3.2 GB
+MULTIPLES = {
+    "cell_m": f"{LENGTHS} expansion_spacing_m",
+    "expansion_spacing_m": "length_m window_m window_spacing_m",
 }
+
+REPLACES: dict[str, tuple[str, ...]] = {MODES: (SHARE,), SHARE: (MODES,)}
+
+
+def training_columns(columns: float) -> int:
+    """Columns of a strip that train the expansion, as from_scene.geometry counts them."""
+    return math.ceil((columns - TRAINING_SPACING // 2) / TRAINING_SPACING) if columns < CELLS else CELLS
+
+
+def _is_multiple(length: float, cell: float) -> bool:
+    cells = length / cell
+    return math.isfinite(cells) and abs(cells - round(cells)) <= 1e-9 * cells
+
+
+def _training_fits(n: int, levels: list[float], cell: float, length: float, margin: float, width: float) -> bool:
+    """Whether the training strips fit into memory; another rule refuses more than CELLS."""
+    cells = (length + 2 * margin) / cell * (width / cell)
+    return cells > CELLS or n * len(levels) * cells <= MOST_TRAINING
+
+
+RULES = (
+    *(
+        Rule(
+            (strips, LEVELS, "strip.length_m", "strip.window_m", "strip.window_spacing_m"),
+            lambda n, levels, length, window, spacing: (
+                n * len(levels) * ((length - window) / spacing + 1) <= MOST_WINDOWS
+            ),
+            f"strips times {LEVELS} times windows of a strip at most {MOST_WINDOWS} (2.5 GB of memory)",
+        )
+        for strips in ("strip.samples", "strip.expansion_samples")
+    ),
+    Rule(
+        ("strip.training_samples", LEVELS, "strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        _training_fits,
+        f"strips times {LEVELS} times cells of a strip at most {MOST_TRAINING} (3.2 GB of memory)",
+    ),
+    Rule((MODES, "square.nodes"), lambda m, n: m <= n**2, "at most square.nodes^2 = {1}^2"),
+    Rule(
+        (MODES, "square.nodes"),
+        lambda m, n: m > n**2 or m * n**2 <= MOST_NUMBERS,
+        f"modes times nodes^2 at most {MEMORY}, here with {{1}} nodes",
+    ),
+    Rule(
+        (MODES, "square.nodes", "expansion.samples", "targets"),
+        lambda modes, nodes, samples, targets: (
+            "figure_field" not in targets or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
+        ),
+        f"{FIELD_GROUPS} times the modes times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (0.8 GB of memory) "
+        "for figure_field",
+    ),
+    Rule(
+        ("targets", "material.hardness_pa"),
+        lambda targets, _: "figure_field" not in targets,
+        "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal: leave it out",
+    ),
+    *(
+        Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
+        for step, lengths in MULTIPLES.items()
+        for length in lengths.split()
+    ),
+    Rule(
+        ("strip.length_m", "strip.window_m"),
+        lambda length, window: length >= 4 * window,
+        "at least four times strip.window_m = {1} [m], for lags of three windows",
+    ),
+    Rule(
+        ("strip.window_spacing_m", "strip.window_m"),
+        lambda spacing, window: 2 * spacing <= window * (1 + 1e-9),
+        "at most half of strip.window_m = {1} [m], for lags within the window",
+    ),
+    Rule(
+        ("strip.width_m", "strip.cell_m"),
+        lambda width, cell: not _is_multiple(width, cell) or round(width / cell) >= ROWS,
+        f"at least {ROWS} times strip.cell_m = {{1}} [m], for slope and curvature across the strip",
+    ),
+    Rule(
+        ("strip.cell_m", "strip.length_m", "strip.margin_m", "strip.width_m"),
+        lambda cell, length, margin, width: (length + 2 * margin) / cell * (width / cell) < CELLS + 0.5,
+        f"at most {CELLS} cells on the strip of {{1}} + 2 x {{2}} by {{3}} m",
+    ),
+    Rule(
+        (EXTRAPOLATE, "strip.cell_m", *(f"strip.{length}" for length in LENGTHS.split())),
+        lambda asked, cell, *lengths: not asked or all(_is_multiple(length, 2 * cell) for length in lengths),
+        f"false, or each of strip.{LENGTHS.replace(' ', ', ')} a whole multiple of two cells, 2 x {{1}} m",
+    ),
+    increasing(LEVELS),
+    Rule(
+        (LEVELS, "friction.mean_at_median"),
+        lambda percentiles, _: 50 in percentiles,
+        "50 among them: friction.mean_at_median sets the shear strength there",
+    ),
+    Rule(
+        ("strip.training_samples", "strip.length_m", "strip.cell_m", "expansion.degree"),
+        lambda n, length, cell, d: n > 1 and n * training_columns(length / cell) > terms(FUNCTIONALS, d),
+        f"at least 2, and enough that every {TRAINING_SPACING}th column gives more samples than "
+        f"C({FUNCTIONALS} + {{3}}, {{3}})",
+    ),
+    Rule(("strip.training_samples", "strip.samples"), operator.le, "at most strip.samples = {1}"),
+    Rule(
+        ("strip.expansion_samples", "strip.samples"),
+        lambda expanded, solved: expanded >= 2 * solved,
+        "at least twice strip.samples = {1}",
+    ),
+)
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """The square ends at an order or at a share of the variance, one of them. Light levels lie below the others."""
-    strip = scene.get("strip") or {}
+    strip, square = scene.get("strip") or {}, scene.get("square")
     light, levels = strip.get("light_percentiles"), strip.get("penetration_percentiles")
     if light and levels and not strictly_increasing([*light, levels[0]]):
         allowed = f"strictly increasing, below the first of {LEVELS} = {levels[0]}"
         yield refused(light, allowed, LIGHT, LEVELS)
-    square = scene["square"]
+    if not isinstance(square, dict):
+        return
     if "modes" not in square and "variance_share" not in square:
         yield missing(f"give it, or {SHARE}", MODES)
     elif "modes" in square and "variance_share" in square:

@@ -1,12 +1,13 @@
 """What each stage declares of itself, read from its source: no stage is imported, and neither is numpy.
 
 Below the imports of a stage module stands `STAGE = Stage(...)`, written with literal values alone. The plan of a run,
-the slices of the scene, the rules, the memory estimates and the options of the stage's command derive from it.
+the slices of the scene, the rules, the memory of jobs and the options of the stage's command derive from it.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -37,7 +38,8 @@ class Batches:
 class Stage:
     """One stage of the study: what it reads, what it writes, and when it runs.
 
-    name : name of its module
+    name : name of its module, but for a figure of stages/figures.py
+    draws : of such a figure, the module of roughslip.figures that draws it
     reads : scene keys that it reads, separated by spaces; the name of a section stands for all its keys
     reads_if_given : further keys, which a scene may leave out with their sections
     inputs : by option of the command, the stage whose result it takes. In place of a stage stands a scene key that
@@ -52,12 +54,11 @@ class Stage:
     comes_with : stages that this one accompanies, where its condition holds
     runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value"
     caption : of its figure; the stage then writes a PNG and an SVG file as well
-    memory_mb : [MB] of Python with its libraries
-    memory_doubles : what grows with the scene: doubles by product of sizes, as in "batch windows" for batch times
-        windows; workflow/study/memory.py names the sizes
+    memory_mb : [MB] that a job asks for: a fifth above the peaks in costs.json; far larger scenes take more
     """
 
     name: str
+    draws: str = ""
     reads: str = ""
     reads_if_given: str = ""
     inputs: Mapping[str, str] = field(default_factory=dict)
@@ -71,8 +72,7 @@ class Stage:
     comes_with: str = ""
     runs_if: str = ""
     caption: str = ""
-    memory_mb: int = 260
-    memory_doubles: Mapping[str, float] = field(default_factory=dict)
+    memory_mb: int = 420
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -83,6 +83,16 @@ class Stage:
     def options(self) -> tuple[str, ...]:
         """Options of its command that name files to read."""
         return (*self.inputs, *self.optional, *self.many, *self.collects)
+
+    @property
+    def command(self) -> str:
+        """The command that runs it, after `python -m`."""
+        return f"roughslip.stages {'figures ' if self.draws else ''}{self.name}"
+
+    @property
+    def modules(self) -> str:
+        """The modules whose import closure is its code, separated by spaces."""
+        return f"roughslip.stages.{f'figures roughslip.figures.{self.draws}' if self.draws else self.name}"
 
     @property
     def placeholders(self) -> tuple[str, ...]:
@@ -104,11 +114,23 @@ class Stage:
         return {"output": self.result} | pictures | dict(self.outputs)
 
 
+def figure(*, name: str, of: str, draws: str = "", target: str = "", **others: Any) -> Stage:
+    """A figure of the results of one stage, which computes nothing itself: a row of `STAGES` in stages/figures.py.
+
+    Target and drawing module have its name by default.
+
+    of : the stage whose results it draws
+    """
+    others |= {"many": {"results": of}, "result": f"{name}.nc", "memory_mb": 320}
+    return Stage(name=name, draws=draws or name, reads="description", target=target or name, **others)
+
+
 @cache
 def declarations() -> dict[str, Stage]:
     """All stages by name. Raises ValueError, with file and line, where a declaration is not written in literals."""
-    stages = (_declared(file) for file in sorted(STAGES_FOLDER.glob("*.py")) if file.name != "__init__.py")
-    return {stage.name: stage for stage in stages}
+    files = (file for file in sorted(STAGES_FOLDER.glob("*.py")) if not file.name.startswith("__"))
+    stages = (stage for file in files for stage in _declared(file))
+    return {stage.name: stage for stage in sorted(stages, key=lambda stage: stage.name)}
 
 
 @cache
@@ -117,24 +139,30 @@ def targets() -> tuple[str, ...]:
     return tuple(sorted({stage.target for stage in declarations().values()} - {"", EVERY_SCENE}))
 
 
-def _declared(file: Path) -> Stage:
-    """The declaration of one stage module."""
-    for node in ast.parse(file.read_bytes(), str(file)).body:
-        if isinstance(node, ast.Assign) and [ast.unparse(target) for target in node.targets] == ["STAGE"]:
+def _declared(file: Path) -> list[Stage]:
+    """The stages that a module declares: one of its name as STAGE, or several as STAGES."""
+    head = re.split(r"\n(?=def |class |@)", file.read_text(encoding="utf-8"), maxsplit=1)[0]  # a third of the time
+    for node in ast.parse(head, str(file)).body:
+        name = ast.unparse(node.targets[0]) if isinstance(node, ast.Assign) else ""
+        if isinstance(node, ast.Assign) and name in ("STAGE", "STAGES"):
             try:
-                stage = _value(node.value)
+                value = _value(node.value)
             except (TypeError, ValueError) as error:
-                raise ValueError(f"{file}:{node.lineno}: STAGE takes literal values only: {error}") from error
-            if not isinstance(stage, Stage) or stage.name != file.stem:
+                raise ValueError(f"{file}:{node.lineno}: {name} takes literal values only: {error}") from error
+            if isinstance(value, list):
+                return value
+            if not isinstance(value, Stage) or value.name != file.stem:
                 raise ValueError(f"{file}:{node.lineno}: STAGE must be a Stage with name={file.stem!r}")
-            return stage
+            return [value]
     raise ValueError(f"{file}: no stage is declared; write STAGE = Stage(name={file.stem!r}, ...) below the imports")
 
 
 def _value(node: ast.expr) -> Any:
-    """The value of a literal, or of a call of Stage or Batches with literals as keyword arguments."""
+    """The value of a literal, of a call of Stage, Batches or figure with literals as keywords, or of a list of them."""
+    if isinstance(node, ast.List):
+        return [_value(element) for element in node.elts]
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.args:
-        known = {"Stage": Stage, "Batches": Batches}
+        known: dict[str, Any] = {"Stage": Stage, "Batches": Batches, "figure": figure}
         if node.func.id in known:
             return known[node.func.id](**{str(argument.arg): _value(argument.value) for argument in node.keywords})
     return ast.literal_eval(node)

@@ -1,14 +1,32 @@
-"""Sections `ensemble`, `survival` and `answer` of a scene: the runs of the oscillator."""
+"""Sections `ensemble`, `map`, `survival` and `answer` of a scene: the runs of the oscillator."""
 
 from __future__ import annotations
 
+import math
+import operator
+from collections.abc import Iterator
 from typing import Literal
 
-from roughslip.scene.auto import AUTO, Auto
-from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
+from roughslip.limits import MOST_NUMBERS
+from roughslip.scene.fields import AUTO, Auto, Section, choice, flag, integer, many, number, section
+from roughslip.scene.friction import STATISTICS
+from roughslip.scene.mistakes import Mistake, Rule, Values, increasing, refused
 
 Process = Literal["recursion", "spectral"]
 Marginal = Literal["beta", "empirical", "paper"]
+Range = Auto[tuple[float, ...]]
+
+# By the parameters of stages.from_scene.variation, the smallest and the largest value. Only damping may be zero.
+LIMITS = {
+    "damping": (0.0, 10.0),
+    "belt_velocity": (0.0, 1000.0),
+    "mass": (0.0, 1e6),
+    "stiffness": (0.0, 1e15),
+    "load": (0.0, 1e9),
+    "windows": (1.0, 1e6),
+    "correlation_length": (0.0, 1.0),
+    "mean_friction": (0.0, 10.0),
+}
 
 
 @section
@@ -55,12 +73,43 @@ class Ensemble(Section):
     damping_ratios: Auto[tuple[float, ...]] = many(
         "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
         number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
-        most=200,
+        at_most=200,
         or_auto=True,
         default=AUTO,
     )
     drawn_realisations: int = integer(
         "Realisations drawn in figure 5 (a); only their whole trajectories are stored", at_least=1, at_most=1000
+    )
+
+
+@section
+class StickSlipMap(Section):
+    """Probability of stick-slip over two parameters, of figure_map."""
+
+    parameters: tuple[str, ...] = many(
+        "The two parameters that vary; the other parts of the machine stay, as spring and damper of another mass",
+        choice("A parameter", tuple(LIMITS)),
+        at_least=2,
+        at_most=2,
+        unique=True,
+        default=["damping", "belt_velocity"],
+    )
+    ranges: tuple[Range, ...] = many(
+        "First and last value of each, in SI units, or auto for a range around the scene's own; auto where not given. "
+        "A range is spaced evenly in its logarithm, or evenly from zero",
+        many("A range", number("A value", at_least=0, at_most=1e15), at_least=2, at_most=2, or_auto=True),
+        at_least=2,
+        at_most=2,
+        default=[AUTO, AUTO],
+    )
+    points: int = integer(
+        "Points on either axis, of which a quarter are run, at most 56", at_least=8, at_most=200, default=33
+    )
+    realisations: int = integer(
+        "Realisations of the friction process, the same at every point", at_least=8, at_most=10000, default=20
+    )
+    duration_periods: float = number(
+        "Duration of a run in natural periods, of which the second half counts", at_least=20, at_most=10000, default=40
     )
 
 
@@ -71,7 +120,7 @@ class Survival(Section):
     scatter_factors: tuple[float, ...] = many(
         "Multiples of the standard deviation of friction, strictly increasing",
         number("A multiple", above=0, at_most=100),
-        most=20,
+        at_most=20,
     )
     points: int = integer(
         "Damping ratios around the limit of existence, as far from it as the scatter moves it", at_least=2, at_most=200
@@ -103,3 +152,91 @@ class Answer(Section):
         or_auto=True,
         default=AUTO,
     )
+
+
+PATH_NODES, MOST_NODES = 4, 4_000_000  # of a friction path: a correlation length; a run, which takes seconds then
+MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
+LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
+_VELOCITY, _OMEGA = "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"
+_LENGTH, _PROCESS = f"{STATISTICS}.correlation_length_m", "ensemble.process"
+
+# In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
+_OF_OTHERS = ("ensemble.damping_ratios", "map.ranges")
+REPLACES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("oscillator", "friction"), _OF_OTHERS),
+    "map.parameters": ("map.ranges",),
+}
+
+
+def path_nodes(length: float, velocity: float, omega: float, periods: float) -> float:
+    """Nodes of the friction path on the way of the belt in a number of natural periods."""
+    return PATH_NODES * velocity * periods * 2 * math.pi / omega / length
+
+
+def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: int) -> bool:
+    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
+    if process == "recursion" or path_nodes(length, velocity, omega, periods) > MOST_NODES:
+        return True
+    return velocity * periods * 2 * math.pi / omega / length * nodes <= MOST_NUMBERS
+
+
+RULES = (
+    increasing("ensemble.damping_ratios"),
+    increasing("survival.scatter_factors"),
+    Rule(
+        ("ensemble.realisations", "ensemble.duration_periods"),
+        lambda runs, periods: runs * periods <= MOST_PERIODS,
+        f"realisations times ensemble.duration_periods = {{1}} at most {MOST_PERIODS} (2.5 GB of memory)",
+    ),
+    Rule(
+        ("ensemble.realisations", "ensemble.damping_ratios"),
+        lambda runs, ratios: runs * len(ratios) <= MOST_PERIODS,
+        f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
+    ),
+    Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
+    Rule(
+        ("ensemble.count_by_period", "oscillator.excitation_force_n"),
+        lambda by_period, force: not by_period or force == 0,
+        "false where oscillator.excitation_force_n is not 0, because no cycle repeats the last there",
+    ),
+    Rule(
+        ("ensemble.marginal", STATISTICS),
+        lambda marginal, _: marginal != "empirical",
+        f"beta or paper where {STATISTICS} replaces the windows",
+    ),
+    Rule(
+        (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods"),
+        lambda length, velocity, omega, periods: path_nodes(length, velocity, omega, periods) <= MOST_NODES,
+        f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{3}} natural periods, "
+        f"or a run takes more than {MOST_NODES} nodes of friction",
+    ),
+    Rule(
+        (_VELOCITY, "strip.window_m", _OMEGA, "ensemble.duration_periods"),
+        lambda velocity, window, omega, periods: (
+            path_nodes(LENGTH_OF_WINDOW * window, velocity, omega, periods) <= MOST_NODES
+        ),
+        f"a belt that passes strip.window_m = {{1}} m at most {MOST_NODES // PATH_NODES * LENGTH_OF_WINDOW:g} times in "
+        f"{{3}} natural periods, or a run takes more than {MOST_NODES} nodes of friction",
+    ),
+    Rule(
+        (_LENGTH, _PROCESS, _VELOCITY, _OMEGA, "ensemble.duration_periods", "ensemble.nodes_per_correlation_length"),
+        _path_fits,
+        f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
+        f"or {_PROCESS}: recursion",
+    ),
+)
+
+
+def mistakes(scene: Values) -> Iterator[Mistake]:
+    """A range rises within the limits of its parameter."""
+    asked = scene.get("map")
+    if not isinstance(asked, dict) or not asked.get("ranges"):
+        return
+    parameters = asked.get("parameters", ["damping", "belt_velocity"]) or ()
+    for parameter, values in zip(parameters, asked["ranges"], strict=False):
+        low, high = LIMITS[parameter]
+        if values != AUTO and not low <= values[0] < values[1] <= high:
+            allowed = f"for {parameter} a smaller and a larger number from {low:g} to {high:g}, or {AUTO}"
+            yield refused(values, allowed, "map.ranges", "map.parameters")
+        elif values != AUTO and values[0] == 0 and parameter != "damping":
+            yield refused(values, f"for {parameter} a first number above 0", "map.ranges", "map.parameters")

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Literal
 
-from roughslip.limits import FUNCTIONALS
-from roughslip.scene.auto import AUTO, Auto
-from roughslip.scene.fields import Section, choice, integer, section
+from roughslip.limits import (
+    FIELD_GROUPS,
+    FIELD_NUMBERS,
+    FIELD_SAMPLES,
+    FUNCTIONALS,
+    MOST_NUMBERS,
+    TRAINING_NODES,
+)
+from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, section
+from roughslip.scene.mistakes import MEMORY, Rule
 
 Target = Literal["trial_pressure", "squared_pressure"]
 Design = Literal["latin_hypercube", "sobol", "monte_carlo"]
@@ -43,10 +51,77 @@ class Expansion(Section):
         default=None,
     )
     draws: int = integer(
-        "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=100_000_000
+        "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=10_000_000
     )
 
 
 def terms(variables: int, degree: int) -> int:
     """Terms of an expansion."""
     return math.comb(variables + degree, degree)
+
+
+_TERMS = ("expansion.variables", "expansion.degree")
+_DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
+_EXTENDED = ("sobol", "monte_carlo")  # designs
+
+
+def _fits_left_out(samples: int, modes: int, targets: list[str]) -> bool:
+    """Whether the expansion at every node has more samples than terms in each of its leave-outs."""
+    enough = samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
+    return enough or "figure_field" not in targets
+
+
+RULES = (
+    Rule(("expansion.variables", "square.modes"), operator.le, "at most square.modes = {1}"),
+    *(
+        rule
+        for samples in ("expansion.samples", "square.latin_hypercube_samples")
+        for rule in (
+            Rule(
+                (samples, "square.modes"),
+                lambda n, modes: n * modes <= MOST_NUMBERS,
+                f"samples times square.modes = {{1}} at most {MEMORY}",
+            ),
+            Rule(
+                (samples, *_TERMS),
+                lambda n, v, d: n > terms(v, d),
+                "more than the terms of the expansion, C({1} + {2}, {2})",
+            ),
+            Rule(
+                (samples, *_TERMS),
+                lambda n, v, d: n <= terms(v, d) or n * terms(v, d) <= MOST_NUMBERS,
+                f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {MEMORY}",
+            ),
+        )
+    ),
+    Rule(
+        ("expansion.samples", *_TERMS),
+        lambda _, v, d: TRAINING_NODES * terms(v, d) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
+        f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
+        f"give tables above {MEMORY}",
+        of_auto=("expansion.samples",),
+    ),
+    Rule(
+        ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
+        lambda draws, error, _, targets: "figure2" not in targets or draws * error**2 >= _DRAWS,
+        f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
+        of_auto=("expansion.samples",),
+    ),
+    Rule(
+        ("expansion.design", "expansion.samples"),
+        lambda design, _: design in _EXTENDED,
+        f"{' or '.join(_EXTENDED)} with expansion.samples = {AUTO}, to be extended",
+        of_auto=("expansion.samples",),
+    ),
+    Rule(
+        ("expansion.samples", "square.modes", "targets"),
+        _fits_left_out,
+        f"at least {FIELD_SAMPLES} for figure_field, and without a {FIELD_GROUPS}th of them more than its terms, "
+        "square.modes = {1} and a constant",
+    ),
+    Rule(
+        ("expansion.samples", "square.nodes", "targets"),
+        lambda samples, nodes, targets: "figure_field" not in targets or samples * nodes**2 <= FIELD_NUMBERS,
+        f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
+    ),
+)

@@ -4,20 +4,24 @@ A section is written as `class Strip(Section)` under `@section`, with fields suc
 `samples: int = integer("Strips that are solved", at_least=8, at_most=100_000)`. From these fields `scene.schema`
 generates the JSON schema, and scene files are checked against it. `build` makes the object that a stage reads as
 `job.scene.strip.samples`. Sections are plain frozen dataclasses, because every stage imports them at its start.
+
+A number may be given, or asked for by the word `auto`: then a rule of the scene or a stage finds it from an accuracy.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_args
-
-from roughslip.scene.auto import AUTO
+from typing import Any, Literal, TypeAlias, TypeVar, get_args
 
 REQUIRED = object()  # as the default of a field: a scene must give it where it gives the section
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 # Of each argument of `number` and `integer` the word of JSON schema.
 _BOUNDS = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
+
+AUTO: Literal["auto"] = "auto"
+T = TypeVar("T")
+Auto: TypeAlias = T | Literal["auto"]  # of a number that may be asked for
 
 S = TypeVar("S", bound="Section")
 section = dataclasses.dataclass(frozen=True, init=False, repr=False, eq=False)  # `build` makes the objects
@@ -72,8 +76,8 @@ def many(
     description: str,
     item: Any,
     *,
-    fewest: int = 1,
-    most: int | None = None,
+    at_least: int = 1,
+    at_most: int | None = None,
     unique: bool = False,
     or_auto: bool = False,
     default: Any = REQUIRED,
@@ -81,11 +85,11 @@ def many(
     """A field for a list, or for auto in its place.
 
     item : the field of one of its elements; a section holds the list as a tuple
-    fewest, most : bounds of its length
+    at_least, at_most : bounds of its length
     unique : whether no element may come twice
     """
-    part = {"description": description, "type": "array", "minItems": fewest, "items": item.metadata["schema"]}
-    part |= {} if most is None else {"maxItems": most}
+    part = {"description": description, "type": "array", "minItems": at_least, "items": item.metadata["schema"]}
+    part |= {} if at_most is None else {"maxItems": at_most}
     part |= _or_auto(or_auto, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
 
@@ -102,9 +106,14 @@ def group(kind: type[Section]) -> Any:
     )
 
 
+def unless_auto(value: Auto[T]) -> T | None:
+    """The number, or None where it is asked for."""
+    return None if value == AUTO else value  # type: ignore[return-value]
+
+
 def fields_of(kind: type[Section]) -> dict[str, dataclasses.Field[Any]]:
     """The fields of a section by name, in their order."""
-    return {field.name: field for field in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    return kind.__dataclass_fields__  # type: ignore[attr-defined, no-any-return]
 
 
 def default_of(field: dataclasses.Field[Any]) -> Any:

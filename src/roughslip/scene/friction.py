@@ -1,11 +1,15 @@
-"""Section `friction` of a scene: from solved pressures, or given as statistics."""
+"""Sections `friction` and `load` of a scene: friction from solved pressures or given, and the load of the pad."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roughslip.scene.fields import Section, group, many, number, section
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together
+from roughslip.scene.fields import Section, choice, group, many, number, section
+from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
+
+SCATTERS = ("additive", "multiplicative")
+MOST_WINDOWS = 1_000_000_000
+LIGHT = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # [%] penetrations that are solved for the load alone
 
 
 @section
@@ -18,7 +22,7 @@ class FrictionStatistics(Section):
         "Length of the exponential autocorrelation along the belt", "m", above=0, at_most=1
     )
     beta_shapes: tuple[float, float] = many(
-        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), fewest=2, most=2
+        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), at_least=2, at_most=2
     )
 
 
@@ -36,19 +40,58 @@ class Friction(Section):
         default=None,
     )
     statistics: FrictionStatistics | None = group(FrictionStatistics)
+    scatter: str = choice(
+        "How the stochastic part enters: additive, mu_D + mu_S, as in eq. (12); multiplicative, mu_D (1 + mu_S / mean) "
+        "as the contact area over the force of a pad does. Not given, it is multiplicative with load",
+        SCATTERS,
+        default="additive",
+    )
+
+
+@section
+class Load(Section):
+    """Load of the pad: two of force, nominal pressure and apparent area.
+
+    Penetration follows from the nominal pressure by the solved strips, the number of windows from the apparent area.
+    """
+
+    force_n: float = number("Normal force on the pad", "N", above=0, at_most=1e9, default=None)
+    nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, at_most=1e13, default=None)
+    apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, at_most=1e4, default=None)
+    mean_friction: float | None = number(
+        "Mean friction coefficient of the pad as measured under this load, in place of the one that follows from "
+        "friction.mean_at_median; the scatter changes in proportion",
+        above=0,
+        at_most=10,
+        default=None,
+    )
 
 
 SOLVED = ("mean_at_median", "least_contact_fraction")
 STATISTICS = "friction.statistics"
+PARTS = ("force_n", "nominal_pressure_pa", "apparent_area_m2")
+FORCE = "oscillator.normal_force_n"
+BY_HAND = (FORCE, "oscillator.penetration_percentile", "oscillator.windows_in_parallel")
+NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical"}
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "friction": {"statistics": SOLVED, **dict.fromkeys(SOLVED, ("statistics",))}
+REPLACES: dict[str, tuple[str, ...]] = {
+    "load": BY_HAND,
+    STATISTICS: tuple(f"friction.{key}" for key in SOLVED),
+    **{f"friction.{key}": (STATISTICS,) for key in SOLVED},
 }
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """Friction has exactly one of its two forms."""
-    friction = scene["friction"]
+    """Friction has exactly one of its two forms; a load is given, or else the force."""
+    if isinstance(scene.get("friction"), dict):
+        yield from _friction_mistakes(scene["friction"])
+    if scene.get("load") is not None:
+        yield from _load_mistakes(scene)
+    elif isinstance(scene.get("oscillator"), dict) and "normal_force_n" not in scene["oscillator"]:
+        yield missing("give it, or load", FORCE)
+
+
+def _friction_mistakes(friction: Values) -> Iterator[Mistake]:
     solved = [key for key in SOLVED if key in friction]
     if "statistics" in friction:
         for key in solved:
@@ -58,3 +101,45 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     elif len(solved) < len(SOLVED):
         (absent,) = set(SOLVED).difference(solved)
         yield missing(f"goes with friction.{solved[0]}", f"friction.{absent}", f"friction.{solved[0]}")
+
+
+def _load_mistakes(scene: Values) -> Iterator[Mistake]:
+    """A load has two of its three parts, on a pad of at least one window, and replaces what would be given by hand."""
+    load = scene["load"]
+    parts = [part for part in PARTS if part in load]
+    if len(parts) != 2:
+        yield Mistake(("load",), f"{len(parts)} of {', '.join(PARTS)} are given; give two: force = pressure x area")
+    for key in (*BY_HAND, *NOT_WITH):
+        value = given(scene, key)
+        if value is not None and NOT_WITH.get(key) in (None, value):
+            yield not_together(key, value, "load")
+    strip = scene.get("strip") or {}
+    sizes = [strip.get("window_m"), strip.get("width_m"), *(load[part] for part in parts)]
+    if len(parts) == 2 and None not in sizes and 0.0 not in sizes:  # a zero is refused by its range
+        area, window = complete(load)["apparent_area_m2"], sizes[0] * sizes[1]
+        if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
+            least, most = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
+            yield refused(area, f"an apparent area from {least} to {most}", f"load.{parts[-1]}", "strip.window_m")
+
+
+def complete(load: Values) -> Values:
+    """The load with its third part: force = pressure x area."""
+    force, pressure, area = (float(load.get(part, "nan")) for part in PARTS)
+    third = {"force_n": pressure * area, "nominal_pressure_pa": force / area, "apparent_area_m2": force / pressure}
+    return third | load
+
+
+def with_load(scene: Values) -> Values:
+    """The scene with what follows from its load; the penetration, None, follows when the strips are solved."""
+    if scene.get("load") is None:
+        return scene
+    load, strip = complete(scene["load"]), scene.get("strip", {})
+    oscillator = {**scene.get("oscillator", {}), "normal_force_n": load["force_n"], "penetration_percentile": None}
+    if strip:
+        windows = load["apparent_area_m2"] / (strip["window_m"] * strip["width_m"])
+        oscillator["windows_in_parallel"] = round(windows)
+        light = [percentile for percentile in LIGHT if percentile < strip["penetration_percentiles"][0]]
+        scene = {**scene, "strip": {**strip, "light_percentiles": strip.get("light_percentiles") or light or None}}
+    if isinstance(scene.get("friction"), dict):
+        scene = {**scene, "friction": {"scatter": "multiplicative", **scene["friction"]}}
+    return {**scene, "load": load, "oscillator": oscillator}

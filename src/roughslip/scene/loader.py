@@ -1,34 +1,37 @@
-"""Scene files: strict YAML, overlays and a closed schema; every mistake becomes one line, and all of them come at once.
+"""Scene files: strict YAML, overlays, a closed schema and rules across keys; all mistakes come at once, a line each.
 
-A line reads `file: key: what was given and what is allowed`. Only the Snakefile and the tests import this module.
+A line reads `file: key: what was given and what is allowed`. No stage imports this module.
 """
 
 from __future__ import annotations
 
-import difflib
 import os
 import re
-import sys
 from collections.abc import Iterator
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, cast
 
-from jsonschema import Draft202012Validator, validators
+import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, discretisation, oscillator, rules, sweep
-from roughslip.scene.fields import WORD
-from roughslip.scene.load import derived
-from roughslip.scene.mistakes import Values, shown
-from roughslip.scene.plan import default_targets
-from roughslip.scene.schema import scene_schema
-from roughslip.scene.strict_yaml import FLOAT, INTEGER, KeyPath, display, line, read
-from roughslip.scene.types import nested
+from roughslip.scene import accuracy, contact, ensemble, expansion, friction, oscillator, plan, roughness, sweep
+from roughslip.scene.fields import AUTO, WORD
+from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
+from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
+from roughslip.scene.types import get, nested
 
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 LONGEST = 200  # characters of a description
-_NAME = re.compile(WORD)
-_NAME_ALLOWED = "a small letter, then at most 39 small letters, digits, _ or -"
+LARGEST_FILE = 100_000  # bytes
+_CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
+
+# What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
+# a key of an overlay replaces, where the overlay does not give those too.
+_RULES = tuple(rule for part in (contact, expansion, roughness, oscillator, ensemble) for rule in part.RULES)
+_FORMS = (accuracy, friction, contact, ensemble, roughness, oscillator)
+_REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES.items()}
 
 
 def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
@@ -44,9 +47,9 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     schema = scene_schema()
     asked = _locate(name_or_path, scenes_folder)
     top = sweep.scene_file(asked.stem, asked.parent)
-    chain, merged, lines = _read_chain(top, scenes_folder)
+    chain, merged, swept, lines = read_chain(top, scenes_folder)
     try:
-        variants = sweep.variants(top)
+        variants = sweep.variants(top, swept)
         if top.stem != asked.stem and asked.stem not in variants:
             lines.append(f"{display(asked)}: no such file; {top.stem} has {len(variants)} variants")
         merged.overlay(top, _of_the_variant(asked.stem, variants, merged.values))
@@ -58,64 +61,52 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         return min((merged.file_of(path) for path in paths), key=chain.index)
 
     if merged.file_of(("targets",)) != chain[0] and isinstance(merged.values["targets"], list):
-        merged.values["targets"] = default_targets(merged.values)
+        merged.values["targets"] = plan.default_targets(merged.values)
     faulty = set()
-    for path, text, is_refused in _schema_mistakes(merged.values, schema):
+    for path, text, is_refused in refusals(merged.values, schema):
         if is_refused:
             faulty.add(".".join(map(str, path)))
         lines.append(line(topmost([path]), path, text))
-    whole, left_open = discretisation.discretised(merged.values)
+    whole, left_open = accuracy.discretised(merged.values)
     faulty |= {mistake.keys[0] for mistake in left_open}
-    for keys, text in (*left_open, *rules.mistakes(_without(faulty, whole), faulty)):
+    for keys, text in (*left_open, *_mistakes(_without(faulty, whole), faulty)):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = oscillator.with_frequency(whole)
-    return derived(accuracy.with_sample_counts(cast(Values, _with_floats(whole, schema))))
+    return friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
 
 
-OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
+def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
+    """What the targets lack, forms that exclude each other, and every rule across keys that the scene breaks.
 
-
-def inherited(name: str, scenes_folder: Path) -> list[str]:
-    """Warnings on what a valid scene inherits and hardly means: a friction curve and a spring of another machine.
-
-    A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
+    scene : the merged scene, with None for every value that the schema refused
+    faulty : dotted keys that the schema refused; rules that read them, or anything in or around them, are left out
     """
-    chain, merged, _ = _read_chain(sweep.scene_file(name, scenes_folder), scenes_folder)
-    level = {file: chain.index(file) for file in chain}
 
-    def height(*keys: str) -> int:
-        """The topmost file that gives one of these keys, counted from the top; beyond the last where none does."""
-        paths = [path for key in keys if _has(merged.values, path := tuple(key.split(".")))]
-        return min((level[merged.file_of(path)] for path in paths), default=len(chain))
+    def sound(key: str) -> bool:
+        return not any(f"{bad}.".startswith(f"{key}.") or f"{key}.".startswith(f"{bad}.") for bad in faulty)
 
-    warnings = []
-    curve = height(*(f"oscillator.{key}" for key in OWN_CURVE))
-    own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve]
-    if own and curve < len(chain):
-        warnings.append(
-            f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
-            "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
-        )
-    if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
-        mass, omega = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
-        warnings.append(
-            f"oscillator.mass_kg: with the natural frequency of scene "
-            f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
-            f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
-        )
-    return warnings
-
-
-def _has(values: Any, path: tuple[str, ...]) -> bool:
-    """Whether there is a value at a path."""
-    for key in path:
-        if not isinstance(values, dict) or key not in values:
-            return False
-        values = values[key]
-    return True
+    absent = plan.lacking(scene) if sound("targets") else {}
+    for key, targets in ((key, targets) for key, targets in absent.items() if sound(key)):
+        reason = f"needed for {', '.join(targets)}"
+        if key != "friction.mean_at_median":
+            yield missing(reason, key, "targets")
+        elif given(scene, friction.STATISTICS) is not None:  # else the rules of friction report it
+            yield missing(f"{reason}, for which friction.statistics is no substitute", key, "targets")
+    for part in _FORMS:
+        yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
+    unread = plan.sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
+    whole = oscillator.with_frequency(scene)
+    for keys, holds, allowed, of_auto in _RULES:
+        if not (unread.isdisjoint(key.partition(".")[0] for key in keys) and all(map(sound, keys))):
+            continue
+        values = [get(whole, key) for key in keys]
+        left_open = tuple(key for key, value in zip(keys, values, strict=True) if value == AUTO)
+        if None not in values and left_open == of_auto and not holds(*values):
+            words = (shown(value) if isinstance(value, list) else value for value in values)
+            yield refused(values[0], allowed.format(*words), *keys)
 
 
 def scene_names(scenes_folder: Path) -> list[str]:
@@ -123,15 +114,18 @@ def scene_names(scenes_folder: Path) -> list[str]:
     return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
 
 
-# Keys that a key replaces, all of them dotted.
-_REPLACED = {
-    f"{section}.{key}".lstrip("."): [f"{section}.{old}".lstrip(".") for old in keys]
-    for section, replaced in rules.REPLACES.items()
-    for key, keys in replaced.items()
-}
+def all_names(scenes_folder: Path) -> dict[str, dict[str, Values]]:
+    """By the name of each scene file, sorted, its variants; none where the file or its `sweep` has a mistake."""
+    names: dict[str, dict[str, Values]] = {}
+    for file in sorted(scenes_folder.glob("*.yaml")):
+        try:
+            names[file.stem] = sweep.variants(file, read(file).get("sweep", {}))
+        except InputError:
+            names[file.stem] = {}
+    return names
 
 
-class _Merged:
+class Merged:
     """The values of overlaid files, and for each key the file that gave it last."""
 
     def __init__(self, top: Path) -> None:
@@ -191,15 +185,15 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
     is_path = isinstance(name_or_path, Path) or given.endswith(".yaml") or "/" in given
     name = Path(given).stem if is_path else given
     where = display(Path(given) if is_path else scenes_folder)
-    if not _NAME.fullmatch(name):
-        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {_NAME_ALLOWED}")
+    if not re.fullmatch(WORD, name):
+        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {NAME}")
     if name in RESERVED:
         raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; it is reserved")
     if is_path:
         return Path(given)
     file = scenes_folder / f"{name}.yaml"
     if not sweep.scene_file(name, scenes_folder).is_file():
-        raise InputError(f"{display(file)}: no such file; {_nearest(name, scene_names(scenes_folder), 'scenes')}")
+        raise InputError(f"{display(file)}: no such file; {nearest(name, scene_names(scenes_folder), 'scenes')}")
     return file
 
 
@@ -210,12 +204,16 @@ def _stay_inside(file: Path, scenes_folder: Path) -> None:
         raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
 
 
-def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, list[str]]:
-    """The files of a scene from the top of its overlays down, their values merged, and lines on unused accuracies."""
+def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any, list[str]]:
+    """Return the files of a scene from the top of its overlays down, their values merged, and `sweep` of the top.
+
+    Last come lines on accuracies that find nothing.
+    """
     known = scene_names(scenes_folder)
     chain = [top]
     documents: list[Values] = []
     lines: list[str] = []
+    swept: list[Any] = []
     while len(documents) < len(chain):
         file = chain[-1]
         try:
@@ -227,22 +225,22 @@ def _read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], _Merged, li
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
         lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
-        values.pop("sweep", None)  # of the file, not of those that extend it
+        swept.append(values.pop("sweep", {}))  # of the file, not of those that extend it
         documents.append(values)
         if "extends" not in values:
             break
         base = values.pop("extends")
         if base not in known:
-            text = f"{shown(base)} is not allowed; {_nearest(str(base), known, 'scenes')}"
+            text = f"{shown(base)} is not allowed; {nearest(str(base), known, 'scenes')}"
             raise InputError([*lines, line(file, ("extends",), text)])
         chain.append(scenes_folder / f"{base}.yaml")
         if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
             text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
             raise InputError([*lines, line(file, ("extends",), text)])
-    merged = _Merged(top)
+    merged = Merged(top)
     for file, values in zip(reversed(chain), reversed(documents), strict=True):
         merged.overlay(file, values)
-    return chain, merged, lines
+    return chain, merged, swept[0], lines
 
 
 def _without(faulty: set[str], value: Any, path: str = "") -> Any:
@@ -254,132 +252,102 @@ def _without(faulty: set[str], value: Any, path: str = "") -> Any:
     return value
 
 
-def _is_integer(_: object, value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
+def read(file: Path) -> dict[str, Any]:
+    """The mapping that a YAML file in UTF-8 holds. Raises InputError, in one line, where it cannot be read."""
+    where = display(file)
+    try:
+        if not file.is_file():
+            raise InputError(f"{where}: no such file")
+        with file.open("rb") as stream:
+            content = stream.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise InputError(f"{where}: cannot be read: {error.strerror}") from None
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"{where}: larger than {LARGEST_FILE} bytes, which no scene needs")
+    try:
+        values = deepcopy(_parsed(content.decode("utf-8")))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{where}: not UTF-8 text; byte {error.start} is {content[error.start]:#04x}") from None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        begun = error.context_mark
+        since = f", {error.context} that begins in line {begun.line + 1}" if error.problem and begun else ""
+        raise InputError(f"{where}: {at}not valid YAML: {error.problem or error.context}{since}") from None
+    except RecursionError:
+        raise InputError(f"{where}: not valid YAML: nested too deeply") from None
+    except (yaml.YAMLError, ValueError, OverflowError) as error:  # PyYAML raises the last two for wild \U escapes
+        raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
+    if values is None:
+        raise InputError(f"{where}: empty; a scene file holds keys and values")
+    if not isinstance(values, dict):
+        raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
+    return values
 
 
-def _is_number(_: object, value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return abs(value) <= sys.float_info.max  # false for inf and NaN
+@lru_cache(maxsize=64)
+def _parsed(text: str) -> Any:
+    """What a document holds; None where it is empty. Kept, as scenes extend the same few files.
+
+    libyaml takes a tenth of the time of PyYAML, where it is there. A mistake is told in the words of PyYAML.
+    """
+    try:
+        return _document(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    except yaml.YAMLError:
+        return _document(text, yaml.SafeLoader)
 
 
-def _is_text(_: object, value: object) -> bool:
-    return isinstance(value, str) and value.isprintable()  # on one line, and fit for any file
-
-
-_Validator = validators.extend(
-    Draft202012Validator,
-    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
-        {"integer": _is_integer, "number": _is_number, "string": _is_text}
-    ),
-)
-
-
-def _schema_mistakes(values: Values, schema: Values) -> Iterator[tuple[KeyPath, str, bool]]:
-    """The path, the text of its line, and whether there is a value, which is refused."""
-    for error in _Validator(schema).iter_errors(values):
-        path, given = tuple(error.absolute_path), error.instance
-        part = cast(Values, error.schema)
-        if error.validator == "required":
-            for key in part["required"]:
-                if key not in given:
-                    yield (*path, key), f"missing; {describe_allowed(part['properties'][key])}", False
-        elif error.validator == "additionalProperties":
-            for key in given:
-                if key not in part["properties"]:
-                    text = _nearest_key(key, part, schema)
-                    if (
-                        given[key] is None and str(key).isdigit()
-                    ):  # {damping_ratio: 0,1} has the keys damping_ratio and 1
-                        text = f"is it the decimal comma of a number? Write a point, as in 0.{key}"
-                    yield (*path, key), f"unknown key; {text}", False
-        elif isinstance(given, str) and (kind := _kind(part)) in ("integer", "number") and _is_numeric(given, part):
-            yield path, f"{shown(given)} is text, not a number; {_as_number(given, {**part, 'type': kind})}", True
-        else:
-            guess = _guess(given, part["enum"]) if isinstance(given, str) and "enum" in part else ""
-            yield path, f"{shown(given)} is not allowed; {guess}{describe_allowed(part)}", True
-
-
-def describe_allowed(schema: Values) -> str:
-    """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
-    if isinstance(schema["type"], list):  # a number, or a word in its place
-        return f"{describe_allowed({**schema, 'type': schema['type'][0]})}, or {schema['pattern'].strip('^$')}"
-    if "enum" in schema:
-        return "one of " + ", ".join(schema["enum"])
-    match schema["type"]:
-        case "boolean":
-            return "true or false"
-        case "string":
-            longest = schema.get("maxLength")
-            return f"text on one line, 1 to {longest} characters" if longest else _NAME_ALLOWED
-        case "object":
-            return "a group of the keys " + ", ".join(schema["properties"])
-        case "array":
-            least, most = schema["minItems"], schema.get("maxItems")
-            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
-            once = ", each once" if schema.get("uniqueItems") else ""
-            return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
-    signs = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-    bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, sign in signs.items() if key in schema)
-    unit = re.search(r" \[[^\]-]+\]$", schema["description"])
-    return f"a {'whole ' * (schema['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
-
-
-def _kind(part: Values) -> str:
-    """The type that a part of the schema allows, the first where a word may stand in its place."""
-    return str(part["type"][0] if isinstance(part["type"], list) else part["type"])
-
-
-def _is_numeric(text: str, part: Values) -> bool:
-    """Whether a text is meant as a number: always, or with a digit where a word may stand in its place."""
-    return not isinstance(part["type"], list) or any(character.isdigit() for character in text)
-
-
-def _as_number(text: str, schema: Values) -> str:
-    """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
-    plain = text.strip().replace("_", "")
-    if re.fullmatch(r"[-+]?\d*,\d+", plain):
-        plain = plain.replace(",", ".")
-    if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
-        sign, whole, fraction, exponent_sign, exponent = scientific.groups()
-        plain = f"{sign}{whole or 0}.{fraction or 0}e{exponent_sign or '+'}{exponent}"
-    if schema["type"] == "integer" and FLOAT.fullmatch(plain) and float(plain).is_integer():
-        plain = f"{float(plain):.0f}"
-    known = INTEGER.fullmatch(plain) or FLOAT.fullmatch(plain)
-    return f"write {plain}, {describe_allowed(schema)}" if known else describe_allowed(schema)
-
-
-def _nearest_key(key: str, part: Values, schema: Values) -> str:
-    """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
-    allowed = list(part["properties"])
-    elsewhere = [
-        f"{section}.{key}" for section, inner in schema["properties"].items() if key in inner.get("properties", {})
-    ]
-    if elsewhere and not difflib.get_close_matches(key, allowed):
-        return f"did you mean {' or '.join(elsewhere)}? allowed: {', '.join(allowed)}"
-    return _nearest(key, allowed, "allowed")
-
-
-def _nearest(given: str, known: list[str], heading: str) -> str:
-    return f"{_guess(given, known)}{heading}: {', '.join(known)}"
-
-
-def _guess(given: str, known: list[str]) -> str:
-    """A question for the known word that is nearest, or nothing where none is near."""
-    given = given[:100].replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")  # else µm is near m
-    near = difflib.get_close_matches(given, known, n=1)
-    return f"did you mean {near[0]}? " if near else ""
-
-
-def _with_floats(value: Any, schema: Values) -> Any:
-    """A number is a float however it was written, so that 5 and 5.0 are the same scene."""
-    kind = schema["type"]
-    match kind[0] if isinstance(kind, list) and not isinstance(value, str) else kind:
-        case "object":
-            return {key: _with_floats(item, schema["properties"][key]) for key, item in value.items()}
-        case "array":
-            return [_with_floats(item, schema["items"]) for item in value]
-        case "number":
-            return float(value)
+def _document(text: str, loader: type[yaml.SafeLoader]) -> Any:
+    """The only document of a text as dicts, lists, text, numbers, True, False and None."""
+    events: Iterator[Any] = yaml.parse(text, Loader=loader)
+    next(events)  # the start of the stream
+    start = next(events)
+    if isinstance(start, yaml.StreamEndEvent):
+        return None
+    value = _value(next(events), events)
+    next(events)  # the end of the document
+    if not isinstance(further := next(events), yaml.StreamEndEvent):
+        text = "expected a single document in the stream"
+        raise yaml.MarkedYAMLError(text, start.start_mark, "but found another document", further.start_mark)
     return value
+
+
+def _value(event: Any, events: Iterator[Any]) -> Any:
+    """The value that an event begins. Each is written out: an alias can make a small file endless.
+
+    PyYAML lets a repeated key win without a word. Raises MarkedYAMLError for it, and for a key that is no plain word.
+    """
+    if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
+        raise _mistake("write the value out, without anchor, alias or tag", event)
+    if isinstance(event, yaml.ScalarEvent):
+        return _scalar(event)
+    if isinstance(event, yaml.SequenceStartEvent):
+        items = []
+        while not isinstance(item := next(events), yaml.SequenceEndEvent):
+            items.append(_value(item, events))
+        return items
+    values: dict[str, Any] = {}
+    while not isinstance(key := next(events), yaml.MappingEndEvent):
+        if isinstance(key, yaml.CollectionStartEvent):
+            raise _mistake("a key is a plain word", key)
+        _value(key, events)  # refuses an alias
+        if key.value in values:
+            raise _mistake(f"{shown(key.value)} is given before; give it once", key)
+        values[key.value] = _value(next(events), events)
+    return values
+
+
+def _mistake(problem: str, event: Any) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+
+
+def _scalar(event: yaml.ScalarEvent) -> Any:
+    """PyYAML reads 010 as 8 and 1:30 as 90. What does not look like a plain decimal number (1e9, .inf) stays text."""
+    text = event.value
+    if event.style:  # quoted, or a block of text
+        return text
+    if text in _CONSTANTS:
+        return _CONSTANTS[text]
+    if INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if FLOAT.fullmatch(text) else text

@@ -1,12 +1,18 @@
-"""Mistakes of scenes, the words that describe them, and access to values by dotted key."""
+"""Mistakes of scenes, the rules that find them, the line of each, and access to values by dotted key."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from roughslip.limits import MOST_NUMBERS
+
 Values = dict[str, Any]  # a scene, or a part of one, as nested dicts
+KeyPath = tuple[str | int, ...]
+MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"  # the most numbers of an array, as a rule says it
 
 
 class Mistake(NamedTuple):
@@ -70,3 +76,23 @@ class Rule(NamedTuple):
     holds: Callable[..., bool]
     allowed: str  # a format of the same values
     of_auto: tuple[str, ...] = ()  # the keys that have to be auto
+
+
+def increasing(key: str) -> Rule:
+    """The rule of a list whose numbers increase."""
+    return Rule((key,), strictly_increasing, "strictly increasing")
+
+
+def line(file: Path, path: KeyPath, text: str) -> str:
+    """`config/scenes/mine.yaml: strip.cell_m: text`"""
+    words = [f"[{part}]" if isinstance(part, int) else f".{_word(part)}" for part in path]
+    return ": ".join([display(file), *(["".join(words)[1:]] if words else []), text])
+
+
+def display(file: Path) -> str:
+    """The path as a user sees it: from the working folder, where the file lies in it."""
+    return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
+
+
+def _word(key: str) -> str:
+    return key if re.fullmatch(r"[\w-]{1,60}", key) else shown(key)

@@ -8,8 +8,8 @@ from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
-from roughslip.scene.load import MOST_WINDOWS
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together
+from roughslip.scene.friction import MOST_WINDOWS, STATISTICS
+from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, strictly_increasing
 
 Follows = Literal["slip", "belt"]
 
@@ -46,9 +46,9 @@ class Oscillator(Section):
     friction_table: tuple[tuple[float, float], ...] | None = many(
         "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "
         "The last one holds beyond its speed, and the windows give the scatter alone",
-        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), fewest=2, most=2),
-        fewest=2,
-        most=1000,
+        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), at_least=2, at_most=2),
+        at_least=2,
+        at_most=1000,
         default=None,
     )
     stribeck_decay_s_per_m: float = number(
@@ -82,14 +82,95 @@ class Oscillator(Section):
 
 
 _FREQUENCY, _STIFFNESS, _MASS = "natural_frequency_rad_per_s", "stiffness_n_per_m", "mass_kg"
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "oscillator": {_FREQUENCY: (_STIFFNESS,), _STIFFNESS: (_FREQUENCY,)},
+_STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
+_FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
+MOST_FRICTION = 10  # as of other coefficients
+MOST_STEP = 2.0  # of static friction over that at vanishing speed
+FREE = ("figure_lifetimes", "figure_map")  # figures of the oscillator without excitation
+
+REPLACES: dict[str, tuple[str, ...]] = {
+    f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),
+    f"oscillator.{_STIFFNESS}": (f"oscillator.{_FREQUENCY}",),
+    _LAW: (_TABLE,),
 }
+
+RULES = (
+    Rule(
+        ("oscillator.excitation_frequency_rad_per_s", _FORCE),
+        lambda frequency, force: frequency > 0 or force == 0,
+        f"a number > 0 [rad/s] where {_FORCE} is not 0",
+    ),
+    Rule(
+        ("targets", _FORCE),
+        lambda targets, force: force == 0 or not {*FREE}.intersection(targets),
+        f"{', '.join(FREE)} are for the free oscillator, and {_FORCE} is not 0",
+    ),
+    *(
+        Rule(
+            (_STATIC, mean, _LAW),
+            lambda static, mean, law: law == "table" or static >= mean,
+            f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
+        )
+        for mean in ("friction.mean_at_median", "load.mean_friction", f"{STATISTICS}.mean")
+    ),
+    Rule(
+        (_STATIC, _TABLE),
+        lambda static, table: static >= table[0][1],
+        f"at least the first coefficient of {_TABLE} = {{1}}, or stick holds less than slip",
+    ),
+    Rule(
+        (_STATIC, _TABLE),
+        lambda static, table: static <= MOST_STEP * table[0][1],
+        f"at most {MOST_STEP:g} times the first coefficient of {_TABLE} = {{1}}, at vanishing speed",
+    ),
+    Rule(
+        ("load.mean_friction", _TABLE, _LAW),
+        lambda mean, table, law: law != "table" or min(row[1] for row in table) <= mean <= max(row[1] for row in table),
+        f"a mean between the smallest and the largest coefficient of {_TABLE} = {{1}}",
+    ),
+    Rule(
+        (_TABLE,),
+        lambda table: table[0][0] == 0 and strictly_increasing([speed for speed, _ in table]),
+        "strictly increasing speeds from 0 on",
+    ),
+    Rule(
+        (_TABLE,),
+        lambda table: all(coefficient <= MOST_FRICTION for _, coefficient in table),
+        f"friction coefficients of at most {MOST_FRICTION}",
+    ),
+    Rule(
+        ("oscillator.windows_in_parallel", "ensemble.marginal"),
+        lambda windows, marginal: windows == 1 or marginal != "empirical",
+        "1 where ensemble.marginal is {1}",
+    ),
+    Rule(
+        (_DEPTH, "strip.penetration_percentiles"),
+        lambda depth, levels: depth == 50 or levels[0] <= depth <= levels[-1],
+        "between the first and the last of strip.penetration_percentiles = {1}",
+    ),
+    Rule(
+        (_DEPTH, "ensemble.marginal"),
+        lambda depth, marginal: depth == 50 or marginal != "empirical",
+        "50 where ensemble.marginal is {1}: quantiles of the windows are kept at 50 alone",
+    ),
+    Rule(
+        (_DEPTH, STATISTICS),
+        lambda depth, _: depth == 50,
+        f"one of {_DEPTH} and {STATISTICS}, which replaces the windows",
+    ),
+)
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """The spring is given by the natural frequency or by its stiffness, one of them."""
-    values = scene["oscillator"]
+    """The spring is given by the natural frequency or by its stiffness, and a friction table with its law alone."""
+    values = scene.get("oscillator")
+    if not isinstance(values, dict):
+        return
+    law, table = values.get("law", "stribeck"), values.get("friction_table")
+    if law == "table" and table is None:
+        yield missing(f"{_LAW} = table needs it", _TABLE, _LAW)
+    elif law not in ("table", None) and table is not None:
+        yield not_together(_TABLE, table, _LAW, law, allowed="only table takes it")
     if _FREQUENCY in values and _STIFFNESS in values:
         yield not_together(f"oscillator.{_STIFFNESS}", values[_STIFFNESS], f"oscillator.{_FREQUENCY}")
     elif _FREQUENCY not in values and _STIFFNESS not in values:

@@ -1,24 +1,21 @@
-"""Which stages a scene needs, why others are skipped, and what each reads: all from the declarations of the stages."""
+"""Which stages a scene needs, why others are skipped, and what these lack: all from the declarations of the stages."""
 
 from __future__ import annotations
 
 from collections.abc import Set
 from functools import cache
-from typing import Any
 
 from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations, targets
-from roughslip.scene.types import get, part_of
-
-Scene = dict[str, Any]
+from roughslip.scene.mistakes import Values, given
+from roughslip.scene.types import get
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "friction", "numerics")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 AFTER_COSTS = ("costs", "report")  # which the sum of costs of a scene cannot hold
-FREE = frozenset({"figure_map", "figure_lifetimes"})  # figures of the oscillator without excitation
 
 
-def default_targets(scene: Scene) -> list[str]:
+def default_targets(scene: Values) -> list[str]:
     """Of a scene that names none itself: those it inherits, and with figure5 its map.
 
     The limits of the map are those of the oscillator without excitation.
@@ -29,17 +26,12 @@ def default_targets(scene: Scene) -> list[str]:
     return list(dict.fromkeys([*inherited, *(["figure_map"] if "map" in scene else [])]))
 
 
-def slice_for(scene: Scene, stage: str) -> Scene:
-    """The part of the scene that a stage reads: every key that it declares, with the default of a key not given."""
-    return part_of(scene, declarations()[stage].keys)
-
-
-def stages_needed(scene: Scene) -> set[str]:
+def stages_needed(scene: Values) -> set[str]:
     """Names of the stages that the targets of the scene need."""
     return _needed(scene, (EVERY_SCENE, *scene["targets"]))
 
 
-def figures(scene: Scene) -> list[str]:
+def figures(scene: Values) -> list[str]:
     """The figures that the scene makes: those that accompany a stage that it needs, then those of its targets."""
     needed = stages_needed(scene)
     drawn = [stage for stage in declarations().values() if stage.caption and stage.name in needed]
@@ -52,19 +44,31 @@ def captions() -> dict[str, str]:
     return {stage.name: stage.caption for stage in declarations().values() if stage.target and stage.caption}
 
 
-def needs(scene: Scene, target: str) -> list[str]:
-    """Sections and keys without which the stages of a target cannot run."""
-    lacking: dict[str, None] = {}
-    for name in sorted(_needed(scene, (target,))):
-        stage = declarations()[name]
-        for key in stage.reads.split():
-            section = key.partition(".")[0]
-            if key not in _ALWAYS_GIVEN:
-                lacking[key if section in _KEY_BY_KEY else section] = None
-    return list(lacking)
+def lacking(scene: Values) -> dict[str, list[str]]:
+    """Sections, and keys of given sections, without which stages of targets cannot run, each with these targets."""
+    absent: dict[str, list[str]] = {}
+    for target in scene.get("targets", []):
+        for key in dict.fromkeys(key for name in sorted(_needed(scene, (target,))) for key in _needs(name)):
+            name = key if (section := key.partition(".")[0]) in scene else section
+            if given(scene, name) is None and target not in absent.setdefault(name, []):
+                absent[name].append(target)
+    return absent
 
 
-def skip_reasons(scene: Scene) -> dict[str, str]:
+def _needs(stage: str) -> list[str]:
+    """Sections and keys without which a stage cannot run."""
+    keys = [key for key in declarations()[stage].reads.split() if key not in _ALWAYS_GIVEN]
+    return [key if (section := key.partition(".")[0]) in _KEY_BY_KEY else section for key in keys]
+
+
+def sections_not_read(scene: Values) -> set[str]:
+    """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
+    stages = stages_needed(scene)
+    unread = set() if "friction" in stages else {"strip"}
+    return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
+
+
+def skip_reasons(scene: Values) -> dict[str, str]:
     """The stages of any target that do not run for those of the scene, each with the reason."""
     reached = _reached(scene, tuple(scene["targets"]))
     asking = {name: ", ".join(target for target in targets() if name in _all_of(target)) for name in _of_any_target()}
@@ -80,7 +84,7 @@ def stages_of_several_scenes() -> tuple[str, ...]:
     return tuple(sorted(declarations().keys() - _of_any_target() - {*_starts(EVERY_SCENE)}))
 
 
-def runs(scene: Scene, stage: Stage) -> bool:
+def runs(scene: Values, stage: Stage) -> bool:
     """Whether the condition of a stage holds in the scene."""
     key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
     if value:
@@ -88,11 +92,11 @@ def runs(scene: Scene, stage: Stage) -> bool:
     return not key or (get(scene, key) is not None) != stage.runs_if.startswith("not ")
 
 
-def _needed(scene: Scene, wanted: tuple[str, ...]) -> set[str]:
+def _needed(scene: Values, wanted: tuple[str, ...]) -> set[str]:
     return {name for name, reason in _reached(scene, wanted).items() if not reason}
 
 
-def _reached(scene: Scene | None, wanted: tuple[str, ...]) -> dict[str, str]:
+def _reached(scene: Values | None, wanted: tuple[str, ...]) -> dict[str, str]:
     """Stages that these targets may need: their own, those that make the inputs of one, and companions.
 
     Each has the first condition that fails on every way to it, as the reason why it does not run; "" where it is
@@ -121,11 +125,11 @@ def _reason(stage: Stage) -> str:
 
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
-    collected = [name for made_by in declarations()[stage].collects.values() for name in made_by.split()]
-    found = {*(name for name, _ in _edges(stage)), *collected} & stages
-    if stage == "chaos_strip" and "strip_pilot" in found:  # the pilot then has all training strips
-        found.discard("contact_strip")
-    return sorted(found)
+    collected = [name for names in declarations()[stage].collects.values() for name in names.split()]
+    made_by = {*(name for name, _ in _edges(stage)), *collected} & stages
+    if stage == "chaos_strip" and "strip_pilot" in made_by:  # the pilot then has all training strips
+        made_by.discard("contact_strip")
+    return sorted(made_by)
 
 
 @cache

@@ -1,20 +1,23 @@
 """Warnings on a scene that is allowed but implausible: what, its number, the key, what to do.
 
-They take the scene's values alone. Those on its surface stand in `roughslip.surface.plausibility`.
+They take its values, and the files that give these. Those on its surface stand in `roughslip.surface.plausibility`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from roughslip.limits import FUNCTIONALS
-from roughslip.scene.auto import unless_auto
+from roughslip.scene.contact import training_columns
 from roughslip.scene.expansion import terms
+from roughslip.scene.fields import unless_auto
+from roughslip.scene.loader import read_chain
 from roughslip.scene.mistakes import Values
 from roughslip.scene.plan import stages_needed
-from roughslip.scene.rules import training_columns
+from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 
 SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
@@ -116,3 +119,46 @@ def _least_contact(scene: Values) -> Iterator[str]:
             f"contact. The friction of a single cell grows without bound. Take at least {LEAST_CELLS / cells:.2g}, or "
             "smaller cells"
         )
+
+
+_OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
+
+
+def inherited(name: str, scenes_folder: Path) -> list[str]:
+    """Warnings on what a valid scene inherits and hardly means: a friction curve and a spring of another machine.
+
+    A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
+    """
+    chain, merged, _, _ = read_chain(scene_file(name, scenes_folder), scenes_folder)
+    level = {file: chain.index(file) for file in chain}
+
+    def height(*keys: str) -> int:
+        """The topmost file that gives one of these keys, counted from the top; beyond the last where none does."""
+        paths = [path for key in keys if _has(merged.values, path := tuple(key.split(".")))]
+        return min((level[merged.file_of(path)] for path in paths), default=len(chain))
+
+    warnings = []
+    curve = height(*(f"oscillator.{key}" for key in _OWN_CURVE))
+    own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve]
+    if own and curve < len(chain):
+        warnings.append(
+            f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
+            "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
+        )
+    if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
+        mass, omega = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
+        warnings.append(
+            f"oscillator.mass_kg: with the natural frequency of scene "
+            f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
+            f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
+        )
+    return warnings
+
+
+def _has(values: Any, path: tuple[str, ...]) -> bool:
+    """Whether there is a value at a path."""
+    for key in path:
+        if not isinstance(values, dict) or key not in values:
+            return False
+        values = values[key]
+    return True

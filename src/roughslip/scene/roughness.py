@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
-from roughslip.scene.mistakes import Mistake, Values, missing, not_together, refused
+from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, refused
 
 MODELS = Path(__file__).resolve().parents[1] / "surface" / "models.py"
 
@@ -50,7 +50,7 @@ class Marginal(Section):
     shapes: tuple[float, ...] = many(
         "Shape parameters: a and b of beta, k of weibull, the deviation of the logarithm s of lognormal",
         number("A shape parameter", at_least=0.02, at_most=10000),
-        most=2,
+        at_most=2,
     )
     mirrored: bool = flag("Whether heights are turned upside down: valleys below a plateau", default=False)
     correct_correlation: bool = flag(
@@ -76,8 +76,8 @@ class Fractal(Section):
     wavelengths_m: tuple[float, float] | None = many(
         "Shortest and longest wave; where not given, two cells and the whole length of the strip",
         number("A wavelength", "m", above=0, at_most=1),
-        fewest=2,
-        most=2,
+        at_least=2,
+        at_most=2,
         default=None,
     )
 
@@ -94,8 +94,8 @@ class Scan(Section):
     spacing_m: tuple[float, float] | None = many(
         "Distance of neighbouring points along x and along y, where the file does not give it",
         number("A distance", "m", at_least=1e-11, at_most=0.01),
-        fewest=2,
-        most=2,
+        at_least=2,
+        at_most=2,
         default=None,
     )
     height_unit: HeightUnit | None = choice(
@@ -202,22 +202,62 @@ FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_hei
 FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
 STATED = ("spacing_m", "height_unit", "array")  # for a file that does not give them
 
-REPLACES: dict[str, dict[str, tuple[str, ...]]] = {
-    "roughness": {
-        **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
-        "rms_height_m": ("scan",),
-        "covariance": ("fractal", "scan", *SHAPES),
-        "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
-        "scan": (*FORMS["covariance"], "fractal"),
-    },
-    "roughness.marginal": {"family": ("shapes", "mirrored")},
-    "roughness.scan": {"marginal": ("correct_correlation",)},
+_REPLACES = {
+    **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
+    "rms_height_m": ("scan",),
+    "covariance": ("fractal", "scan", *SHAPES),
+    "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
+    "scan": (*FORMS["covariance"], "fractal"),
+    "marginal.family": ("marginal.shapes", "marginal.mirrored"),
+    "scan.marginal": ("scan.correct_correlation",),
 }
+REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
+
+_LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.fractal.wavelengths_m", "strip.cell_m"
+RULES = (
+    Rule(
+        ("strip.length_m", _LENGTH),
+        lambda length, correlation: length >= 8 * correlation,
+        f"at least eight times {_LENGTH} = {{1}} [m]",
+    ),
+    Rule(
+        ("numerics.extrapolate_mesh", _LENGTH, _CELL),
+        lambda asked, length, cell: not asked or length >= 4 * cell,
+        f"false, or {_LENGTH} = {{1}} [m] at least four cells, 4 x {{2}} m",
+    ),
+    Rule(
+        (_WAVES, "strip.length_m"),
+        lambda waves, length: waves[0] <= waves[1] <= length,
+        "the shortest first, the longest at most strip.length_m = {1} [m]",
+    ),
+    Rule(
+        (_WAVES, _CELL),
+        lambda waves, cell: waves[0] > 2 * cell,
+        "a shortest wave of more than two cells, strip.cell_m = {1} [m]",
+    ),
+    Rule(
+        ("strip.expansion_spacing_m", _CELL, "roughness.fractal"),
+        lambda spacing, cell, fractal: spacing == cell or (fractal["wavelengths_m"] or [0.0])[0] > 2 * spacing,
+        f"strip.cell_m = {{1}} [m], or less than half of the first of {_WAVES}",
+    ),
+    Rule(
+        ("numerics.extrapolate_mesh", _WAVES, _CELL),
+        lambda asked, waves, cell: not asked or waves[0] > 4 * cell,
+        f"false, or the first of {_WAVES} = {{1}} more than four cells, 4 x {{2}} m",
+    ),
+    Rule(
+        ("targets", "roughness.fractal"),
+        lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
+        "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
+    ),
+)
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """Roughness has exactly one of its forms, and the keys of that form alone."""
-    roughness = scene["roughness"]
+    roughness = scene.get("roughness")
+    if not isinstance(roughness, dict):
+        return
     form = next((key for key in ("scan", "fractal") if key in roughness), "covariance")
     every = {key for keys in FORMS.values() for key in keys}
     for key, value in roughness.items():

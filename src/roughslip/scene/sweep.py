@@ -9,21 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
-from roughslip.scene.mistakes import Values, shown
+from roughslip.scene.mistakes import KeyPath, Values, line, shown
 from roughslip.scene.schema import scene_schema
-from roughslip.scene.strict_yaml import KeyPath, line, read
 
 MOST = 50  # variants of a scene
 _NOT_SWEPT = ("description", "targets")
 _ALLOWED = "a dotted key with a list of values, each once, as in oscillator.damping_ratio: [0.1, 0.2]"
 
 
-def variants(file: Path) -> dict[str, Values]:
+def variants(file: Path, swept: Any) -> dict[str, Values]:
     """Names of the variants of a scene file, <scene>-1, <scene>-2, ..., each with its values by dotted key.
+
+    swept : what its key `sweep` holds
 
     The last key changes fastest. Raises InputError with a line for each mistake of `sweep`.
     """
-    swept = read(file).get("sweep", {})
     lines = [line(file, path, text) for path, text in _mistakes(swept)]
     names = [f"{file.stem}-{n}" for n in range(1, 1 + prod(map(len, swept.values())))] if swept and not lines else []
     for name in names:
@@ -33,17 +33,6 @@ def variants(file: Path) -> dict[str, Values]:
         raise InputError(lines)
     chosen = product(*swept.values()) if names else ()
     return {name: dict(zip(swept, values, strict=True)) for name, values in zip(names, chosen, strict=True)}
-
-
-def all_names(scenes_folder: Path) -> dict[str, dict[str, Values]]:
-    """By the name of each scene file, sorted, its variants; none where the file or its `sweep` has a mistake."""
-    names: dict[str, dict[str, Values]] = {}
-    for file in sorted(scenes_folder.glob("*.yaml")):
-        try:
-            names[file.stem] = variants(file)
-        except InputError:
-            names[file.stem] = {}
-    return names
 
 
 def scene_file(name: str, scenes_folder: Path) -> Path:

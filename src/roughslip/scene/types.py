@@ -11,7 +11,8 @@ from typing import Any, Literal
 
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
-from roughslip.scene.ensemble import Answer, Ensemble, Survival
+from roughslip.scene.declarations import declarations
+from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap, Survival
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
@@ -28,11 +29,9 @@ from roughslip.scene.fields import (
     section,
     text,
 )
-from roughslip.scene.friction import Friction
-from roughslip.scene.load import Load
+from roughslip.scene.friction import Friction, Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Oscillator
-from roughslip.scene.ranges import StickSlipMap
 from roughslip.scene.roughness import Roughness
 
 ContactArea = Literal["corrected", "nodes"]
@@ -103,6 +102,11 @@ class Scene(Section):
         at_most=2000,
         default=2,
     )
+
+
+def slice_for(scene: Values, stage: str) -> Values:
+    """The part of the scene that a stage reads: every key that it declares, with the default of a key not given."""
+    return part_of(scene, declarations()[stage].keys)
 
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:

@@ -1,4 +1,4 @@
-"""One small command a stage: read, call the package, write."""
+"""One small module a stage: read, call the package, write. `__main__` runs them."""
 
 import gc
 import os
@@ -12,7 +12,7 @@ for _library in ("OPENBLAS", "OMP", "MKL", "NUMBA"):
     os.environ[f"{_library}_NUM_THREADS"] = "1"
 os.environ.setdefault("MPLBACKEND", "Agg")
 
-# True while Python is looking for the module of `python -m roughslip.stages.<stage>`. Ctrl-C ends a job without a
+# True while Python is looking for the module of `python -m roughslip.stages`. Ctrl-C ends a job without a
 # traceback, which Snakemake would show. What imports make stays: collecting garbage among it takes a sixth of a start.
 IS_JOB = sys.argv[:1] == ["-m"]
 if IS_JOB:

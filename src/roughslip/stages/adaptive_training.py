@@ -15,7 +15,7 @@ from roughslip.scene.expansion import terms
 from roughslip.stages.from_scene import expansion, geometry
 from roughslip.stages.from_scene.square import solved, square
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="adaptive_training",
@@ -26,8 +26,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/training.nc",
     runs_if="expansion.samples = auto",
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 80, "fit_table": 6, "training_samples modes": 4},
 )
 
 DESIGN = "sobol"  # where the scene names none: it can be extended
@@ -81,7 +79,3 @@ def work(job: Job) -> None:
         value = getattr(reached, name)
         variables[f"cdf_error_{name}"] = store.Variable((), value, "1", f"estimated error of the distribution {title}")
     store.write(job.arguments.output, variables, job.key, {"first": 0, "design": "expansion"})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -13,7 +13,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction.recursion import Recursion, recursion
+from roughslip.friction.paths import Paths, path_sampler
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
@@ -24,26 +24,26 @@ from roughslip.oscillator.states import States, run_until_known, time_scales
 from roughslip.oscillator.survival import Spells, mean_lifetime, spells
 from roughslip.probability.level_search import LevelSearch
 from roughslip.report.answer import summary
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
     name="answer",
     reads="seed oscillator",
-    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics",
+    reads_if_given="answer.realisations answer.duration_periods ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="answer.json",
     target="answer",
     comes_with="deterministic stick_slip_map",
-    memory_mb=600,
+    memory_mb=620,
 )
 
 NODES = 4  # per correlation length, as in the map
@@ -84,7 +84,7 @@ class Runs:
     scene: Scene
     numbers: FrictionNumbers
     own: System
-    paths: Recursion
+    paths: Paths
     options: MotionOptions
     count: int
     length_m: float
@@ -323,7 +323,7 @@ def work(job: Job) -> None:
         return
     count = scene.answer.realisations
     process = variation.process(scene, own, job.arguments.friction)
-    paths = recursion(process, process.correlation_length_m / NODES)
+    paths = path_sampler(process, process.correlation_length_m / NODES)
     length = process.correlation_length_m
     runs = Runs(scene, numbers, own, paths, mass_on_belt.motion_options(scene), count, length)
     with job.usage.core():
@@ -362,7 +362,3 @@ def work(job: Job) -> None:
         "windows": quantity(own.windows, None, "1"),
     }
     store.write_json(job.arguments.output, found | {"summary": summary(found)})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

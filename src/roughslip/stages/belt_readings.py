@@ -16,24 +16,23 @@ from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.nearest import nearest_level
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.result_tables.ensemble_table import Runs, ensemble_variables
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/readings.nc",
     target="readings",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "realisations": 2000},
+    memory_mb=620,
 )
 
 RUNS = 80  # of each reading, at most those of the scene: if all show a cycle, the interval of the share lies above 0.95
@@ -126,7 +125,3 @@ def _summed_up(
     job.usage.count(runs=count * (len(dampings) + 1) + len(dampings), cycles=int(runs.cycles.sum()))
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     return ensemble_variables(without, runs, (periods, nominal), generator, job.usage.warn)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -32,12 +32,12 @@ from roughslip.chaos.sampling import kolmogorov_distance, monte_carlo, quantile_
 from roughslip.errors import IllPosedError
 from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.scene.fields import unless_auto
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="chaos_square",
@@ -47,17 +47,7 @@ STAGE = Stage(
     optional={"scan": "scan", "pilot": "square_pilot"},
     many={"contact": "contact_square adaptive_training"},
     result="chaos/square.nc",
-    memory_mb=500,
-    memory_doubles={
-        "square_modes": 3,
-        "fit_table": 6,
-        "terms": 80_000,
-        "latin_hypercube terms": 3,
-        "draws": 20,
-        "monte_carlo": 40,
-        "design_numbers": 3,
-        "training_samples modes": 3,
-    },
+    memory_mb=620,
 )
 
 PAPER = 8  # variables, at most, of eqs. (8) and (9)
@@ -94,7 +84,7 @@ def local_expansion(
 def edges_of(batches: list[store.Result], group: np.ndarray, job: Job) -> tuple[EdgeCorrection, EdgeCorrection]:
     """The error of the mesh at edges of contacts, from the training samples, and what the scene takes off of it."""
     cells, points = (samples_of(batches, "expansion", name) for name in ("pressure", "point_pressure"))
-    corrected = job.scene.numerics.contact_area == "corrected"
+    corrected = elastic.counts_shares(job.scene)
     return EdgeCorrection(cells, points, group), EdgeCorrection(cells, points if corrected else cells, group)
 
 
@@ -309,7 +299,3 @@ def quality(
         values = [float(column.get(method, np.nan)) for method in EXPANDED]
         variables[f"fit_{name}"] = store.Variable(("fit",), values, "1", FITS[name])
     return variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

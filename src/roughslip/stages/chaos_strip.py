@@ -15,9 +15,9 @@ from roughslip.chaos.strip import (
 )
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import expansion, geometry, strip_coordinates, surface_model
+from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="chaos_strip",
@@ -28,13 +28,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     many={"contact": "strip_pilot contact_strip"},
     result="chaos/strip.nc",
-    memory_mb=420,
-    memory_doubles={
-        "cells": 150,
-        "training_strips levels cells": 1.5,
-        "training_strips cells": 7.5,
-        "training_strips columns strip_terms": 1,
-    },
 )
 
 
@@ -55,9 +48,7 @@ def work(job: Job) -> None:
     target, stencil = expansion.target(scene, model, grid), expansion.stencil(model, lattice.grid)
     columns = geometry.training_columns(geometry.middle(scene))
     with job.usage.core():
-        sample = model.sampler(grid)
-        streams = ([scene.seed, geometry.STREAM_STRIP, number] for number in range(len(pressure)))
-        fields = (sample(np.random.default_rng(stream)) for stream in streams)
+        fields = map(surface_model.strip_fields(scene, model, grid), range(len(pressure)))
         functionals = np.concatenate([_functionals(field, columns, lattice.spacing, stencil) for field in fields])
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         training, values = turned_to_half(functionals, values)
@@ -73,7 +64,7 @@ def work(job: Job) -> None:
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
     title = "mean force on a column of the training strips"
-    variables = strip_coordinates.of_levels(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
+    variables = geometry.level_coordinates(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
     variables["column_force"] = store.Variable(("level",), force, "N", title)
     for name, title in QUALITY.items():
         variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)
@@ -82,7 +73,7 @@ def work(job: Job) -> None:
 
 def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarray:
     """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
-    if scene.numerics.contact_area != "corrected":
+    if not elastic.counts_shares(scene):
         return np.ones(levels)
     corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
     return np.asarray(corrected.sum(axis=0) / of_nodes.sum(axis=0))
@@ -114,7 +105,3 @@ def _functionals(field: np.ndarray, columns: np.ndarray, spacing: int, stencil: 
         on_lattice = local_functionals(field[phase::spacing], stencil)
         functionals[lies] = on_lattice[:, columns[lies] // spacing].transpose(1, 2, 0)
     return functionals
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

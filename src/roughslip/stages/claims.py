@@ -5,7 +5,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.rules import BOUNDS, claims
 from roughslip.verdicts.strips import strips_that_decide
 
@@ -45,7 +45,3 @@ def work(job: Job) -> None:
             judged = [with_strips(claim, deciding.get(claim["id"])) for claim in judged]
     job.usage.count(claims=len(judged))
     store.write_json(job.arguments.output, judged)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -4,7 +4,7 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.figures.comparison import MOST, comparison, drawn
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
 STAGE = Stage(
@@ -15,7 +15,6 @@ STAGE = Stage(
     caption="Scenes in comparison, with 95 % intervals: pressure at the centre over its mean; friction against "
     "penetration; limit cycle without scatter, reattachment point, cycles lost to the scatter; where stick-slip is as "
     "likely as not; modes of the field, and scans.",
-    memory_mb=320,
 )
 
 
@@ -35,7 +34,3 @@ def work(job: Job) -> None:
             numbers[f"{scene}_{figure}_{name}"] = variable._replace(dimensions=dimensions)
     save_with_numbers(job, comparison(results), numbers)
     job.usage.count(scenes=len(set(scenes)))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

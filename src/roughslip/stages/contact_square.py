@@ -5,7 +5,7 @@ from roughslip.chaos.sampling import monte_carlo
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import pressures_at, solved, square
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="contact_square",
@@ -21,8 +21,6 @@ STAGE = Stage(
             "expansion": "expansion.samples",
         },
     ),
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 80, "design_numbers": 2, "batch": 160},
 )
 
 
@@ -46,7 +44,3 @@ def work(job: Job) -> None:
                 nodes = geometry.Nodes(*(part[:1] for part in nodes))
             variables = pressures_at(problem, xi, count, nodes, job)
     store.write(arguments.output, variables, job.key, {"first": arguments.first, "design": arguments.design})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

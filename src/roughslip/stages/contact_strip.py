@@ -3,7 +3,7 @@
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_contact import solve_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="contact_strip",
@@ -15,8 +15,6 @@ STAGE = Stage(
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(totals={"": "strip.samples"}, asked="accuracy.friction_mean"),
-    memory_mb=420,
-    memory_doubles={"cells": 190, "batch windows": 16, "trained_strips levels cells": 1},
 )
 
 
@@ -26,7 +24,3 @@ def work(job: Job) -> None:
     if job.arguments.allocation is not None:
         others = sample_range(job, "coarse_strips", solved_strips(job))
     solve_strips(job, numbers, others)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

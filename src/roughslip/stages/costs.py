@@ -6,7 +6,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="costs",
@@ -76,7 +76,3 @@ def work(job: Job) -> None:
     records = [store.read_json(path) for path in sorted(job.arguments.records)]
     of_scene = job.key.configuration
     store.write_json(job.arguments.output, total(records, of_scene["not_needed"], of_scene["warnings"]))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -6,7 +6,7 @@ from roughslip import store
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.result_tables import ensemble_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="cycles",
@@ -15,7 +15,6 @@ STAGE = Stage(
     optional={"allocation": "ensemble_pilot"},
     many={"ensemble": "oscillator"},
     result="oscillator/statistics.nc",
-    memory_doubles={"realisations dampings": 24, "realisations periods": 32, "realisations": 800},
 )
 
 HISTOGRAM_BINS = 48
@@ -54,7 +53,3 @@ def work(job: Job) -> None:
         job.usage.count(cycles_reached=round(reached, 3))
     job.usage.count(events=len(runs.place))
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

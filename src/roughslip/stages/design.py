@@ -6,11 +6,11 @@ from roughslip import store
 from roughslip.chaos.sampling import design
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="design",
@@ -18,7 +18,6 @@ STAGE = Stage(
     reads_if_given="expansion.design",
     inputs={"surface": "karhunen_loeve"},
     result="surface/design.nc",
-    memory_doubles={"square_modes": 2.5, "design_numbers": 3},
 )
 
 STREAMS = {"latin_hypercube": geometry.STREAM_LATIN_HYPERCUBE, "expansion": geometry.STREAM_EXPANSION_DESIGN}
@@ -64,7 +63,3 @@ def work(job: Job) -> None:
             title = f"standard normal variables of the {name} design"
             variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,18 +16,19 @@ from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/deterministic.nc",
-    memory_mb=520,
+    memory_mb=620,
 )
 
 MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns
@@ -114,6 +116,10 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     if path is not None:
         statistics = store.read(path)
         percentile = mass_on_belt.penetration_percentile(scene, statistics)
+        title = (
+            "what the same scatter moves the limit by with the autocorrelation of the load's windows, over that here"
+        )
+        variables["load_response"] = store.Variable((), load_response(scene, numbers, path), "1", title)
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
             warn_of_load(job, statistics, scatter)
@@ -121,6 +127,22 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     return variables
+
+
+def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path) -> float:
+    """What scatter moves the limit of existence by with the autocorrelation of the windows that bear the scene's force.
+
+    To first order, over what the same scatter moves it by with that of the scene's windows. NaN without a limit.
+    """
+    result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
+    windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
+    try:
+        own, of_load = (
+            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, count)[1] for count in (None, windows)
+        )
+    except (IllPosedError, ConvergenceError):
+        return math.nan
+    return of_load / own
 
 
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
@@ -138,7 +160,3 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "
             f"friction would scatter by {std:.2g} in place of {scatter:.2g}; give load, or other windows or penetration"
         )
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

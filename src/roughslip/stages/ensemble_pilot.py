@@ -10,21 +10,20 @@ from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.run_numbers import SCATTER_FACTOR, RunErrors
 from roughslip.probability.pilot import Pilot
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.own_limits import damping_ratios
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="ensemble_pilot",
     reads="seed oscillator ensemble accuracy.cycles accuracy.cost_limit_cpu_s",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/allocation.nc",
     runs_if="accuracy.cycles",
-    memory_mb=520,
-    memory_doubles={"path_nodes": 10, "drawn_realisations": 32_000, "periods": 2000},
+    memory_mb=620,
 )
 
 RUNS, NODES = 24, 8  # of the pilot, and per correlation length
@@ -84,7 +83,3 @@ def work(job: Job) -> None:
         "from_nodes": store.Variable((), from_nodes, "1", title),
     }
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

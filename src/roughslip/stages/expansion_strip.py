@@ -2,10 +2,10 @@
 
 from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import strip_coordinates
+from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_expansion import expand_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="expansion_strip",
@@ -21,8 +21,6 @@ STAGE = Stage(
         asked="accuracy.friction_mean",
         shares=2,
     ),
-    memory_mb=420,
-    memory_doubles={"cells": 150, "batch windows": 8, "levels cells": 8},
 )
 
 
@@ -34,9 +32,5 @@ def work(job: Job) -> None:
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),
         "force": store.Variable(shape, force, "N", "normal force on the window"),
-    } | strip_coordinates.of_windows(job.scene, numbers, area.shape[2])
+    } | geometry.window_coordinates(job.scene, numbers, area.shape[2])
     store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

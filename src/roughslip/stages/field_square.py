@@ -11,12 +11,12 @@ from roughslip.contact.area import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import Square, solutions, square
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="field_square",
@@ -25,13 +25,7 @@ STAGE = Stage(
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="chaos/field.nc",
-    memory_mb=460,
-    memory_doubles={
-        "square_modes": 32.5,
-        "nodes": 80,
-        "field_samples nodes": 4.5,
-        "field_samples modes": 20,
-    },
+    memory_mb=820,
 )
 
 SURFACES = 2048  # surfaces where the scene leaves their number open, and no fewer than SURPLUS a mode
@@ -67,7 +61,7 @@ def solved_fields(problem: Square, count: int, job: Job) -> tuple[np.ndarray, np
     seed = [job.scene.seed, geometry.STREAM_FIELD]
     xi = np.stack([monte_carlo([*seed, number], len(problem.modes)) for number in range(count)])
     state = np.empty((count, problem.grid.size))
-    contact = np.empty(state.shape, np.float32) if job.scene.numerics.contact_area == "corrected" else None
+    contact = np.empty(state.shape, np.float32) if elastic.counts_shares(job.scene) else None
     for row, solution in enumerate(solutions(problem, xi, count, job)):
         state[row] = np.where(solution.pressure > 0, solution.pressure, -solution.gap).ravel()
         if contact is not None:
@@ -144,7 +138,3 @@ def coefficients(expansion: FieldExpansion, grid: Grid) -> dict[str, store.Varia
         "link_contact": store.Variable(knots, contact, "1", f"probability of contact {title}"),
         "link_pressure": store.Variable(knots, pressure, "Pa", f"expected pressure {title}"),
     }
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -8,13 +8,13 @@ from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, shares, surface_model
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
 STAGE = Stage(
     name="figure_chain",
     reads="description seed material roughness oscillator ensemble strip.cell_m numerics.contact_tolerance",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     inputs={"friction": "friction", "cycles": "cycles"},
     optional={"scan": "scan", "allocation": "ensemble_pilot"},
     result="figure_chain.nc",
@@ -23,8 +23,6 @@ STAGE = Stage(
     runs_if="not friction.statistics",
     caption="The chain in one picture: a piece of the rough surface, the contact pressure on it, friction along paths "
     "that the mass slips, and the limit cycle of several runs with such friction.",
-    memory_mb=420,
-    memory_doubles={"path_nodes": 10},
 )
 
 SOLVED, SHOWN = 128, 96  # cells on an edge of the square
@@ -75,10 +73,12 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     paths = mass_on_belt.friction_paths(scene, process, nodes)
     seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
-    place = paths.spacing * np.arange(drawn.shape[1])
+    place, unit = paths.spacing * np.arange(drawn.shape[1]), mass_on_belt.unit_of_scatter(scene, numbers)
     return {
         "path": store.Variable(("path",), place, "m", "slipped distance"),
-        "friction": store.Variable(("run", "path"), numbers.mean + drawn, "1", "friction coefficient of the runs"),
+        "friction": store.Variable(
+            ("run", "path"), numbers.mean + unit * drawn, "1", "friction coefficient of the runs"
+        ),
         "friction_mean": store.Variable((), numbers.mean, "1", "its mean"),
     }
 
@@ -88,8 +88,4 @@ def work(job: Job) -> None:
     cycles = store.read(job.arguments.cycles)
     variables = surface_and_pressure(job, float(cycles["friction_percentile"])) | friction_along_paths(job)
     variables |= {name: cycles.variable(name) for name in CYCLE}
-    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN}), variables)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)
+    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name]}), variables)

@@ -21,7 +21,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE, FINE, OTHERS
 from roughslip.stages.result_tables import load_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="friction",
@@ -32,13 +32,7 @@ STAGE = Stage(
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
     runs_if="not friction.statistics",
-    memory_mb=420,
-    memory_doubles={
-        "strips windows": 16,
-        "expansion_strips windows": 10,
-        "expansion_strips": 800,
-        "windows": 9600,
-    },
+    memory_mb=620,
 )
 
 REPLICATES = 400
@@ -65,6 +59,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
     variables = table_variables(table) | law | error_variables(table)
     variables |= load_table.load_variables(scene, loads, light) | windows_variables(table)
+    variables |= load_table.correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
     attributes = {"strips": levels[0].strips} if job.arguments.allocation else None
     store.write(job.arguments.output, variables, job.key, attributes)
@@ -98,7 +93,3 @@ def coarse_sums(batches: list[store.Result]) -> Windows | None:
         return None
     area, force = zip(*(area_and_force(batches, mesh) for mesh in meshes), strict=True)
     return np.concatenate(area, axis=1), np.concatenate(force, axis=1)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

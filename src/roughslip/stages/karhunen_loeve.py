@@ -6,7 +6,7 @@ from roughslip.grid import Grid
 from roughslip.scene.contact import Square
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve, representation
 
@@ -16,8 +16,6 @@ STAGE = Stage(
     reads_if_given="square.modes square.variance_share",
     optional={"scan": "scan"},
     result="surface/modes.nc",
-    memory_mb=340,
-    memory_doubles={"square_modes": 4, "covariance_matrix": 3},
 )
 
 WELL_CAPTURED = 0.9  # share of the variance below which a warning says so
@@ -71,7 +69,3 @@ def work(job: Job) -> None:
     for name, (share, where) in captured.items():
         variables[name] = store.Variable((), share, "1", f"share of the variance that the modes carry, {where}")
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -11,8 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
-from roughslip.friction.recursion import recursion
-from roughslip.oscillator.grazing import grazing_response
+from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import Motion
 from roughslip.oscillator.path import KeptPath
@@ -29,12 +28,12 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,
@@ -131,7 +130,7 @@ def run_all(job: Job, scene: Scene, dampings: np.ndarray, deviations: np.ndarray
     for number, (deviation, row) in enumerate(zip(deviations, dampings, strict=True)):
         scaled = replace(numbers, standard_deviation=float(deviation) * together)
         process = mass_on_belt.friction_process(scene, scaled, job.arguments.friction)
-        paths = recursion(process, process.correlation_length_m / NODES)
+        paths = path_sampler(process, process.correlation_length_m / NODES)
         seeds = ([scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations))
         kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
         of_scatter = []
@@ -179,8 +178,8 @@ def work(job: Job) -> None:
     deviations, horizon = deviation * factors, asked.duration_periods
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     with job.usage.core():
-        response = grazing_response(belt, law, scene.oscillator.stochastic_static_limit)
-        hopf, scatter = hopf_damping(belt, law), response.scatter(numbers.correlation_length_m)
+        response, scatter = mass_on_belt.response_of_limit(scene, belt, numbers, job.arguments.friction)
+        hopf = hopf_damping(belt, law)
         least = np.maximum(np.minimum(response.limit - REACH * (scatter * deviations), hopf), 0.0)
         dampings = np.linspace(least, response.limit + REACH * (scatter * deviations), asked.points, axis=1)
         results = run_all(job, scene, dampings, deviations)
@@ -214,7 +213,3 @@ def work(job: Job) -> None:
     title = "damping ratio of this probability of stick-slip, the share of the second half of the runs"
     variables |= points | store.with_interval("band", edge, np.moveaxis(band, -1, 0), "1", title)
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

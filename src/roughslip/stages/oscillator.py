@@ -13,23 +13,16 @@ from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
 from roughslip.stages.from_scene.own_limits import damping_ratios
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
-    reads_if_given="friction.statistics",
+    reads_if_given="friction.statistics friction.scatter",
     optional={"friction": "friction", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
-    memory_mb=520,
-    memory_doubles={
-        "path_nodes": 10,
-        "drawn_realisations": 32_000,
-        "batch dampings": 18,
-        "batch periods": 24,
-        "periods": 2000,
-    },
+    memory_mb=620,
 )
 
 
@@ -127,7 +120,3 @@ def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]
         values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])
         variables[name] = store.Variable(("drawn", "time"), values, "m", title)
     return variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -1,7 +1,7 @@
 """Stage reference: the small results that the repository keeps, copied from a full run."""
 
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.kept_results import KEPT, keep
 
 STAGE = Stage(
@@ -16,7 +16,3 @@ def work(job: Job) -> None:
     for folder in job.arguments.scenes:
         keep(folder, job.arguments.output / folder.name)
     job.usage.count(files=len(KEPT) * len(job.arguments.scenes))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -13,7 +13,7 @@ from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import representation
 
@@ -23,8 +23,6 @@ STAGE = Stage(
     optional={"evidence": "", "drawn": ""},
     result="report.html",
     target="every scene",
-    memory_mb=320,
-    memory_doubles={"square_modes": 2.5},
 )
 
 
@@ -149,7 +147,3 @@ def work(job: Job) -> None:
     scenes = [read_scene(name, files, captions, page_folder) for name, files in job.files.items()]
     evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -18,7 +18,7 @@ from roughslip.scan.topography import Topography, remove_form
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import sampled_fit, surface_model
 from roughslip.stages.result_tables import scan_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
@@ -29,8 +29,7 @@ STAGE = Stage(
     inputs={"scan": "roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
-    memory_mb=320,
-    memory_doubles={"scan_points": 40},
+    memory_mb=1000,
 )
 
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
@@ -144,7 +143,3 @@ def model_in_words(covariance: Covariance | None, fits: int) -> str:
     shapes = [f"{name.replace('_', ' ')} {getattr(covariance, name):.3g}" for name in covariance.shapes]
     best = [f"best of {fits} models"] if fits > 1 else []
     return ", ".join([f"{covariance.kind.replace('_', ' ')} covariance", *shapes, *best])
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

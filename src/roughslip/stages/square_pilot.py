@@ -20,7 +20,7 @@ from roughslip.scene.accuracy import KOLMOGOROV_95, SHARE
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.square import PRECISION, Square, square
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.surface.modes import heights
 
 STAGE = Stage(
@@ -31,8 +31,6 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/square_pilot.nc",
     runs_if="accuracy.pressure",
-    memory_mb=420,
-    memory_doubles={"square_modes": 2.5, "nodes": 160},
 )
 
 SURFACES = 1000  # at least
@@ -75,7 +73,7 @@ def work(job: Job) -> None:
     """Write both errors. Raises IllPosedError where the accuracy asked is out of their reach."""
     scene, problem = job.scene, square(job)
     asked, samples = scene.accuracy.pressure, int(scene.square.monte_carlo_samples)
-    points = scene.numerics.contact_area == "corrected"
+    points = elastic.counts_shares(scene)
     coarse = elastic.influence(scene, coarser(problem.grid))
     with job.usage.core():
         sample = problem.model.sampler(problem.grid)
@@ -110,7 +108,3 @@ def work(job: Job) -> None:
         for name, (value, source) in titles.items()
     }
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

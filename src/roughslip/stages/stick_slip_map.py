@@ -6,18 +6,18 @@ from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.declarations import Stage
-from roughslip.scene.ranges import StickSlipMap
+from roughslip.scene.ensemble import StickSlipMap
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.point_runs import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
-    reads_if_given="ensemble.marginal friction.statistics",
+    reads_if_given="ensemble.marginal friction.statistics friction.scatter",
     optional={"friction": "friction"},
     result="oscillator/map.nc",
     memory_mb=620,
@@ -89,7 +89,3 @@ def of_shares(shares: LatticeMap, asked: StickSlipMap) -> dict[str, store.Variab
     }
     variables = {name: store.Variable(dims, value, "1", label) for name, (dims, value, label) in columns.items()}
     return store.with_interval("probability", POINT, interval, "1", title) | variables
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

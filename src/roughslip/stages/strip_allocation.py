@@ -26,12 +26,12 @@ from roughslip.friction.level import Level, levels_of_sums
 from roughslip.friction.over_penetration import judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.probability.pilot import Accuracy
-from roughslip.scene.auto import unless_auto
 from roughslip.scene.declarations import Stage
+from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.verdicts.bounds import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
@@ -44,8 +44,7 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="friction/allocation.nc",
     runs_if="accuracy.friction_mean",
-    memory_mb=520,
-    memory_doubles={"cells": 150, "windows": 8000, "levels cells": 8},
+    memory_mb=620,
 )
 
 REPLICATES = 200  # of the pilot, for verdicts
@@ -186,7 +185,3 @@ def _of_verdicts(of_accuracy: int, needed: dict[str, int]) -> dict[str, store.Va
         "statement": store.Variable(("statement",), names, "1", "statement on friction"),
         "strips_needed": store.Variable(("statement",), numbers, "1", f"strips that settle it with odds {ODDS:.2f}"),
     }
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

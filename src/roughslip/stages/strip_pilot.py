@@ -5,7 +5,7 @@ From them follows how many more are solved. They are the first strips of contact
 
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene.strip_contact import solve_strips
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="strip_pilot",
@@ -17,15 +17,9 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="contact/pilot.nc",
     runs_if="accuracy.friction_mean",
-    memory_mb=420,
-    memory_doubles={"cells": 190, "training_strips windows": 16, "training_strips levels cells": 1},
 )
 
 
 def work(job: Job) -> None:
     """Solve the training strips."""
     solve_strips(job, range(job.scene.strip.training_samples))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -8,7 +8,7 @@ import numpy as np
 from roughslip import store
 from roughslip.report.sweep_page import Number, Row, sweep_page, sweep_table
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="sweep",
@@ -69,7 +69,3 @@ def work(job: Job) -> None:
     store.write_text(job.arguments.output, sweep_page(rows, job.key.configuration["description"], titles))
     store.write_text(job.arguments.table, sweep_table(rows, titles))
     job.usage.count(scenes=len(rows))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -14,15 +14,14 @@ from roughslip.scan.topography import Topography, topography
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.result_tables import scan_table
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="synthetic_surfaces",
     reads="seed",
     inputs={"scan": "scan"},
     result="surface/synthetic_surfaces.nc",
-    memory_mb=320,
-    memory_doubles={"scan_points": 40},
+    memory_mb=1000,
 )
 
 TWINS = 19  # their least and largest value hold a further one with a probability of 0.9
@@ -65,7 +64,3 @@ def work(job: Job) -> None:
         variables |= scan_table.of_twins(twins, scan["density_edge"])
     variables["no_twins"] = store.Variable(("why",), np.array([none]), "1", "why there is no twin; empty with twins")
     store.write(job.arguments.output, variables, job.key)
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -6,7 +6,7 @@ from pathlib import Path
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job, execute
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.record import checksum
 from roughslip.verdicts.kept_results import Compared, compared_claims, compared_friction, compared_summaries
 
@@ -52,11 +52,9 @@ def work(job: Job) -> None:
         ]
         rows = compared(folder, job.arguments.reference / folder.name)
         lines += [
-            f"{folder}: {row.name}: {row.found} for {row.kept}; allowed: {row.allowed}"
-            for row in rows
-            if not row.agrees
+            f"{folder}: {row.name}: {row.ours} for {row.kept}; allowed: {row.allowed}" for row in rows if not row.agrees
         ]
-        moved += [f"  {folder.name}: {row.name}: {row.found}, kept {row.kept}" for row in rows if row.moved]
+        moved += [f"  {folder.name}: {row.name}: {row.ours}, kept {row.kept}" for row in rows if row.moved]
         tables[folder.name] = rows
         job.usage.count(files=len(files), numbers=len(rows), moved=sum(row.moved for row in rows))
     store.write_json(job.arguments.output, {name: [asdict(row) for row in rows] for name, rows in tables.items()})
@@ -65,7 +63,3 @@ def work(job: Job) -> None:
     store.write_text(job.arguments.text, "\n".join((f"{head}; {len(moved)} moved within what is allowed", *moved, "")))
     if lines:
         raise StoreError("\n".join((f"{len(lines)} of what was compared disagree:", *lines)))
-
-
-if __name__ == "__main__":
-    execute(STAGE, work)

@@ -14,8 +14,7 @@ from functools import lru_cache
 from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
-import scipy  # its parts when they are used: `scipy.optimize` takes half a second to import
-from scipy.special import ndtri
+import scipy  # its parts when they are used: `scipy.optimize` and `scipy.special` take half a second to import
 
 from roughslip.errors import ParameterError, real
 from roughslip.validation import gate, positive, reals
@@ -258,7 +257,7 @@ def plane_height(percentile: float | np.ndarray, rms_height_m: float) -> np.ndar
     if not np.all((above > 0) & (above < 1)):
         wrong = 100.0 * float(above[~((above > 0) & (above < 1))][0])
         raise ParameterError(f"a penetration percentile must lie between 0 and 100, not {wrong:g}")
-    return np.asarray(rms_height_m * ndtri(1.0 - above))
+    return np.asarray(rms_height_m * scipy.special.ndtri(1.0 - above))
 
 
 def direction(lay_rad: float) -> tuple[float, float]:

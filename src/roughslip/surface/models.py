@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import gammaln, kve
+import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
 from roughslip.surface import self_affine_transform
@@ -103,7 +103,8 @@ class Matern(IsotropicCovariance):
         """C / Sq^2 : (as u) [-] through logarithms: the factors overflow long before their product."""
         nu = self.smoothness
         positive = np.maximum(u, 1e-12)  # where the product is 1 within rounding unless nu is near zero
-        log = (1 - nu) * math.log(2) - gammaln(nu) + nu * np.log(positive) + np.log(kve(nu, positive)) - positive
+        gamma, bessel = scipy.special.gammaln(nu), scipy.special.kve(nu, positive)
+        log = (1 - nu) * math.log(2) - gamma + nu * np.log(positive) + np.log(bessel) - positive
         return np.where(u > 0, np.exp(log), 1.0)
 
     def transform(self, k: np.ndarray) -> np.ndarray:

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 import scipy  # its parts when they are used
 from numpy.polynomial import chebyshev
-from scipy.special import exprel, j0, j1
 
 SERIES_END, ASYMPTOTIC_START = 4.0, 40.0  # of the integral: both ends are exact to some 1e-14
 
@@ -25,7 +24,7 @@ def profile(u: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
 
     With G(z) = z^2H int_z^inf t^(-1-2H) J0(t) dt the second integral is G(u) - Q^(-2H) G(Q u).
     """
-    plateau = np.where(u > 0, j1(u) / np.where(u > 0, u, 1.0), 0.5)
+    plateau = np.where(u > 0, scipy.special.j1(u) / np.where(u > 0, u, 1.0), 0.5)
     slope = _tail_integral(u, hurst) - bandwidth ** (-2 * hurst) * _tail_integral(bandwidth * u, hurst)
     return (plateau + slope) / mass(hurst, bandwidth)
 
@@ -64,7 +63,7 @@ def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
     coefficient = 1.0
     for k in range(1, 25):
         coefficient *= -(SERIES_END**2) / (4 * k**2)
-        total -= coefficient * np.exp(2 * hurst * log) * log * exprel((2 * k - 2 * hurst) * log)
+        total -= coefficient * np.exp(2 * hurst * log) * log * scipy.special.exprel((2 * k - 2 * hurst) * log)
     return np.where(z > 0, total, 1 / (2 * hurst))  # z^2H vanishes too slowly for a cut near zero
 
 
@@ -76,7 +75,7 @@ def _tail_at_series_end(hurst: float) -> float:
 def _tail_asymptotics(z: np.ndarray, hurst: float) -> np.ndarray:
     """I_a = int_z^inf t^-a J0 = -z^-a J1 + (a + 1) z^(-a-1) J0 - (a + 1)^2 I_(a+2), twice by parts, repeated."""
     a, factor, total = 1 + 2 * hurst, 1 / z, np.zeros_like(z)
-    first, zeroth = j1(z), j0(z)
+    first, zeroth = scipy.special.j1(z), scipy.special.j0(z)
     for _ in range(16):
         total += factor * ((a + 1) / z * zeroth - first)
         factor = -factor * ((a + 1) / z) ** 2
@@ -97,7 +96,7 @@ def _tail_coefficients(hurst: float, degree: int = 80) -> np.ndarray:
         z = SERIES_END + (unit + 1) / 2 * (ASYMPTOTIC_START - SERIES_END)
         half = (ASYMPTOTIC_START - z)[:, None] / 2
         t = z[:, None] + half * (GAUSS_NODES + 1)
-        integral = np.sum(half * GAUSS_WEIGHTS * t ** (-1 - 2 * hurst) * j0(t), axis=1)
+        integral = np.sum(half * GAUSS_WEIGHTS * t ** (-1 - 2 * hurst) * scipy.special.j0(t), axis=1)
         return z ** (2 * hurst) * (beyond + integral)
 
     return chebyshev.chebinterpolate(tail, degree)

@@ -32,14 +32,14 @@ class Compared:
     """A number, verdict or count of this run and the kept one.
 
     name : of the number
-    found, kept : of this run and of the kept one, as text
+    ours, kept : of this run and of the kept one, as text
     allowed : the range that agrees
     moved : whether they differ at all; False for a Monte Carlo reference, which differs in every run
     agrees : whether the difference is allowed
     """
 
     name: str
-    found: str
+    ours: str
     kept: str
     allowed: str
     moved: bool

@@ -133,7 +133,7 @@ def _runs_at_the_end(oscillator: Arrays) -> Finding | str:
 
 
 def _under_load(both: Arrays) -> Finding | str:
-    """The range of damping beyond the limit, scaled from the scatter of the runs to that of the load's windows."""
+    """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows."""
     limit, damping = _limit(both), both["damping_ratio"]
     if not np.isfinite(limit):
         return NO_LIMIT
@@ -147,13 +147,13 @@ def _under_load(both: Arrays) -> Finding | str:
         return OF_LOAD
     names = ("load_windows", "load_std", "load_std_low", "load_std_high")
     windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
-    low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
+    low, high, response = last / limit - 1.0, float(beyond[0]) / limit - 1.0, float(both["load_response"])
     ends = np.array([(low + high) / 2.0, low, high])
-    ours, *interval = (ends * std / scatter).tolist()
+    ours, *interval = (ends * response * std / scatter).tolist()
     note = (
         f"share of the limit {limit:.4f}; at percentile {percentile:g} {windows:.4g} windows bear the force, and their "
-        f"friction scatters by {std[0]:.2g}. In the runs it scatters by {scatter:.2g}, and the range ends between "
-        f"{low:.2%} and {high:.2%}"
+        f"friction scatters by {std[0]:.2g}, over a length at which scatter moves the limit {response:.2g} times as "
+        f"far. In the runs it scatters by {scatter:.2g}, and the range ends between {low:.2%} and {high:.2%}"
     )
     return judged_inside((ours, (interval[0], interval[1])), note, low=SEEN_RANGE)
 
@@ -355,8 +355,8 @@ OWN = (
                 "section 5: a normal force of 2.5 kN, on windows of 25 µm x 600 µm",
                 "the range ends between the last damping of the list where the interval of that share lies above "
                 f"{CAN_CYCLE} and the next where it lies below. To first order it is in proportion to the scatter of "
-                f"friction. Scaled to that of the windows that bear the force, its interval lies above {SEEN_RANGE} of "
-                "the limit",
+                f"friction, times a response to its autocorrelation. Scaled to the windows that bear the force, its "
+                f"interval lies above {SEEN_RANGE} of the limit",
                 _under_load,
                 natural="the only one tried",
                 unit=SHARE,

@@ -22,6 +22,11 @@ def hardness_pa(scene: Scene) -> float:
     return math.inf if scene.material.hardness_pa is None else scene.material.hardness_pa
 
 
+def counts_shares(scene: Scene) -> bool:
+    """Whether a cell at the edge of a contact counts by its covered share, and not as a whole."""
+    return bool(scene.numerics.contact_area == "corrected")
+
+
 def influence(scene: Scene, grid: Grid) -> Influence:
     """Influence coefficients of the material on a mesh."""
     return Influence(grid, material(scene).plane_strain_modulus_pa)

@@ -1,10 +1,14 @@
-"""From a stage's slice of the scene to meshes, windows, nodes at which the pressure is kept, and random streams."""
+"""From a stage's slice of the scene to meshes, windows, nodes at which the pressure is kept, and random streams.
+
+The coordinates of results on strips, by which xarray selects, stand here too.
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from roughslip import store
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.limits import TRAINING_SPACING
@@ -106,6 +110,21 @@ def windows(scene: Scene, step: int = 1) -> Windows:
     strip, cell = scene.strip, step * scene.strip.cell_m
     length, spacing = (round(size / cell) for size in (strip.window_m, strip.window_spacing_m))
     return Windows(middle(scene, step), length, spacing)
+
+
+def level_coordinates(scene: Scene) -> dict[str, store.Variable]:
+    """Penetrations of a result on strips."""
+    percentiles = np.array(scene.strip.penetration_percentiles)
+    return {"percentile": store.Variable(("level",), percentiles, "percent", "share of heights above the plane")}
+
+
+def window_coordinates(scene: Scene, numbers: range, count: int) -> dict[str, store.Variable]:
+    """Penetrations, numbers of the strips, and starts of their windows. count : windows of a strip"""
+    starts = scene.strip.window_spacing_m * np.arange(count)
+    return level_coordinates(scene) | {
+        "sample": store.Variable(("sample",), np.array(numbers), "1", "number of the strip"),
+        "window": store.Variable(("window",), starts, "m", "start of the window along the belt"),
+    }
 
 
 def least_contact_area(scene: Scene) -> float:

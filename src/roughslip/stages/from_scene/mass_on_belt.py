@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,17 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.friction.paths import Paths, path_sampler
 from roughslip.friction.penetration import between
-from roughslip.friction.process import PAPER_SHAPES, FrictionProcess, Marginal, average_beta
+from roughslip.friction.process import (
+    PAPER_SHAPES,
+    CorrelationShape,
+    FrictionProcess,
+    Marginal,
+    autocorrelation_at,
+    average_beta,
+)
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import BetaDistribution, QuantileDistribution
@@ -108,6 +117,40 @@ def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
     return np.asarray(np.exp((1.0 - share) * values[:, low] + share * values[:, low + 1]))
 
 
+def correlation(
+    scene: Scene, numbers: FrictionNumbers, statistics: Path | None, windows: float | None = None
+) -> tuple[float, CorrelationShape | None]:
+    """Length [m] and shape of the autocorrelation of the friction of all windows in parallel.
+
+    windows : in place of the scene's number
+
+    That of a single window, or of windows of which the scene gives the statistics, is exp(-s / L).
+    """
+    count, length = scene.oscillator.windows_in_parallel if windows is None else windows, numbers.correlation_length_m
+    if count == 1 or statistics is None:
+        return length, None
+    own = friction_numbers(scene, statistics).correlation_length_m  # of a window, in place of which a map has others
+    of_pad, shape = pad_correlation(scene, store.read(statistics), count)
+    return of_pad * length / own, shape
+
+
+def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple[float, CorrelationShape]:
+    """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows, at its penetration."""
+    percentiles, parts = result["percentile"], result["pad_parts"]
+    if below_first_level(scene, result):
+        percentiles = np.concatenate((result["light_percentile"], percentiles))
+        parts = np.concatenate((result["light_pad_parts"], parts))
+    place, last = math.log(windows, result["pad_windows"][1]), len(result["pad_windows"]) - 1
+    low = min(int(place), last - 1)
+    share, near = place - low, min(place - low, 1.0)  # beyond the largest pad the curve stays and the lags grow
+    curves = result["pad_means"][low : low + 2] @ parts.T
+    curves /= curves[:, :1]
+    between_pads, percentile = (1.0 - near) * curves[0] + near * curves[1], penetration_percentile(scene, result)
+    curve = np.array([np.interp(percentile, percentiles, row) for row in between_pads])
+    lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
+    return CorrelationShape.of_lags(lags, curve)
+
+
 def independent_windows(scene: Scene, statistics: Path | None, windows: int | None = None) -> float:
     """Independent windows, at least 1, whose mean coefficient scatters as that of all that bear the load in parallel.
 
@@ -139,6 +182,25 @@ def law(scene: Scene, mean: float) -> FrictionLaw:
     return LAWS[scene.oscillator.law].from_scene(scene.oscillator, mean)
 
 
+def unit_of_scatter(scene: Scene, numbers: FrictionNumbers) -> float:
+    """What mu_S is measured in: the mean friction coefficient where it multiplies, else 1."""
+    return numbers.mean if scene.friction.scatter == "multiplicative" else 1.0
+
+
+def response_of_limit(
+    scene: Scene, belt: Oscillator, numbers: FrictionNumbers, statistics: Path | None, windows: float | None = None
+) -> tuple[GrazingResponse, float]:
+    """The response of the limit of existence, and the scatter of the limit over that of the friction coefficient.
+
+    windows : in place of the scene's number. Raises as `grazing_response` does.
+    """
+    section = scene.oscillator
+    response = grazing_response(belt, law(scene, numbers.mean), section.stochastic_static_limit, scene.friction.scatter)
+    length, shape = correlation(scene, numbers, statistics, windows)
+    scatter = response.scatter(partial(autocorrelation_at, length_m=length, shape=shape))
+    return response, scatter / unit_of_scatter(scene, numbers)
+
+
 def motion_options(scene: Scene) -> MotionOptions:
     """How every run of the scene treats friction, and how it is integrated."""
     section = scene.oscillator
@@ -146,6 +208,7 @@ def motion_options(scene: Scene) -> MotionOptions:
         tolerance=TOLERANCE,
         stochastic_static_limit=section.stochastic_static_limit,
         friction_follows=section.friction_follows,
+        scatter=scene.friction.scatter,
     )
 
 
@@ -161,14 +224,15 @@ def path_length(belt: Oscillator, duration_periods: float) -> float:
 def friction_process(
     scene: Scene, numbers: FrictionNumbers, statistics: Path | None, windows: int | None = None
 ) -> FrictionProcess:
-    """The stochastic part mu_S: the marginal that the scene names, at the mean and standard deviation of the numbers.
+    """The stochastic part mu_S, over the mean where it multiplies: the marginal that the scene names, at the numbers.
 
     The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size. Here
     Beta(2.1, 5) has the mean and standard deviation of the windows. With several windows in parallel, the marginal is
-    that of the mean of as many Beta variables as there are `independent_windows`; `windows` replaces the scene's number
-    of windows.
+    that of the mean of as many Beta variables as there are `independent_windows`, and the autocorrelation that of the
+    pad (`friction.pad`). `windows` replaces the scene's number of windows.
     """
-    moments = numbers.mean, numbers.standard_deviation
+    unit = unit_of_scatter(scene, numbers)
+    moments = numbers.mean / unit, numbers.standard_deviation / unit
     kind = scene.ensemble.marginal
     marginal: Marginal
     if kind == "empirical":
@@ -179,7 +243,7 @@ def friction_process(
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         window = BetaDistribution.of_moments(*shapes, *moments)
         marginal = average_beta(window, independent_windows(scene, statistics, windows))
-    return FrictionProcess(marginal, numbers.correlation_length_m)
+    return FrictionProcess(marginal, *correlation(scene, numbers, statistics, windows))
 
 
 def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int) -> Paths:

@@ -9,9 +9,8 @@ import numpy as np
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
-from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import existence_limit, hopf_damping
-from roughslip.scene.auto import AUTO, unless_auto
+from roughslip.scene.fields import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -33,11 +32,10 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
     """
     if (given := unless_auto(scene.ensemble.damping_ratios)) is not None:
         return given
-    section = scene.oscillator
     free = replace(mass_on_belt.oscillator(scene), excitation_force_n=0.0)
     law = mass_on_belt.law(scene, numbers.mean)
     try:
-        response = grazing_response(free, law, section.stochastic_static_limit)
+        response, scatter = mass_on_belt.response_of_limit(scene, free, numbers, statistics)
     except (ParameterError, IllPosedError, ConvergenceError) as error:
         raise IllPosedError(
             f"ensemble.damping_ratios = {AUTO} takes a list around the limits of the stick-slip cycle, which the "
@@ -45,7 +43,7 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
         ) from error
     deviation = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, statistics))
     limit, hopf = response.limit, max(hopf_damping(free, law), 0.0)
-    moved = REACH * response.scatter(numbers.correlation_length_m) * deviation
+    moved = REACH * scatter * deviation
     first = 0.2 * (min(limit, hopf) or limit)
     last = max(1.25 * max(limit, hopf), limit + moved)
     near = np.linspace(max(limit - moved, first), limit + moved, NEAR)

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from roughslip.errors import InputError
-from roughslip.friction.recursion import recursion
+from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.scene.auto import unless_auto
-from roughslip.scene.ranges import StickSlipMap
+from roughslip.scene.ensemble import StickSlipMap
+from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -75,14 +75,14 @@ class PointRuns:
         of_friction = tuple(values[name] for name in OF_FRICTION if name in values)
         if of_friction != self._of_friction:
             process = variation.process(self._scene, system, self._statistics)
-            self._recursion = recursion(process, process.correlation_length_m / NODES)
+            self._paths = path_sampler(process, process.correlation_length_m / NODES)
             self._of_friction, self._kept = of_friction, {}
         shares = np.empty(len(realisations))
         for row, number in enumerate(realisations):
             if number not in self._kept:
-                self._kept[number] = KeptPath(self._recursion.realisation([*self._seed, number]))
+                self._kept[number] = KeptPath(self._paths.realisation([*self._seed, number]))
                 self.paths += 1
-            path, spacing = self._kept[number], self._recursion.spacing
+            path, spacing = self._kept[number], self._paths.spacing
             motion, first, states = run_until_known(
                 system.belt, system.law, path, spacing, self._periods, self._options
             )

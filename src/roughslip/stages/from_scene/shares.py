@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from roughslip import store
 from roughslip.limits import SHARES
-from roughslip.scene.auto import Auto
+from roughslip.scene.fields import Auto
 from roughslip.stages.runtime.command import Job
 
 

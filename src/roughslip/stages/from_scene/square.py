@@ -102,7 +102,7 @@ def pressures_at(
 
     xi : `count` samples (M,) of the variables of the modes
     """
-    points = job.scene.numerics.contact_area == "corrected"
+    points = elastic.counts_shares(job.scene)
     pressure, error = np.empty((2, count, len(nodes.x)))
     kept = nodes.x, nodes.y
     there = np.ascontiguousarray(problem.modes[:, *kept, None])

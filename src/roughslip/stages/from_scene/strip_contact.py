@@ -12,8 +12,8 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, sweep
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import elastic, geometry, strip_coordinates
-from roughslip.stages.from_scene.surface_model import SurfaceModel, scan_warnings, surface_model
+from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.surface_model import SurfaceModel, scan_warnings, strip_fields, surface_model
 from roughslip.stages.runtime.command import Job
 
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
@@ -82,7 +82,7 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
                 solutions = mesh.solve(scene, heights, planes if place == FINE else planes[light:])
                 for level, (solution, shares) in enumerate(solutions, -light if place == FINE else 0):
                     elastic.count_solve(skipped, solution)
-                    cells = solution.contact if scene.numerics.contact_area == "nodes" else shares
+                    cells = shares if elastic.counts_shares(scene) else solution.contact
                     for name, field in (("area", cells), ("force", solution.pressure)):
                         if place == FINE:
                             in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)
@@ -104,7 +104,7 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
             job.usage.progress(done, len(rows))
     job.usage.count(solves=levels * sum(strips.values()), convolutions=products)
     job.usage.skip(skipped)
-    variables = strip_coordinates.of_windows(scene, numbers, fine.windows.count)
+    variables = geometry.window_coordinates(scene, numbers, fine.windows.count)
     variables |= solve_variables(of_nodes, corrected, residual, effort)
     variables |= window_variables(strips, sums) | block_variables(in_blocks)
     if trained:
@@ -119,11 +119,9 @@ def strips_of(job: Job, grid: Grid) -> tuple[SurfaceModel, Callable[[int], np.nd
     scene, scan = job.scene, job.arguments.scan
     model = surface_model(scene, scan)
     if scan is not None:
-        job.usage.warn(*scan_warnings(model, {"strip.cell_m": grid.dx}, scene.strip.window_m))
-    sample = model.sampler(grid)
-    return model, lambda number: model.heights(
-        sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
-    )
+        job.usage.warn(*scan_warnings(scene, model))
+    fields = strip_fields(scene, model, grid)
+    return model, lambda number: model.heights(fields(number))
 
 
 def solve_variables(

@@ -65,10 +65,5 @@ def sampler(
 
     Of a solved strip these are columns of the whole field, of any other the lattice alone is drawn, of the same law.
     """
-    whole, alone = model.sampler(grid), model.sampler(lattice.grid)
-
-    def draw(number: int) -> np.ndarray:
-        generator = np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number])
-        return lattice.of(whole(generator)) if number < solved else alone(generator)
-
-    return draw
+    whole, alone = (surface_model.strip_fields(scene, model, mesh) for mesh in (grid, lattice.grid))
+    return lambda number: lattice.of(whole(number)) if number < solved else alone(number)

@@ -1,7 +1,7 @@
 """The model of the surface of a scene, and that of a scan, as stage `scan` leaves it on disk, and back."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
+from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.scene.roughness import Fractal, Scan
 from roughslip.scene.types import Scene
@@ -58,9 +59,16 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
     return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, law.azimuths, law.gamma)
 
 
-def scan_warnings(model: SurfaceModel, cells: dict[str, float], window_m: float | None = None) -> list[str]:
-    """Warnings on the surface of a scan, which is known from here on. cells : [m] their edges by key"""
+def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:
+    """A function that gives the field (nx, ny) [m] of a strip on a mesh by the number of the strip."""
+    sample = model.sampler(grid)
+    return lambda number: sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
+
+
+def scan_warnings(scene: Scene, model: SurfaceModel) -> list[str]:
+    """Warnings on strips with the surface of a scan, which is known from here on."""
     assert isinstance(model, GaussianModel)  # as those of scans are
+    cells, window_m = {"strip.cell_m": scene.strip.cell_m}, scene.strip.window_m
     return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
 
 
@@ -81,7 +89,7 @@ def stored_model(
     marginal: FamilyDistribution | EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
-    endless: int | None = None,
+    endless: int | None,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
     """Variables and the attribute `model` that `restored_model` reads; those of `scan_table` stand in the same file.
 

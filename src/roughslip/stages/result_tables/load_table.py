@@ -12,6 +12,9 @@ from roughslip.friction.pad import (
     adjacent_variance,
     between_pads,
     influence_covariance,
+    mehler_parts,
+    pad_edges,
+    pad_means,
     pad_scatter,
     percentile_of_pressure,
 )
@@ -32,12 +35,16 @@ OF_PADS = {  # of a square of so many windows, or of a row of them as long as on
     "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
     "pad_independent_windows": ("1", "independent windows whose mean scatters as the pad does"),
 }
+PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
 OF_LIGHT = {
     "light_percentile": ("percent", "share of heights above the plane, of levels taken for the load alone"),
     "light_pressure": ("Pa", "mean normal force over the area of the strips"),
     "light_pad_mean": OF_PADS["pad_mean"],
     "light_pad_std": OF_PADS["pad_std"],
+    "light_pad_parts": PARTS,
 }
+LAGS = 49  # slipped distances of the autocorrelation of a pad
+BEYOND = 6.0  # correlation lengths of the heights by which it reaches over the length of the pad
 FEWEST = 8  # strips in contact, below which resampled strips do not show the error of a light level
 Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
@@ -68,7 +75,8 @@ def load_table(
         adjacent = [adjacent_variance(area, force, weights, count * window) for count in counts]
         covariance = influence_covariance(area, force, weights)
         sizes = strip.window_spacing_m, strip.width_m, strip.window_m
-        variance = pad_scatter(covariance, adjacent[0], surface, *sizes)
+        parts = mehler_parts(covariance, surface, *sizes[:2])
+        variance = pad_scatter(parts, adjacent[0], surface, *sizes)
         of_window = shear.value / solved["std"][level].rows[:, None]  # to shares of the scatter of a window
         std, independent = of_window * np.sqrt(variance), variance[:, :1] / variance
         together = solved["ratio_of_sums"][level].rows / solved["mean"][level].rows - 1.0
@@ -80,6 +88,7 @@ def load_table(
             "pad_mean": own_mean * mean,
             "pad_std": own_std * std,
             "pad_independent_windows": independent,
+            "pad_parts": parts,
             "adjacent_std": own_std * of_window * np.sqrt(np.stack(adjacent, axis=1)),
         }
         if scene.oscillator.normal_force_n is not None:
@@ -134,16 +143,32 @@ def light_table(
         totals = resampled(weights, np.stack((a.sum(axis=1), f.sum(axis=1), np.full(len(f), f.shape[1])), axis=1)).T
         covariance, adjacent = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)
         sizes = strip.window_spacing_m, strip.width_m, strip.window_m
-        variance = pad_scatter(covariance, adjacent, surface, *sizes)
+        parts = mehler_parts(covariance, surface, *sizes[:2])
+        variance = pad_scatter(parts, adjacent, surface, *sizes)
         columns = {
             "light_percentile": np.full(len(weights), percentile),
             "light_pressure": totals[1] / totals[2] / block,
             "light_pad_mean": np.repeat((scale * totals[0] / totals[1])[:, None], len(WINDOWS), axis=1),
             "light_pad_std": scale[:, None] * np.sqrt(variance),
+            "light_pad_parts": parts,
         }
         for name, rows in columns.items():
             table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
     return table
+
+
+def correlation_variables(scene: Scene, scan: Path | None) -> dict[str, store.Variable]:
+    """What with `pad_parts` gives the autocorrelation of the friction of a pad over the slipped distance."""
+    strip, surface = scene.strip, correlated(scene, scan)
+    pads = [pad_edges(count, strip.window_m, strip.width_m) for count in WINDOWS]
+    lags = np.array([np.linspace(0.0, length + BEYOND * surface.lengths_m[0], LAGS) for length, _ in pads])
+    sizes = strip.window_spacing_m, strip.width_m
+    means = np.array([pad_means(surface, *sizes, pad, row) for pad, row in zip(pads, lags, strict=True)])
+    title = "means of the parts over pairs of points of a pad and of the pad a lag behind"
+    return {
+        "pad_lag": store.Variable(("pad", "lag_of_pad"), lags, "m", "slipped distances"),
+        "pad_means": store.Variable(("pad", "lag_of_pad", "part"), means, "1", title),
+    }
 
 
 def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.Variable]:
@@ -158,6 +183,7 @@ def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.
     titles |= {name: (("level", "pad"), *title) for name, title in OF_PADS.items()}
     titles["adjacent_std"] = (("level", "adjacent"), "1", title)
     titles |= {name: (("light", "pad")[: 1 + ("pad" in name)], *title) for name, title in OF_LIGHT.items()}
+    titles |= {"pad_parts": (("level", "part"), *PARTS), "light_pad_parts": (("light", "part"), *PARTS)}
     for name, estimates in (table | light).items():
         dimensions, unit, title = titles[name]
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]

@@ -55,7 +55,7 @@ def execute(stage: Stage, work: Callable[[Job], None]) -> None:
     """
     gc.freeze()
     gc.enable()
-    parser = argparse.ArgumentParser(prog=f"python -m roughslip.stages.{stage.name}")
+    parser = argparse.ArgumentParser(prog=f"python -m {stage.command}")
     parser.add_argument("--key", type=Path, required=True, help="key file of the stage")
     for name in stage.placeholders:
         parser.add_argument(f"--{name}", type=int if name in RANGE else str, required=True)
@@ -113,7 +113,7 @@ def check_sources(stage: Stage, entry: Mapping[str, Any]) -> None:
     """Raise StoreError where code or scans are no longer those that the key names, as after an edit during a run."""
     sources: Mapping[str, Any] = entry.get("sources", {})
     edited = [name for name, known in sources.get("files", {}).items() if _differs(SOURCE / name, known)]
-    if edited and closure_hash(f"roughslip.stages.{stage.name}", SOURCE, FRAME) != sources["closure"]:
+    if edited and closure_hash(stage.modules, SOURCE, FRAME) != sources["closure"]:
         raise StoreError(f"{edited[0]} was edited during the run: nothing is written; run snakemake again")
     for name, known in zip(entry["inputs"]["scan"] if "scans" in entry else (), entry.get("scans", ()), strict=True):
         if _differs(Path(name), known):

@@ -25,7 +25,7 @@ def draw_and_save(
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
     kept = {name: owner[name].variable(name) for name in drawn if name in owner}
-    for name in {dimension for one in kept.values() for dimension in one.dimensions}.intersection(owner):
+    for name in {dimension for variable in kept.values() for dimension in variable.dimensions}.intersection(owner):
         if owner[name].variable(name).dimensions == (name,):
             kept.setdefault(name, owner[name].variable(name))
     save_with_numbers(job, figure, kept)

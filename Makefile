@@ -59,7 +59,7 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
 	@set -e; for subject in surface contact chaos oscillator chain; do \
-		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject --output results/benchmarks/$$subject.json \
+		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.runner $$subject --output results/benchmarks/$$subject.json \
 			$(if $(filter 1,$(PEERS)),--peers) $(if $(filter 1,$(QUICK)),--quick); \
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot --benchmark results/benchmarks/$$subject.json \
 			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \

@@ -31,6 +31,9 @@ def rough_path(seed, size=1000, spacing=SPACING, scatter=0.034):
     return scatter * mu_s
 
 
+P = np.polynomial.Legendre.basis
+
+
 def spline(nodes, cubic=True):
     s = SPACING * np.arange(nodes.size)
     return CubicHermiteSpline(s, nodes, np.gradient(nodes, SPACING)) if cubic else make_interp_spline(s, nodes, 1)
@@ -53,6 +56,16 @@ def test_quadratic_has_the_integrals_of_the_path(level, cubic):
     for degree in range(3):
         assert np.sum(weights * left_out * t**degree) == pytest.approx(0.0, abs=1e-14 * n)
     assert wide.least <= least
+    x, w = np.polynomial.legendre.leggauss(8)  # of the polynomial of a degree times the mean square of its integral
+    of_degrees = []
+    for degree in range(3, 7):
+        share = (
+            (2 * degree + 1)
+            / (2 * n)
+            * np.sum(weights * spline(nodes, cubic)((first + n * t) * SPACING) * P(degree)(2 * t - 1))
+        )
+        of_degrees.append(share * math.sqrt(np.mean(w * (P(degree).integ(lbnd=-1)(x) / 2) ** 2) * w.size / 2))
+    assert wide.rough == pytest.approx(n * SPACING * math.hypot(*of_degrees), rel=1e-9)
     fine = np.linspace(0.0, 1.0, 64 * n + 1)
     left_out = spline(nodes, cubic)((first + n * fine) * SPACING)
     left_out -= [mu_s_at(wide.piece, (first + n * one) * SPACING) for one in fine]

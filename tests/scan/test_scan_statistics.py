@@ -11,7 +11,7 @@ import scipy.stats
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
-from roughslip.scan.autocorrelation import _radii, autocorrelation, sub_areas_for
+from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening
 from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, rings, self_affine_band, spectrum
 from roughslip.scan.statistics import height_density, scan_statistics
@@ -214,15 +214,6 @@ def test_rings_hold_as_many_waves_in_every_direction():
     np.testing.assert_allclose(over.mean(np.ones(over.ring.shape)), 1.0)
     turned = rings(grid, SubAreas(grid, (8, 3), (1.0, 5.0)))
     np.testing.assert_array_equal(turned.ring, over.ring.T)
-
-
-def test_a_correlation_that_falls_within_half_a_cell_has_a_length():
-    """Neighbours of opposite height: straight from 1 to -1/2 over a cell of 1 or of 0.8."""
-    correlation = np.full((5, 5), -0.5)
-    correlation[2, 2] = 1.0
-    scan = complete(np.random.default_rng(1).standard_normal((32, 32)), 1.0, 0.8)
-    expected = (1 - math.exp(-1)) / 1.5 * np.array([1.0, 0.8])
-    np.testing.assert_allclose(_radii(correlation, scan, np.array([0.0, math.pi / 2])), expected, rtol=1e-12)
 
 
 def test_the_lay_is_found_at_any_angle():

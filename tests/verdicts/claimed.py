@@ -123,5 +123,12 @@ def judge(*, square_=None, friction_=None, oscillator_=None):
     return {claim["id"]: claim for claim in found} | readings
 
 
+def judge_one(name, arrays):
+    """One statement, or one of its readings, from the arrays of its branch."""
+    identity, _, reading = name.partition("/")
+    (claim,) = (statement.claim(arrays) for statement in STATEMENTS if statement.id == identity)
+    return next((one for one in claim["readings"] if one["id"] == reading), claim)
+
+
 def everything():
     return judge(square_=square(), friction_=friction(), oscillator_=oscillator())

@@ -20,7 +20,17 @@ from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNES
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
 from roughslip.verdicts.reading import VISIBLE, headline
 from roughslip.verdicts.rules import STATEMENTS, claims
-from tests.verdicts.claimed import LEVELS, P_VALUES, READINGS, friction, judge, oscillator, square, with_interval
+from tests.verdicts.claimed import (
+    LEVELS,
+    P_VALUES,
+    READINGS,
+    friction,
+    judge,
+    judge_one,
+    oscillator,
+    square,
+    with_interval,
+)
 
 IDS = [
     *("fig2-mcs-lhs", "fig2-pc-lhs", "fig2-pc-tail", "fig2-variants-agree"),
@@ -200,13 +210,13 @@ def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, bran
         for near in (-1.05, -0.95, -0.05, 0.05):  # of the edge nearer the outside, in widths
             edges = sorted((end + inwards * near * width, end + inwards * (near + 1.0) * width))
             arrays = with_number(BRANCHES[branch](), variable, index, np.mean(edges), edges)
-            found = judge(**{f"{branch}_": arrays})[name]
+            found = judge_one(name, arrays)
             verdict = "reproduced" if near > 0 else "undecided" if near > -1 else "contradicted"
             assert found["verdict"] == verdict, (near, edges)
             second = variable != next(row[2] for row in SIMPLE if row[0] == name)
             if not second or near < 0:  # where both numbers hold, what is said is of the first
                 assert (": an interval" in found["turns"]) == second
-                assert_that_it_turns(name, branch, variable, index, arrays)
+                assert_that_it_turns(name, variable, index, arrays)
 
 
 def scaled(arrays, scale, widen):
@@ -263,15 +273,15 @@ def with_number(arrays, variable, index, value, ends):
     return changed
 
 
-def assert_that_it_turns(name, branch, variable, index, arrays):
+def assert_that_it_turns(name, variable, index, arrays):
     """At 0.9 of what the sentence says, either way, the verdict stays; at 1.01 of it, for rounding, it turns."""
     value, *ends = (float(np.asarray(arrays[variable + suffix])[index]) for suffix in ("", "_low", "_high"))
-    claim = judge(**{f"{branch}_": arrays})[name]
+    claim = judge_one(name, arrays)
     said = SENTENCE.fullmatch(claim["turns"])
 
     def verdict(move=0.0, times=1.0):
         interval = [value + move + (end - value) / times for end in ends]
-        return judge(**{f"{branch}_": with_number(arrays, variable, index, value + move, interval)})[name]["verdict"]
+        return judge_one(name, with_number(arrays, variable, index, value + move, interval))["verdict"]
 
     assert said, claim["turns"]
     if said["times"]:
@@ -305,7 +315,7 @@ def test_what_would_turn_a_verdict(name, numbers, turns):
     arrays = with_number(BRANCHES[branch](), variable, index, numbers[0], numbers[1:])
     said = judge(**{f"{branch}_": arrays})[name]["turns"].replace(" around the same number, then", ",")
     assert said == f"an interval {turns}"
-    assert_that_it_turns(name, branch, variable, index, arrays)
+    assert_that_it_turns(name, variable, index, arrays)
 
 
 @pytest.mark.parametrize(("value", "place"), [(0.0981, True), (0.1019, True), (0.0979, False), (0.1021, False)])

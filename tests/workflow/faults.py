@@ -90,13 +90,13 @@ def kill(project: Project, random: Random, whom: str) -> str:
 
 def damage(project: Project, random: Random) -> str:
     """Cut a file short or empty it. Flipped bits are found by the stage that reads the file, and by `make verify`."""
-    return _harm(project, random, _files(project.path("results")), _CUT)
+    return _alter(project, random, _files(project.path("results")), _CUT)
 
 
 def save_over(project: Project, random: Random) -> str:
     """Change a file that people open, and that is a copy: some bits, another text, an appended line."""
     copies = [path for path in _files(project.path("results/tiny")) if path.stat().st_nlink == 1]
-    return _harm(project, random, copies, _CHANGED)
+    return _alter(project, random, copies, _CHANGED)
 
 
 def edit_during_a_run(project: Project, random: Random) -> str:
@@ -153,13 +153,13 @@ def disorder(project: Project, random: Random) -> str:
 def damaged_cache(project: Project, random: Random) -> str:
     """Damage what numba compiled, and lose a result whose stage needs it."""
     lost, compiled = lose_some(project, random), _files(compiled_folder(), ending=".nb?")
-    return f"{lost}; {_harm(project, random, compiled, (*_CUT, *_CHANGED))}"
+    return f"{lost}; {_alter(project, random, compiled, (*_CUT, *_CHANGED))}"
 
 
 def damaged_records(project: Project, random: Random) -> str:
     """Damage what Snakemake recorded, and lose a result."""
     lost, records = lose_some(project, random), _files(project.folder / ".snakemake" / "metadata")
-    return f"{lost}; {_harm(project, random, records, (*_CUT, *_CHANGED))}"
+    return f"{lost}; {_alter(project, random, records, (*_CUT, *_CHANGED))}"
 
 
 FAULTS: dict[str, Fault] = {
@@ -182,8 +182,8 @@ def _files(*folders: Path, ending: str = "") -> list[Path]:
     return [path for path in paths if path.is_file() and path.parent.name != "logs"]
 
 
-def _harm(project: Project, random: Random, files: Sequence[Path], hows: Sequence[str]) -> str:
-    """Harm one of these files in one of these ways; its time is kept or not."""
+def _alter(project: Project, random: Random, files: Sequence[Path], hows: Sequence[str]) -> str:
+    """Alter one of these files in one of these ways; its time is kept or not."""
     victim, how = random.choice(files), random.choice(hows)
     content, before = bytearray(victim.read_bytes()), victim.stat()
     if how in _CUT:

@@ -48,7 +48,7 @@ from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
 from workflow.benchmarks.contact import Mesh
 from workflow.benchmarks.contact_peers import PolonskyKeer, Problem, tune
-from workflow.benchmarks.runner import OURS, case, make_row, run_command
+from workflow.benchmarks.runner import OURS, case, make_row
 
 SCENE = "resolved"
 PLAIN = "plain"
@@ -202,7 +202,3 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
     """Return the summary and the rows."""
     reference = store.read(KEPT_RESULTS / SCENE / "friction.nc")
     return measure_scene(load(SCENE, ROOT / "config" / "scenes"), reference, QUICK if quick else ASKED)
-
-
-if __name__ == "__main__":
-    run_command(__doc__, measure)

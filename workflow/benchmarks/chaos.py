@@ -32,7 +32,7 @@ from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry
 from roughslip.stages.from_scene.geometry import training_nodes
 from roughslip.surface.modes import heights
-from workflow.benchmarks.runner import OURS, case, make_row, run_command, timed
+from workflow.benchmarks.runner import OURS, case, make_row, timed
 from workflow.monte_carlo.pressure import PERCENTILES, TOLERANCE, square_of
 
 ROOT = Path(__file__).parents[2]
@@ -181,7 +181,3 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
 def case_of(scene: str, level: int) -> str:
     """Return the case of a scene at a penetration."""
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
-
-
-if __name__ == "__main__":
-    run_command(__doc__, measure)

@@ -21,7 +21,8 @@ from roughslip.grid import Grid
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
 from workflow.benchmarks.contact_peers import PEERS, Problem, tune
-from workflow.benchmarks.runner import OURS, Row, case, make_row, power, race, run_command, summarise_speed
+from workflow.benchmarks.contact_periodic import measure_cells
+from workflow.benchmarks.runner import OURS, Row, case, make_row, power, race, summarise_speed
 
 EDGE, RMS_HEIGHT, MODULUS = 100e-6, 0.5e-6, 2.3e11  # m, m, and Pa: E* of steel against a rigid plane
 SEED = 20260
@@ -137,10 +138,7 @@ def measure(quick: bool, with_peers: bool) -> dict[str, object]:
     nodes, growing, precise, levels = QUICK if quick else (NODES, GROWING, PRECISE, LEVELS)
     peers, median = tuple(PEERS) if with_peers else (), ("gauss", "50", TOLERANCES[-1])
     rows = compare_solvers(itertools.product(nodes, SURFACES, levels, TOLERANCES), peers, quick)
+    rows += measure_cells(TOLERANCES, with_peers, quick)
     alone = compare_solvers([(n, *median) for n in growing], (), quick)
     errors = [row for n in precise for row in pressure_errors(n, peers, quick)]
     return {"summary": {"times_faster_than": summarise_speed(rows)}, "rows": rows + alone + errors}
-
-
-if __name__ == "__main__":
-    run_command(__doc__, measure)

@@ -65,9 +65,9 @@ class PolonskyKeer:
 
 
 class Tamaas:
-    """Tamaas' PolonskyKeerRey on the free half-space (`registerNonPeriodic`) at the exact load, its best case."""
+    """Tamaas' PolonskyKeerRey at the exact load, its best case; on the free half-space by `registerNonPeriodic`."""
 
-    def __init__(self, grid: Grid, displacement: Any) -> None:
+    def __init__(self, grid: Grid, displacement: Any, periodic: bool = False) -> None:
         import tamaas
 
         tamaas.initialize(1)
@@ -75,10 +75,11 @@ class Tamaas:
         sizes = [grid.nx * grid.dx, grid.ny * grid.dy]
         self.model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, sizes, list(grid.shape))
         self.model.E, self.model.nu = displacement.modulus, 0.0
-        tamaas.ModelFactory.registerNonPeriodic(self.model, "free")
         self.heights = np.zeros(grid.shape)  # each problem overwrites it
         self.solver = tamaas.PolonskyKeerRey(self.model, self.heights, 1e-10)
-        self.solver.setIntegralOperator("free")
+        if not periodic:
+            tamaas.ModelFactory.registerNonPeriodic(self.model, "free")
+            self.solver.setIntegralOperator("free")
         self.solver.max_iter = MOST_ITERATIONS
 
     def solve(self, problem: Problem, load: float, setting: float) -> np.ndarray:

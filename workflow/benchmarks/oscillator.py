@@ -23,7 +23,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
 from roughslip.oscillator.runge_kutta import PAIRS
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks.runner import Row, case, make_row, power, race, run_command
+from workflow.benchmarks.runner import Row, case, make_row, power, race
 
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
@@ -196,7 +196,3 @@ def measure(quick: bool, peers: bool) -> dict[str, object]:
                 ratios.setdefault(peer["method"], {})[peer["case"]] = peer["seconds"] / min(times)
         rows += of_slip
     return {"summary": {"times_as_fast": ratios}, "rows": rows}
-
-
-if __name__ == "__main__":
-    run_command(__doc__, measure)

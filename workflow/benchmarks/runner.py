@@ -1,4 +1,6 @@
-"""What all benchmarks share: cases, times of methods in turns, rows, and the command.
+"""What all benchmarks share: cases, times of methods in turns, rows, and the command that runs one.
+
+    python -m workflow.benchmarks.runner contact --output results/benchmarks/contact.json
 
 A file is `{machine, versions, summary, rows}`, a row `{case, method, error, seconds}` with the seconds of every turn,
 our work and what else a benchmark adds. Rows of one case, `key=value` pairs, may be compared.
@@ -17,11 +19,13 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
 from roughslip import store
 
+SUBJECTS = ("surface", "contact", "chaos", "oscillator", "chain")
 OURS = "roughslip"
 TURN_SECONDS = 5e-3  # A fast method is called repeatedly for so long, which makes clock and interrupts negligible.
 LONG = 1.5  # [s] The call that estimates the time of a method counts as its first turn if it takes longer.
@@ -115,13 +119,15 @@ def summarise_speed(rows: Iterable[Row]) -> dict[str, Any]:
     return summary
 
 
-def run_command(description: str | None, measure: Callable[[bool, bool], Mapping[str, Any]]) -> None:
-    """Run a benchmark from the command line and write its file. measure : (quick, with peers) -> summary and rows"""
-    parser = argparse.ArgumentParser(description=description)
+def main() -> None:
+    """Run a benchmark and write its file."""
+    parser = argparse.ArgumentParser(description="Measure run time against error.")
+    parser.add_argument("subject", choices=SUBJECTS, help="its module has `measure(quick, peers)`: summary and rows")
     parser.add_argument("--output", type=Path, required=True, help="the JSON file")
     parser.add_argument("--peers", action="store_true", help="include public solvers: make benchmark PEERS=1")
     parser.add_argument("--quick", action="store_true", help="small problems, one turn each")
     arguments = parser.parse_args()
+    measured = import_module(f"workflow.benchmarks.{arguments.subject}").measure(arguments.quick, arguments.peers)
     information = Path("/proc/cpuinfo")
     lines = information.read_text().splitlines() if information.is_file() else []
     models = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
@@ -130,4 +136,8 @@ def run_command(description: str | None, measure: Callable[[bool, bool], Mapping
     versions = {name: installed[name] for name in PACKAGES if name in installed}
     head = {"machine": {"processor": processor, "cores": os.cpu_count()}}
     head["versions"] = {"python": platform.python_version(), **versions}
-    store.write_json(arguments.output, {**head, **measure(arguments.quick, arguments.peers)})
+    store.write_json(arguments.output, {**head, **measured})
+
+
+if __name__ == "__main__":
+    main()

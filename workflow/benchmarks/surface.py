@@ -23,7 +23,7 @@ from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
-from workflow.benchmarks.runner import OURS, Row, case, make_row, race, run_command, timed
+from workflow.benchmarks.runner import OURS, Row, case, make_row, race, timed
 
 COVARIANCES = ("gaussian", "separable_exponential", "exponential", "matern", "rotated", "self_affine")
 LENGTH = 0.1
@@ -166,7 +166,3 @@ def measure(quick: bool, peers: bool) -> dict[str, object]:
     for name in ("gaussian", "exponential"):
         rows += compare_samplers(name, compared, most, budget, quick, peers)
     return {"summary": {"refused": refused}, "rows": rows}
-
-
-if __name__ == "__main__":
-    run_command(__doc__, measure)

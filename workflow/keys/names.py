@@ -91,7 +91,7 @@ class Names:
         if declarations()[stage].batches is not None:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         made_of["before"] = {name: self.entry(scene, name).key for name in before}
-        awaited = [record for name in before for record in self.records(scene, name)]
+        awaited = self._awaited(scene, before)
         if stage == "chaos_strip" and "contact_strip" in before:  # those of its first batches alone
             awaited = [record for record in awaited if "/contact_strip/" not in record]
             awaited += self.records(scene, "contact_strip", below="strip.training_samples")
@@ -179,9 +179,11 @@ class Names:
 
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
-        records = [record for stage in sorted(self.scenes.stages(scene)) for record in self.records(scene, stage)]
         table = [self.variants_table(scene)] if self.scenes.variants.get(scene) else []
-        return [*records, *(f"{entry.folder}/usage/sweep.json" for entry in table)]
+        return [
+            *self._awaited(scene, self.scenes.stages(scene)),
+            *(f"{sweep.folder}/usage/sweep.json" for sweep in table),
+        ]
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -203,6 +205,9 @@ class Names:
         """The list of what stands in the folder of a scene."""
         return self._known(Entry({"stage": "published", "published": self.published(scene)}, {}, [], scene=scene))
 
+    def _awaited(self, scene: str, stages: Iterable[str]) -> list[str]:
+        return [record for stage in sorted(stages) for record in self.records(scene, stage)]
+
     def _jobs(self, scene: str, stage: str, below: str = "") -> list[dict[str, Any]]:
         jobs = self.scenes.jobs(scene, stage)
         return [job for job in jobs if not below or job["first"] < get(self.scenes[scene], below)]
@@ -210,8 +215,7 @@ class Names:
     def _inputs(self, scene: str, stage: str) -> dict[str, list[str]]:
         declared = declarations()[stage]
         if stage == "costs":
-            before = self._before(scene, stage)
-            return {"records": [record for name in before for record in self.records(scene, name)]}
+            return {"records": self._awaited(scene, self._before(scene, stage))}
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
         special: dict[str, list[str]] = {}
         if stage == "scan":
@@ -252,7 +256,7 @@ class Names:
         before = {
             name: {other: self.entry(name, other).key for other in self._before(name, "report")} for name in names
         }
-        records = [record for name in names for other in before[name] for record in self.records(name, other)]
+        records = [record for name in names for record in self._awaited(name, before[name])]
         made_of = self._code(stage) | {"configuration": part, "before": before}
         return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
 

@@ -35,7 +35,7 @@ def make(name: str, kind: str, samples: int, jobs: int) -> None:
     key, (total, step) = _key(name, kind), KINDS[kind].SAMPLES[name]
     part = hashlib.sha256(json.dumps(key.configuration, sort_keys=True).encode()).hexdigest()[:16]
     folder = Path("results", "monte_carlo", f"{kind}-{part}")
-    files = [folder / f"{first}-{first + step}.nc" for first in range(0, min(samples, total), step)]
+    files = [folder / f"{first}-{first + step}.nc" for first in range(0, max(1, min(samples, total)), step)]
     with ProcessPoolExecutor(jobs, initializer=die_with_parent) as pool:
         for file in pool.map(_solve, files, [name] * len(files), [kind] * len(files)):
             print(file, flush=True)

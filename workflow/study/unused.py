@@ -25,14 +25,9 @@ def unused(names: Names) -> list[Path]:
     used |= {Path(names.publication(name).folder).parts for name in scenes.valid}
     results = Path("results")
     gone = [path for path in sorted(results.glob("*")) if path.is_dir() and path.name not in {*scenes.names, *FOLDERS}]
-    stored = sorted(path for path in Path(STORE).glob("*/*") if path.is_dir())
-    return [*gone, *(path for path in stored if path.parts not in used and not _is_joint(path))]
-
-
-def _is_joint(folder: Path) -> bool:
-    """Whether a folder of the store holds what belongs to several scenes and is published."""
-    files = [file for file in folder.glob("*") if file.name != "key.json" and file.is_file()]
-    return any(is_current(Path("results", file.name), file) for file in files)
+    stored = [path for path in Path(STORE).glob("*/*") if path.is_dir() and path.parts not in used]
+    of_several = (path for path in stored if any(is_current(results / file.name, file) for file in path.glob("*")))
+    return [*gone, *sorted({*stored}.difference(of_several))]
 
 
 def main() -> int:

@@ -6,7 +6,7 @@
 
 - window_sums, friction_coefficient: friction of windows from sums over columns of a strip
 - window_statistics, autocorrelation, fit_beta: statistics with intervals from resampled strips, strip_weights
-- FrictionProcess, sample_path, path_sampler: the process, paths of n values, and paths without end
+- FrictionProcess, CorrelationShape, sample_path, path_sampler: the process, paths of n values, and paths without end
 
 `__init__.pyi` lists all public names and their modules.
 """

@@ -7,6 +7,7 @@ from roughslip.friction.marginal import BetaFit as BetaFit
 from roughslip.friction.marginal import fit_beta as fit_beta
 from roughslip.friction.paths import path_sampler as path_sampler
 from roughslip.friction.paths import sample_path as sample_path
+from roughslip.friction.process import CorrelationShape as CorrelationShape
 from roughslip.friction.process import FrictionProcess as FrictionProcess
 from roughslip.friction.process import average_beta as average_beta
 from roughslip.friction.statistics import WindowStatistics as WindowStatistics

@@ -53,6 +53,16 @@ def test_the_reciprocal_of_the_parameter_has_the_reciprocal_crossing(level):
     assert (1 / other.high, 1 / other.value, 1 / other.low) == pytest.approx((one.low, one.value, one.high), rel=1e-9)
 
 
+def test_ends_far_from_the_value_take_few_trials():
+    """Half of the distance from it, where 0.1 % would take another 1200 of 100 paths."""
+    trials = []
+    for seed in range(5):
+        search = search_of(np.exp(np.random.default_rng(seed).normal(0.3, 0.4, PATHS)))
+        search.crossing(0.05, upwards=True)
+        trials.append(search.trials)
+    assert np.mean(trials) < 1600
+
+
 def test_paths_that_change_to_and_fro_are_covered_too():
     """Each path is drawn anew at every value, with the probability of a known curve: none has a change of its own."""
     covered = []

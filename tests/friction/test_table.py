@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
+from roughslip.friction.correlation import window_lengths
 from roughslip.friction.level import levels_of
 from roughslip.friction.over_penetration import trend_estimates
 from roughslip.friction.table import BY_SOURCE, WindowLayout, friction_table
-from roughslip.friction.table_variables import law_variables, summary, table_variables
+from roughslip.friction.table_variables import law_variables, line_variables, summary, table_variables
+from roughslip.probability import Estimate
 
 MEANS, SCATTER, STRIPS, WINDOWS = (1.25, 1.0, 0.8), 0.05, 60, 12
 LAYOUT = WindowLayout(np.array([20.0, 50.0, 80.0]), 4e-4, 1e-4, (40, 10), WINDOWS)
@@ -87,3 +89,19 @@ def test_windows_without_scatter_are_refused_with_their_penetration():
     more = 1.0 + SCATTER * rng.standard_normal((3, 5 * STRIPS, WINDOWS))
     with pytest.raises(IllPosedError, match="scatter"):
         friction_table(levels(flat, more), (flat, flat), LAYOUT, MEAN, REPLICATES, SEED)
+
+
+def test_straight_lines_end_at_each_lag_within_the_window():
+    """An exponential has its length by all of them; the triangle by none, and the window itself is no largest lag."""
+    lags, length = 1e-4 * np.arange(10), 2.5e-4
+    curve = Estimate.from_rows(np.tile(np.exp(-lags / length), (41, 1)))
+    found = line_variables(curve, lags, 6e-4)
+    np.testing.assert_array_equal(found["largest_lag"].values, lags[1:6])
+    np.testing.assert_allclose(found["log_line"].values, length, rtol=1e-9)
+    own, triangle = window_lengths(lags, 6e-4), found["triangle_log_line"].values
+    assert np.all(np.diff(triangle) < 0.0)
+    names = list(found["length_name"].values)
+    for name, value in zip(names, found["triangle_length"].values, strict=True):
+        assert value == getattr(own, name)
+    assert triangle[-1] < own.log_line_90 * 1.2
+    assert 0.8 < float(found["triangle_log_line_r2"].values) < 1.0

@@ -9,8 +9,9 @@ one order smoother. The step takes the quadratic of a `Wide` piece in place of m
 what this leaves out. It is zero at both ends of the step, and orthogonal to straight lines. So the error at the end of
 the step comes from products of F e with itself and with the curvature of 1 / w^3.
 
-Where mu_S multiplies mu_D, F e has the factor mu_D. It goes with w, and what it changes by within the step times F e is
-one more error of K. The quadratic then enters dK / ds, and not K by its running integral.
+Where mu_S multiplies mu_D, F e has the factor mu_D(w). As e is orthogonal to straight lines, the change of mu_D within
+the step adds only a share of F e times that change to the error of K. The quadratic then enters dK / ds, and not K by
+its running integral.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of wh
 LONGEST = 0.5  # of tau
 NEXT_WIDER = 0.08  # of the error allowed: at twice the width it is then below it
 FAR, LONGEST_WAIT = 4.0, 30.0  # of the error allowed: how far off a refused step is, and nodes until the next is tried
+CHANGE = 0.1  # share of the change of mu_D: with it 95 % of steps on rough paths err by less than 1.2 of the estimate
 BEND, SQUARE = 0.3, 1.5  # shares of the two products in the error of tau, by the series of (1 + x)^(-3/2)
 SPARE = 3.0  # root mean squares of F e / w, by which X' may differ within the step
 
@@ -90,7 +92,7 @@ def step_by_distance(
     of_end = gain(p.omega * w, p)
     deviation, bend = p.F * max(of_start, of_end) * wide.rough / slowest, (k - start) / (k + start)
     left_out = passed * deviation * (BEND * bend * bend + SQUARE * deviation / slowest)
-    k_error += p.F * wide.rough * abs(of_end - of_start)
+    k_error += CHANGE * p.F * wide.rough * abs(of_end - of_start)
     error = max(w * tau_error, k_error / w + abs(end.a) * tau_error) + left_out * (1.0 + steep)
     return end, error, deviation
 

@@ -230,11 +230,18 @@ def test_shapes_that_are_no_autocorrelation_are_refused(lags, values, match):
 
 def test_a_shape_that_no_process_has_is_refused():
     """A box is no covariance: its transform, a sinc, has negative parts. Nor is the triangle, whose transform touches
-    zero, once it is corrected for a far skewed marginal."""
+    zero, once it is corrected for a far skewed marginal; but there is one nearby, and the error is told."""
     box = CorrelationShape(np.array([0.0, 0.999, 1.0]), np.array([1.0, 1.0, 0.0]))
-    for shape, marginal, missed in ((box, PUBLISHED.marginal, r"0\.5"), (TRIANGLE, SKEWED.marginal, r"0\.02")):
-        with pytest.raises(IllPosedError, match=f"misses the one wanted by {missed}"):
-            path_sampler(FrictionProcess(marginal, LENGTH, shape), LENGTH / 16)
+    with pytest.raises(IllPosedError, match=r"misses the one wanted by 0\.5"):
+        path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, box), LENGTH / 16)
+    average, waves = (
+        path_sampler(FrictionProcess(SKEWED.marginal, LENGTH, TRIANGLE), LENGTH / 16, 0.01, method)
+        for method in METHODS
+    )
+    assert average.correlation_error == pytest.approx(0.028, abs=0.002)
+    assert waves.correlation_error == pytest.approx(0.028, abs=0.002)
+    reached = translated_correlation(SKEWED, float(average.weights[16:] @ average.weights[:-16]))
+    assert reached == pytest.approx(0.5, abs=average.correlation_error)
     with pytest.raises(ParameterError, match="a spacing of at least"):
         path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, TRIANGLE), 1e-6 * LENGTH)
 

@@ -13,7 +13,7 @@ import numpy as np
 from ducc0 import fft
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
-from roughslip.friction.moving_average import MovingAverage, moving_average
+from roughslip.friction.moving_average import CORRELATION_LIMIT, MovingAverage, moving_average
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
@@ -64,7 +64,7 @@ def spectral_representation(process: FrictionProcess, spacing_m: float, length_m
     The one-sided discrete spectrum is the transform of the covariance wrapped round the period, so that the
     autocorrelation holds at the nodes without truncation. The sum is Gaussian up to an excess kurtosis of -0.01. Raises
     ParameterError for a spacing or length out of range, IllPosedError where the marginal does not let the
-    autocorrelation come within 0.01 of that of the process.
+    autocorrelation come within 0.01 of the exponential, or 0.05 of a shape.
 
     Method: M. Shinozuka & G. Deodatis, Appl. Mech. Rev. 44 (1991) 191-204.
     """
@@ -101,10 +101,11 @@ def _spectrum(process: FrictionProcess, spacing_m: float, nodes: int, period_nod
     reached = translation.series(_inverse(variance / share + 0j, period)[:nodes])
     wanted = process.autocorrelation(np.arange(nodes) * spacing_m)
     correlation_error = float(np.max(np.abs(reached - wanted)))
-    if not correlation_error <= CORRELATION_TOLERANCE:
+    tolerance = CORRELATION_TOLERANCE if process.shape is None else CORRELATION_LIMIT
+    if not correlation_error <= tolerance:
         raise IllPosedError(
             f"the autocorrelation of the marginal misses the one wanted by {correlation_error:.3f}, more than "
-            f"{CORRELATION_TOLERANCE}: a translated Gaussian process cannot have both; {process.smoother}"
+            f"{tolerance}: a translated Gaussian process cannot have both; {process.smoother}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
     amplitude[[0, -1]] *= 2.0

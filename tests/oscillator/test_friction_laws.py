@@ -216,7 +216,8 @@ def test_the_recipe_adds_a_law(tmp_path):
     """
     folder = tmp_path / "project"
     copy_project(folder)
-    shutil.copytree(ROOT / "tests/oscillator", folder / "tests/oscillator")
+    for tests in ("tests/oscillator", "tests/workflow"):  # the second makes copies of the project
+        shutil.copytree(ROOT / tests, folder / tests)
     shutil.copy2(ROOT / "pyproject.toml", folder)
     oscillator = folder / "src/roughslip/oscillator"
     (oscillator / "friction_laws/exponential.py").write_text(EXPONENTIAL)

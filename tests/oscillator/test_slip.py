@@ -337,3 +337,10 @@ def test_arrival_is_motion_of_constant_jerk(dt):
     dx = 3.0 * dt - 2.5 * dt**2 + dt**3
     expected = 1.0 + dt, 2.0 + dx, 3.0 - 5.0 * dt + 3.0 * dt**2, 4.0 + V * dt - dx, -5.0 + 6.0 * dt, 6.0
     assert found == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(("cut", "side"), [(False, 1.0), (True, -1.0)])
+def test_friction_is_cut_a_tenth_of_the_tolerance_beyond_zero(cut, side):
+    """The bound is a deflection: F (mu_D + mu_S) may pass zero by a tenth of the tolerance of F, from either side."""
+    p = coefficients(STUDY, LEVEL)
+    assert bound(ZERO, branch(0, cut, p), 1.0, 1e-6, p) == (ZERO, side, pytest.approx(1e-7 * F, rel=1e-12))

@@ -15,7 +15,7 @@ from roughslip.friction import paths as whole_paths
 from roughslip.friction import recursion as by_recursion
 from roughslip.friction.moving_average import PIECE_NODES
 from roughslip.friction.paths import METHODS, path_sampler, spectral_representation
-from roughslip.friction.process import TRIANGLE, CorrelationShape, FrictionProcess, average_beta
+from roughslip.friction.process import CorrelationShape, FrictionProcess, average_beta
 from roughslip.friction.recursion import interpolated, recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
 
@@ -168,6 +168,7 @@ def test_paths_of_a_beta_where_scipy_has_no_quantile():
     assert FrictionProcess(marginal, LENGTH).translation().left_out < 1e-5
 
 
+TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of a window over what is not correlated
 # Two lengths of a pad under whose short waves long ones lie, and a window over white pressure.
 PAD = CorrelationShape.of_lags(LENGTH * np.array([0.0, 0.5, 1.0, 4.0, 8.0]), np.array([1.0, 0.5, 0.2, 0.1, 0.0]))[1]
 SHAPES = pytest.mark.parametrize("shape", [TRIANGLE, PAD], ids=["triangle", "pad"])

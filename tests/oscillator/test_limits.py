@@ -9,7 +9,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.friction.process import TRIANGLE, FrictionProcess
+from roughslip.friction.process import CorrelationShape, FrictionProcess
 from roughslip.oscillator import slip_flow as module
 from roughslip.oscillator.counts import counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import State, acceleration, coefficients
@@ -213,6 +213,7 @@ def test_counts_are_those_of_the_whole_motion(law, periods):
         assert found.steps < 0.3 * whole.steps
 
 
+TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # 1 - s / (2 L)
 LENGTH, BETA = 2.5e-4, BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.03)
 JUMP = CoulombLaw(0.3, 0.3 + STUDY.V / STUDY.F)
 

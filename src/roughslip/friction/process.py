@@ -59,10 +59,6 @@ def autocorrelation_at(s: np.ndarray, length_m: float, shape: CorrelationShape |
     return np.exp(-u) if shape is None else np.interp(u, shape.lags, shape.values)
 
 
-TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))
-"""1 - s / (2 L): the mean of a window of length 2 L, over what is not correlated."""
-
-
 @gate
 @dataclass(frozen=True)
 class FrictionProcess:

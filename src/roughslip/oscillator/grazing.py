@@ -1,10 +1,10 @@
 """First-order effect of noise on the end of stick-slip: the shift of the peak of the slip orbit that grazes the belt.
 
-Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance; and
-friction mu_D (1 + mu_S(s)) adds as much times mu_D, that at the velocity of the orbit there. So,
-to first order, the damping ratio at which a loop just reaches the belt again is normal about the existence limit. Its
-standard deviation is proportional to that of mu_S. This scatter sets the width of the band of damping in which
-stick-slip survives or ends by chance. A loop that misses the belt may still reach it at its next peak.
+Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance.
+Friction mu_D (1 + mu_S(s)) adds as much times mu_D at the speed of the orbit there. So, to first order, the damping
+ratio at which a loop just reaches the belt again is normal about the existence limit. Its standard deviation is
+proportional to that of mu_S. This scatter sets the width of the band of damping in which stick-slip survives or ends by
+chance. A loop that misses the belt may still reach it at its next peak.
 """
 
 from __future__ import annotations

@@ -129,8 +129,9 @@ def correlation(
     count, length = scene.oscillator.windows_in_parallel if windows is None else windows, numbers.correlation_length_m
     if count == 1 or statistics is None:
         return length, None
-    own = friction_numbers(scene, statistics).correlation_length_m  # of a window, in place of which a map has others
-    of_pad, shape = pad_correlation(scene, store.read(statistics), count)
+    result = store.read(statistics)
+    own = at_penetration(scene, result, result["combined_length_least_squares"])  # a map may have others
+    of_pad, shape = pad_correlation(scene, result, count)
     return of_pad * length / own, shape
 
 

@@ -110,7 +110,7 @@ def test_stick_slip_cycle():
 
 @pytest.mark.slow  # compiles the motion for the law of the example
 def test_own_law_and_trace():
-    """The slope by differences is that by hand, and a mass with a cycle makes one in a natural period or little more."""
+    """The slope by differences is that by hand, and a cycle takes a natural period or little more."""
     found = run("own_law_and_trace")
     assert found["by_hand"] == pytest.approx(math.exp(-1.25) * 2.5 / 6.0, rel=1e-12)
     assert found["hopf_damping"](found["belt"], found["law"]) == pytest.approx(found["by_hand"], rel=1e-9)

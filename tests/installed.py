@@ -1,4 +1,4 @@
-"""Run by `make package` in an environment that holds the wheel alone: its names, and a contact next to Hertz."""
+"""Run by `make package` in an environment that holds the wheel alone, without ducc0: names, a contact next to Hertz."""
 
 import runpy
 from importlib import import_module
@@ -15,6 +15,6 @@ folder = Path(roughslip.__file__).parent
 assert "site-packages" in folder.parts, f"not the installed package: {folder}"
 assert (folder / "py.typed").is_file()
 assert (folder / "report/templates/page.html.j2").is_file()
-assert not any(map(find_spec, ("snakemake", "matplotlib", "jsonschema"))), "the study is installed too"
+assert not any(map(find_spec, ("snakemake", "matplotlib", "jsonschema", "ducc0"))), "the study is installed too"
 runpy.run_path(str(Path(__file__).parents[1] / "examples/contact_hertz.py"))
 print(f"roughslip {roughslip.__version__}: {len(names)} public names")

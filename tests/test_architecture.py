@@ -13,7 +13,7 @@ SOURCE = ROOT / "src"
 WORKFLOW = sorted((ROOT / "workflow").rglob("*.py"))
 # The ground floor, which everyone may import, and then who else a package may import.
 GROUND = (
-    *("errors", "atomic_write", "validation", "grid", "store", "compilation", "probability", "limits"),
+    *("errors", "atomic_write", "validation", "grid", "store", "compilation", "probability", "limits", "fft"),
     "public_names",
 )
 SUBJECTS = ("surface", "contact", "chaos", "friction", "oscillator")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ducc0 import fft
 from scipy.stats import skew
 
+from roughslip import fft
 from roughslip.errors import IllPosedError
 from roughslip.figures.figure_scan import figure_scan
 from roughslip.grid import Grid

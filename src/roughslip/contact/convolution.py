@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from ducc0 import fft
 
+from roughslip import fft
 from roughslip.compilation.cache import compiled
 
 # A spectrum of more than MOST_COLUMNS columns is transformed in parts of about PART columns, which stay in the cache.

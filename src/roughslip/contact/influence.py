@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from ducc0 import fft
 
+from roughslip import fft
 from roughslip.compilation.cache import compiled
 from roughslip.contact.convolution import convolution, fast_length
 from roughslip.contact.periodic import periodic_symbol

@@ -15,8 +15,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from ducc0 import fft
 
+from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.friction.process import FrictionProcess
 from roughslip.probability import Translation

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from ducc0 import fft
 
+from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.moving_average import CORRELATION_LIMIT, MovingAverage, moving_average
 from roughslip.friction.process import FrictionProcess

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from ducc0 import fft
 
+from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import ducc0  # type: ignore[import-not-found]
 import numpy as np
 import scipy.linalg
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
+from roughslip import fft
 from roughslip.errors import ConvergenceError, ParameterError, whole
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
@@ -133,14 +133,12 @@ def covariance_operator(covariance: StationaryCovariance, grid: Grid) -> Operato
 
     def apply(field: np.ndarray) -> np.ndarray:
         padded[:, :ny] = field
-        ducc0.fft.r2c(padded, axes=(1,), out=spectrum[:nx])
+        fft.r2c(padded, axes=(1,), out=spectrum[:nx])
         spectrum[nx:] = 0.0
-        ducc0.fft.c2c(spectrum, axes=(0,), out=spectrum)
+        fft.c2c(spectrum, axes=(0,), out=spectrum)
         np.multiply(spectrum, symbol, out=spectrum)
-        ducc0.fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
-        ducc0.fft.c2r(
-            spectrum[:nx], axes=(1,), lastsize=2 * ny, forward=False, out=result, allow_overwriting_input=True
-        )
+        fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
+        fft.c2r(spectrum[:nx], axes=(1,), lastsize=2 * ny, forward=False, out=result, allow_overwriting_input=True)
         return result[:, :ny].copy()
 
     return apply

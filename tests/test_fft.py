@@ -1,0 +1,60 @@
+"""Transforms without ducc0: equal to its own to rounding, and a solve without it."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from roughslip import fft
+
+SHAPES = [((12, 10), (1,)), ((12, 10), (0, 1)), ((7, 9), (1,)), ((1, 8), None), ((24,), None)]
+
+
+@pytest.mark.parametrize(("shape", "axes"), SHAPES)
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+def test_scipy_does_what_ducc0_does(shape, axes, precision):
+    """To some rounding errors of the sum; a complex transform of the first axis in place, with and without 1 / n back."""
+    ducc0 = pytest.importorskip("ducc0").fft
+    a = np.random.default_rng(1).standard_normal(shape).astype(precision)
+    close = {"rtol": 0, "atol": 20 * np.finfo(precision).eps * np.abs(a).sum()}
+    wanted, found = ducc0.r2c(a, axes=axes), fft._r2c(a, axes=axes)
+    assert found.dtype == wanted.dtype
+    np.testing.assert_allclose(found, wanted, **close)
+    for forward in (True, False):
+        one, other = wanted.copy(), wanted.copy()
+        ducc0.c2c(one, axes=(0,), forward=forward, out=one)
+        assert fft._c2c(other, axes=(0,), forward=forward, out=other) is other
+        np.testing.assert_allclose(other, one, **close | {"atol": close["atol"] * len(a)})
+    for inorm in (0, 2):
+        options = {"axes": axes, "lastsize": shape[-1], "forward": False, "inorm": inorm}
+        back = [c2r(wanted, **options) for c2r in (ducc0.c2r, fft._c2r)]
+        np.testing.assert_allclose(back[1], back[0], **close | {"atol": close["atol"] * a.size})
+    np.testing.assert_allclose(back[1], a, **close)
+    assert [fft._good_size(n, True) for n in range(1, 400)] == [ducc0.good_size(n, True) for n in range(1, 400)]
+
+
+WITHOUT = """\
+import sys
+sys.modules["ducc0"] = None
+import numpy as np
+from roughslip import Grid
+from roughslip.contact import Influence, solve_load
+grid = Grid(64, 48, 1e-6, 1e-6)
+heights = 1e-7 * np.random.default_rng(2).standard_normal(grid.shape)
+solution = solve_load(Influence(grid, 1e11), heights, 2e8, tolerance=1e-12)
+assert "ducc0.fft" not in sys.modules
+print(repr(float(solution.plane)), solution.residual < 1e-12)
+"""
+
+
+@pytest.mark.slow  # another process
+def test_contact_without_ducc0():
+    """The plane of a load, an iteration to 1e-12, with either."""
+    planes = []
+    for script in (WITHOUT, WITHOUT.replace('sys.modules["ducc0"] = None\n', "").replace("assert", "#")):
+        run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+        plane, solved = run.stdout.split()
+        assert solved == "True"
+        planes.append(float(plane))
+    assert planes[0] == pytest.approx(planes[1], rel=1e-10)

@@ -14,7 +14,7 @@ SHAPES = [((12, 10), (1,)), ((12, 10), (0, 1)), ((7, 9), (1,)), ((1, 8), None), 
 @pytest.mark.parametrize(("shape", "axes"), SHAPES)
 @pytest.mark.parametrize("precision", [np.float32, np.float64])
 def test_scipy_does_what_ducc0_does(shape, axes, precision):
-    """To some rounding errors of the sum; a complex transform of the first axis in place, with and without 1 / n back."""
+    """To some rounding errors of the sum; complex ones in place, with and without 1 / n back."""
     ducc0 = pytest.importorskip("ducc0").fft
     a = np.random.default_rng(1).standard_normal(shape).astype(precision)
     close = {"rtol": 0, "atol": 20 * np.finfo(precision).eps * np.abs(a).sum()}

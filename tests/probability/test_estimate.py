@@ -22,6 +22,12 @@ def test_a_percentile_interval_and_its_margin():
     assert plain.replicates.shape == (2, 40)
 
 
+def test_an_estimate_is_shown_as_a_number_with_its_interval():
+    one = Estimate(np.array(0.30012), np.array(0.2983), np.array(0.302444), np.zeros(400))
+    assert repr(one) == "0.3001 [0.2983, 0.3024]"
+    assert repr(Estimate.from_rows(ROWS)) == "Estimate of shape (2,)"
+
+
 def test_an_interval_of_a_scale_is_reflected_on_the_logarithm():
     """As far above the value as the replicates lie below it, as a ratio."""
     found = Estimate.of_scale(ROWS, 1.5)

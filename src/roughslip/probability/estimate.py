@@ -89,6 +89,12 @@ class Estimate:
         value, radius = rows[0], np.quantile(moved, 0.95)
         return cls(np.array(value), np.maximum(value - radius, 0.0), np.asarray(value + radius), rows[1:].copy())
 
+    def __repr__(self) -> str:
+        """`0.3001 [0.2983, 0.3024]`, or the shape of several."""
+        if np.ndim(self.value):
+            return f"Estimate of shape {np.shape(self.value)}"
+        return "{:.4g} [{:.4g}, {:.4g}]".format(*(float(part) for part in (self.value, self.low, self.high)))
+
     @property
     def rows(self) -> np.ndarray:
         """(1 + R, ...) the value, then the replicates: the inverse of `from_rows`."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip.contact import Influence, solve, solve_load
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.grid import Grid
 
 

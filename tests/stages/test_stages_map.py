@@ -7,7 +7,7 @@ from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
 from roughslip.stages import lifetimes, stick_slip_map
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.own_limits import damping_ratios
+from roughslip.stages.from_scene.variation import damping_ratios
 from tests.stages.scenes import OSCILLATOR
 from tests.stages.test_stages_motion import scattered
 

@@ -20,7 +20,7 @@ from random import Random
 import psutil
 
 from roughslip.compilation.source_hash import compiled_folder
-from roughslip.stages.runtime import record
+from roughslip.stages.runtime import usage
 from tests.workflow.project import Project, as_a_user, digests
 
 Fault = Callable[[Project, Random], str]
@@ -57,7 +57,7 @@ def not_mended(project: Project, before: dict[str, str]) -> list[str]:
         return [*wrong, f"exit {status}: {output[-3000:]}"]
     now, records = digests(project.path("results/tiny")), project.path("results/tiny/usage").glob("*.json")
     wrong += sorted(name for name in before.keys() | now.keys() if before.get(name) != now.get(name))
-    return [*wrong, *(f"{path.name}: damaged" for path in records if not record.is_whole(path))]
+    return [*wrong, *(f"{path.name}: damaged" for path in records if not usage.is_whole(path))]
 
 
 def lose_some(project: Project, random: Random) -> str:

@@ -12,7 +12,7 @@ import pytest
 
 from roughslip.compilation.source_hash import closure_hash, compiled_folder
 from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime import command, record
+from roughslip.stages.runtime import command, usage
 from tests.workflow.faults import FAULTS, not_mended
 from tests.workflow.project import digests
 
@@ -41,9 +41,9 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
         (tmp_path / package / "__init__.py").write_text("")
     source.write_text("old = 1\n")
     scan.write_text("1 2\n")
-    files = {"roughslip/stages/design.py": record.checksum(source)}
+    files = {"roughslip/stages/design.py": usage.checksum(source)}
     sources = {"files": files, "closure": closure_hash("roughslip.stages.design", tmp_path)}
-    key = {"configuration": {}, "code": "", "sources": sources, "scans": [record.checksum(scan)]}
+    key = {"configuration": {}, "code": "", "sources": sources, "scans": [usage.checksum(scan)]}
     key["inputs"] = {"scan": [str(scan)]}
     (tmp_path / "key.json").write_text(json.dumps(key))
     monkeypatch.setattr(command, "SOURCE", tmp_path)

@@ -24,7 +24,7 @@ from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import all_names
-from roughslip.stages.runtime.parent import PARENT
+from roughslip.stages import PARENT
 from workflow import keys
 from workflow.keys import KEY, STORE, Names
 from workflow.study import earlier_runs

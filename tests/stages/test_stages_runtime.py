@@ -157,7 +157,7 @@ POOL = """
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import time
-from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages import die_with_parent
 
 def work(number):
     print("ready", flush=True)
@@ -179,7 +179,7 @@ def test_a_job_dies_with_its_parent(tmp_path, kind):
     (tmp_path / "campaign.py").write_text(POOL)
     (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
     parent = (
-        "import os, subprocess, sys; from roughslip.stages.runtime.parent import PARENT\n"
+        "import os, subprocess, sys; from roughslip.stages import PARENT\n"
         "os.environ[PARENT] = str(os.getpid()); subprocess.run([sys.executable, '-m', 'roughslip.stages', 'design'])"
     )
     command = [sys.executable, *(("-c", parent) if kind == "stage" else ("campaign.py",))]

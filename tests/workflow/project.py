@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughslip.compilation.source_hash import compiled_folder
+from roughslip.stages import die_with_parent
 from roughslip.stages.runtime import usage
-from roughslip.stages.runtime.parent import die_with_parent
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")

@@ -35,7 +35,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import RoughslipError
-from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages import die_with_parent
 
 # Problems of a whole campaign; the slow ones first, so that processes end together. 36 accuracies take ten minutes on
 # two cores, all others twenty.

@@ -26,7 +26,7 @@ FRAME = (
     "roughslip.errors",
     "roughslip.public_names",
     "roughslip.validation",
-    *(f"roughslip.stages.runtime.{name}" for name in ("command", "parent", "usage")),
+    *(f"roughslip.stages.runtime.{name}" for name in ("command", "usage")),
 )
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 

@@ -1,8 +1,9 @@
-"""Copy results of benchmarks and stress campaigns to results/reference/evidence, which git keeps.
+"""What git keeps of the results of benchmarks and stress campaigns: results/reference/evidence, which the joint page
+shows.
 
-The joint page shows them. Kept files whose results have not been made again stay as they are.
+Kept files whose results have not been made again stay as they are.
 
-    python -m workflow.evidence.keep stress      that one alone
+    python -m workflow.evidence stress      that one alone
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance, wilson_interval
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol, wilson_interval
 from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -202,8 +202,7 @@ def regression_refusals() -> Calls:
     tables, targets = not_a_table(table), not_a_table(target)
     weights = {name: value for name, value in targets.items() if name != "none"}
     in_contact = partial(fit_in_contact, basis=table, pressure=np.abs(target), logarithm=True)
-    drawn = partial(design, kind="sobol", seed=[1], samples=4, variables=2)
-    random = {f"monte-carlo-{name}": value for name, value in NOT_A_COUNT.items()}
+    drawn = partial(sobol, np.random.default_rng(1), samples=4, variables=2)
     squares = partial(least_squares, basis=table, target=target)
     return joined(
         spoilt(partial(hermite_basis, indices=indices), xi=not_a_table(points) | {"narrow": points[:, :1]}),
@@ -214,8 +213,7 @@ def regression_refusals() -> Calls:
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
         spoilt(partial(multi_indices, 500), degree={"of-too-many-terms": 15}),
-        spoilt(drawn, kind=UNKNOWN, samples=NOT_A_COUNT, variables=NOT_A_COUNT),
-        spoilt(partial(drawn, kind="monte_carlo"), samples=random),
+        spoilt(drawn, samples=NOT_A_COUNT, variables=NOT_A_COUNT),
     )
 
 

@@ -98,8 +98,7 @@ def counts_by_period(
     if oscillator.q > 0.0:
         raise ParameterError(
             f"an excitation of {oscillator.excitation_force_n:g} N does not let cycles repeat: count them by "
-            "ensemble_counts, or without excitation; scene keys: ensemble.count_by_period, "
-            "oscillator.excitation_force_n"
+            "ensemble_counts, or without excitation; scene key: oscillator.excitation_force_n"
         )
     ratios = np.atleast_1d(np.asarray(damping_ratios, dtype=np.float64))
     runs = [

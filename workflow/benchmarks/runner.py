@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib.metadata
+import json
 import math
 import os
 import platform
@@ -136,7 +137,7 @@ def main() -> None:
     versions = {name: installed[name] for name in PACKAGES if name in installed}
     head = {"machine": {"processor": processor, "cores": os.cpu_count()}}
     head["versions"] = {"python": platform.python_version(), **versions}
-    store.write_json(arguments.output, {**head, **measured})
+    store.write_text(arguments.output, json.dumps({**head, **measured}, separators=(",", ":"), allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

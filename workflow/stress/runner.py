@@ -137,6 +137,7 @@ def main() -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     parser.add_argument("--output", type=Path, help="the JSON file")
+    parser.add_argument("--keep", type=Path, help="a JSON file of the summary alone, which git keeps")
     given = parser.parse_args()
     if unknown := set(given.campaigns) - set(CAMPAIGNS):
         parser.error(f"no campaign {', '.join(unknown)}: take some of {', '.join(CAMPAIGNS)}")
@@ -156,6 +157,8 @@ def main() -> int:
     if given.output:
         head = {"seeds": dict.fromkeys(stages, seed), "problems": len(rows), "failures": len(wrong)}
         store.write_json(given.output, {**head, "summary": found, "rows": rows})
+    if given.keep:
+        store.write_json(given.keep, {"seeds": dict.fromkeys(stages, seed), "stages": found})
     print(*(line_of(one, seed) for one in found), sep="\n")
     for (stage, _, number), row in wrong[:LISTED]:
         print(f"{row['outcome']}: {row['case']}: {row['why']}")

@@ -21,8 +21,8 @@ import numpy as np
 from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.process import FrictionProcess
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, slip_loop
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known

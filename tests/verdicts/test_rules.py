@@ -14,7 +14,7 @@ from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
 from roughslip.report.sections import under_which
-from roughslip.verdicts import turning
+from roughslip.verdicts import bracket
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
@@ -808,7 +808,7 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
         value = value**power
         return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
 
-    found = turning.range_end(answer, 1.0, 10.0**power)
+    found = bracket.range_end(answer, 1.0, 10.0**power)
     assert found.last_same**power == pytest.approx(stands, rel=2e-6)
     assert (found.first_different and found.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
     assert answer(found.last_same) == "own"
@@ -818,6 +818,6 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
 @pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, np.inf), (np.nan, 1.0)])
 def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer(start, reach):
     with pytest.raises(ParameterError, match="finite positive numbers"):
-        turning.range_end(lambda value: "own", start, reach)
+        bracket.range_end(lambda value: "own", start, reach)
     with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
-        turning.range_end(lambda value: None, 2.0, 10.0)
+        bracket.range_end(lambda value: None, 2.0, 10.0)

@@ -29,10 +29,11 @@ from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.variation import PARAMETERS, System, limits_or_nan
+from roughslip.stages.from_scene.own_limits import limits_or_nan
+from roughslip.stages.from_scene.variation import PARAMETERS, System
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
-from roughslip.verdicts.turning import range_end
+from roughslip.verdicts.bracket import range_end
 
 STAGE = Stage(
     name="answer",

@@ -21,7 +21,7 @@ from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.variation import limits_or_nan
+from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.result_tables.ensemble_table import Runs, ensemble_variables
 from roughslip.stages.runtime.command import Job
 

@@ -39,7 +39,6 @@ from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
-from roughslip.oscillator.counts import counts_by_period
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, count_difference, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -364,7 +363,6 @@ def oscillator_refusals() -> Calls:
     values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
     speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}
     stribeck = dict.fromkeys(("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2"), NEGATIVE)
-    counted = partial(counts_by_period, law=law, duration_periods=10.0, damping_ratios=[0.1])
     return joined(
         spoilt(study, **dict.fromkeys(positive, NOT_POSITIVE), **dict.fromkeys((*moved, *excited), NEGATIVE)),
         spoilt(partial(StribeckLaw, fit=0.3), **stribeck),
@@ -375,7 +373,6 @@ def oscillator_refusals() -> Calls:
         spoilt(run, start_m={"nan": NAN, "infinite": INFINITY, "fast": (0.0, INFINITY), "alone": (0.0,)}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
-        spoilt(counted, oscillator={"excited": study(**excited)}),
     )
 
 

@@ -14,7 +14,6 @@ from scipy import stats
 from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation
-from roughslip.friction.description import describe
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import (
     PERCENTS,
@@ -26,6 +25,7 @@ from roughslip.friction.statistics import (
     strip_weights,
     window_statistics,
 )
+from roughslip.friction.table import describe
 from roughslip.probability import Estimate
 
 ROUNDING = 2.0**-53

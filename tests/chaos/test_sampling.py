@@ -12,7 +12,6 @@ from scipy.stats import norm
 
 from roughslip.chaos.sampling import (
     MOST_SOBOL_VARIABLES,
-    NORMAL_95,
     cumulative_given_contact,
     design,
     distance_beyond_chance,
@@ -20,9 +19,9 @@ from roughslip.chaos.sampling import (
     latin_hypercube,
     quantile_levels,
     sobol,
-    wilson_interval,
 )
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.probability.estimate import NORMAL_95, wilson_interval
 
 
 @pytest.mark.parametrize("kind", ["latin_hypercube", "sobol"])

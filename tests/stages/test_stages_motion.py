@@ -5,8 +5,8 @@ import pytest
 from scipy.special import stdtrit
 
 from roughslip import store
-from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
+from roughslip.probability.estimate import wilson_interval
 from roughslip.stages import belt_readings, cycles, deterministic, ensemble_pilot, oscillator
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import DISCARDED_PERIODS

@@ -5,6 +5,7 @@ The joint page also shows the kept benchmarks and stress campaigns, which a run 
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -14,7 +15,17 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report.answer import limit_rows
+from roughslip.report.answer import (
+    amount,
+    change_rows,
+    decision,
+    digits,
+    facts,
+    friction_curve,
+    percent,
+    plots,
+    verdict,
+)
 from roughslip.report.drawing import element, thumbnail
 from roughslip.report.sections import (
     HEADLINES,
@@ -30,6 +41,7 @@ from roughslip.report.sections import (
     under_which,
 )
 
+OPEN = ("figure_map", "friction_against_load")  # figures that are not folded away on the page of a machine
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -105,6 +117,11 @@ class SceneReport:
         return self.name in READINGS
 
     @property
+    def is_machine(self) -> bool:
+        """Whether the scene has an answer and is no reading of the paper: its page shows the machine first."""
+        return not self.is_reading and self.answer is not None and bool(self.answer["given"])
+
+    @property
     def shown_claims(self) -> list[Mapping[str, Any]]:
         """All statements on a reading of the paper; elsewhere those that are tested and not on the paper's numbers."""
         return [
@@ -128,11 +145,16 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
     shown = {name for scene in scenes for name in scene.figures}
     shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
+    sections = [name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown]
+    is_machine = len(scenes) == 1 and scenes[0].is_machine
+    opened = [name for name in sections if name in OPEN or not is_machine]
     template = _environment().get_template("page.html.j2")
     return template.render(
         scenes=scenes,
         readings=readings,
-        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
+        own=scenes[0] if is_machine else None,
+        opened=opened,
+        folded=[name for name in sections if name not in opened],
         answers=answers(readings),
         marks=MARKS,
         headlines=HEADLINES,
@@ -148,9 +170,16 @@ def _environment() -> Environment:
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters |= {
-        "digits": lambda number, digits: f"{number:.{digits}g}",
+        "digits": digits,
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
-        "limit_rows": limit_rows,
+        "amount": amount,
+        "change_rows": change_rows,
+        "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),
+        "decision": decision,
+        "facts": facts,
+        "percent": percent,
+        "plots": plots,
+        "verdict": verdict,
         "counts": _counts,
         "accuracies": _accuracies,
         "strips_for_verdicts": _strips_for_verdicts,

@@ -144,9 +144,9 @@ def test_a_row_has_the_limit_in_the_unit_of_the_scene_and_how_far_it_is():
     assert (damping.name, damping.now, damping.needed, damping.interval) == (
         *("more damping, D", "0.17", "0.199", "0.19 to 0.21"),
     )
-    assert (damping.change, damping.is_smallest, round(damping.length, 1)) == ("+17 %", True, 3.4)
+    assert (damping.change, damping.is_smallest, round(damping.way, 1)) == ("+17 %", True, 3.4)
     assert (mass.name, mass.now, mass.needed, mass.interval) == ("lighter mass", "1 kg", "0.02 kg", "open to 0.03")
-    assert (mass.change, mass.is_smallest, round(mass.length, 1)) == ("÷ 50", False, 84.9)
+    assert (mass.change, mass.is_smallest, round(mass.way, 1)) == ("÷ 50", False, -84.9)
     assert [factor(ratio) for ratio in (0.9, 1.5, 0.5)] == ["−10 %", "× 1.5", "÷ 2"]
 
 

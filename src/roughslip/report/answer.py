@@ -192,43 +192,53 @@ def _joined(parts: Sequence[str], last: str = " and ") -> str:
 class Row:
     """A parameter in the table of what would end or begin stick-slip.
 
-    name, now : the change in words, the scene's value
+    name, symbol, now : the change in words, the parameter's symbol, the scene's value
     needed, interval : the value at which stick-slip ends or begins, and its interval; empty without a limit
     change : factor or per cent
-    length : of the bar [% of the search]; is_smallest : of all relative changes
+    way : logarithm of the change [% of the search], negative downwards
+    is_smallest : of all relative changes
     outside : whether the limit lies beyond the measured speeds
     """
 
     name: str
+    symbol: str
     now: str
     needed: str = ""
     interval: str = ""
     change: str = ""
-    length: float = 0.0
+    way: float = 0.0
     is_smallest: bool = False
     outside: bool = False
 
 
+def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Where along a parameter stick-slip ends, where it is likely, or else begins, nearest to the scene's value."""
+    label = "0.05" if answer["probability"]["value"] > 0.5 else "0.95"
+    near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
+    own = parameter["value"] or 1.0
+    return min(near, key=lambda one: abs(math.log(one["value"] / own)), default=None)
+
+
 def change_rows(answer: Mapping[str, Any]) -> list[Row]:
     """A row a parameter, the smallest change first; without a limit it has no change."""
-    label = "0.05" if answer["probability"]["value"] > 0.5 else "0.95"
     smallest, found = answer["smallest_change"] or {"parameter": None}, []
     for name, parameter in answer["limits"].items():
         own, unit = parameter["value"], parameter["unit"]
+        sign = symbol(answer["limits"], name)
         title = parameter["title"] if name == "damping" else parameter["title"].rpartition(" ")[0]
-        near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
-        if not near or not own:
-            found.append((math.inf, Row(title, amount(own, unit))))
+        limit = nearest_limit(answer, parameter)
+        if limit is None or not own:
+            found.append((math.inf, Row(title, sign, amount(own, unit))))
             continue
-        limit = min(near, key=lambda one: abs(math.log(one["value"] / own)))
         way = math.log(limit["value"] / own)
         row = Row(
             CHANGES[name][way > 0.0],
+            sign,
             amount(own, unit),
             amount(limit["value"], unit, like=own),
             ends(limit, own),
             factor(limit["value"] / own),
-            min(100.0 * abs(way) / math.log(REACH), 100.0),
+            100.0 * max(min(way / math.log(REACH), 1.0), -1.0),
             name == smallest["parameter"],
             bool(limit.get("outside_measured_speeds")),
         )

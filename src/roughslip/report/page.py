@@ -20,6 +20,7 @@ from roughslip.report.answer import (
     change_rows,
     decision,
     digits,
+    ends,
     facts,
     friction_curve,
     percent,
@@ -148,7 +149,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     sections = [name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown]
     is_machine = len(scenes) == 1 and scenes[0].is_machine
     opened = [name for name in sections if name in OPEN or not is_machine]
-    template = _environment().get_template("page.html.j2")
+    template = environment().get_template("page.html.j2")
     return template.render(
         scenes=scenes,
         readings=readings,
@@ -164,7 +165,7 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
     """The templates with their filters, compiled once in a process."""
     environment = Environment(
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
@@ -173,6 +174,8 @@ def _environment() -> Environment:
         "digits": digits,
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "amount": amount,
+        "as_number": lambda three, unit: {"value": three[0], "interval": three[1:], "unit": unit},
+        "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
         "change_rows": change_rows,
         "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),
         "decision": decision,

@@ -4,7 +4,18 @@ import copy
 
 import pytest
 
-from roughslip.report.answer import change_rows, digits, factor, facts, plots, regions, shown, summary, verdict
+from roughslip.report.answer import (
+    change_rows,
+    digits,
+    factor,
+    facts,
+    on_the_map,
+    plots,
+    regions,
+    shown,
+    summary,
+    verdict,
+)
 from tests.report.test_report import parsed, scene
 
 
@@ -236,6 +247,17 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     assert len(content.all("polyline")) == 6
     other = " ".join(parsed(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR)).text)
     assert "Figures behind the answer" not in other
+
+
+def test_the_map_says_where_the_scene_and_its_limits_lie():
+    text = on_the_map(
+        MACHINE, {"damping": (0.05, 0.15), "mass": (0.01, 5.0), "load": (100.0, 900.0), "windows": (1, 9)}
+    )
+    assert text == (
+        "Along D the scene lies at 0.17 of 0.05 to 0.15, and stick-slip ends at 0.199, beyond the edge of the map. "
+        "Along m the scene lies at 1 kg of 0.01 kg to 5 kg, and stick-slip ends at 0.02 kg, inside the map. "
+        "Along N the scene lies at 500 N of 100 N to 900 N, and stick-slip has no limit within a factor of 100."
+    )
 
 
 def test_a_question_without_an_answer_says_why():

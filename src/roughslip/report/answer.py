@@ -355,3 +355,24 @@ def friction_curve(oscillator: Mapping[str, Any]) -> str:
         speed, last = oscillator["friction_table"][-1]
         return f"The curve is the friction_table of the scene: {static}, {digits(last)} at {amount(speed, 'm s-1')}."
     return f"The curve is the law {oscillator['law']}: {static}."
+
+
+def on_the_map(answer: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]]) -> str:
+    """Where the scene and its limits lie on the map. ranges : first and last value by the parameter of an axis"""
+    sentences = []
+    for name, (first, last) in ranges.items():
+        if name not in answer["limits"]:
+            continue
+        parameter, sign = answer["limits"][name], symbol(answer["limits"], name)
+        own, unit = parameter["value"], parameter["unit"]
+        edges = f"{amount(first, unit, like=own or last)} to {amount(last, unit, like=own or last)}"
+        limit = nearest_limit(answer, parameter)
+        text = f"Along {sign} the scene lies at {amount(own, unit)} of {edges}"
+        if limit is None:
+            sentences.append(f"{text}, and stick-slip has no limit within a factor of 100.")
+            continue
+        inside = "inside" if first <= limit["value"] <= last else "beyond the edge of"
+        verb = "ends" if answer["probability"]["value"] > 0.5 else "begins"
+        at = amount(limit["value"], unit, like=own or last)
+        sentences.append(f"{text}, and stick-slip {verb} at {at}, {inside} the map.")
+    return " ".join(sentences)

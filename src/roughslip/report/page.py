@@ -23,6 +23,7 @@ from roughslip.report.answer import (
     ends,
     facts,
     friction_curve,
+    on_the_map,
     percent,
     plots,
     verdict,
@@ -96,6 +97,7 @@ class SceneReport:
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
     answer : contents of answer.json; None where no oscillator runs
+    map_ranges : first and last value of each axis of the stick-slip map, by the name of its parameter
     folder : of its files, from the folder of the page: empty, or ending in a slash
     file : the scene file, from the folder of the page; empty for a scene without one
     """
@@ -109,6 +111,7 @@ class SceneReport:
     costs: Sequence[Mapping[str, Any]]
     configuration: str
     answer: Mapping[str, Any] | None = None
+    map_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     folder: str = ""
     file: str = ""
 
@@ -180,6 +183,7 @@ def environment() -> Environment:
         "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),
         "decision": decision,
         "facts": facts,
+        "on_the_map": on_the_map,
         "percent": percent,
         "plots": plots,
         "verdict": verdict,

@@ -89,7 +89,10 @@ def row(scene: str, swept: Mapping[str, Any], files: Mapping[str, Path]) -> Row:
     answer = store.read_json(files["answer.json"]) if "answer.json" in files else {"given": False}
     if not answer["given"]:
         return Row(scene, swept, numbers(files))
-    return Row(scene, swept, of_answer(answer) | numbers(files), answer)
+    without = {
+        name: value for name, value in numbers(files).items() if name != "mean_friction"
+    }  # it is not of the load
+    return Row(scene, swept, of_answer(answer) | without, answer)
 
 
 def work(job: Job) -> None:

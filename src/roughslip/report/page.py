@@ -139,6 +139,16 @@ class SceneReport:
         """On the scene and of its stages; the last row of the costs holds them."""
         return self.costs[-1].get("warnings", ()) if self.costs else ()
 
+    @property
+    def curve_warnings(self) -> list[str]:
+        """Those on a friction curve or a spring of another scene, which decide the answer."""
+        return [text for text in self.warnings if text.startswith("oscillator.")]
+
+    @property
+    def other_warnings(self) -> list[str]:
+        """All others."""
+        return [text for text in self.warnings if not text.startswith("oscillator.")]
+
 
 def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: Evidence | None = None) -> str:
     """The page as HTML, with its pictures inside.

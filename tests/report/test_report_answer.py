@@ -1,6 +1,8 @@
 """The answer in words: digits that the interval justifies, both sides of a limit, and what could not be found."""
 
 import copy
+import re
+from itertools import pairwise
 
 import pytest
 
@@ -230,12 +232,12 @@ def test_units_are_those_of_readers():
 OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction_table": [[0, 0.45], [0.5, 0.38]]}}'
 
 
-def machine_page(answer=MACHINE, **changes):
+def machine_scene(answer=MACHINE, **changes):
     return scene(answer=answer | {"summary": summary(answer)}, configuration=OSCILLATOR, **changes)
 
 
 def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():
-    content = parsed(machine_page(description="A brake <of mine>."))
+    content = parsed(machine_scene(description="A brake <of mine>."))
     text = " ".join(" ".join(content.text).split())
     places = [
         text.index(part) for part in ("A brake <of mine>", "Yes", "What would end it", "The machine", "Pressure.")
@@ -245,6 +247,8 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     assert "The curve is the friction_table of the scene: 0.45 at rest, 0.38 at 0.5 m/s." in text
     assert "Figures behind the answer" in text
     assert len(content.all("polyline")) == 6
+    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
     other = " ".join(parsed(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR)).text)
     assert "Figures behind the answer" not in other
 

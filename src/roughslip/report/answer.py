@@ -276,14 +276,16 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Title, number and a note on it: how the mass moves, how long its states last, its friction."""
     stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))
     period = 2 * math.pi * math.sqrt(mass / stiffness)
-    own = f"own frequency {amount(1 / period, 'Hz', SURE)}"
+    own = amount(1 / period, "Hz", SURE)
     found = []
     if answer["amplitude"]["value"] is not None:
         sizes = {name: amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency")}
         found.append(("half of peak to peak", sizes["amplitude"], f"scatters by {scatter(answer, 'amplitude')}"))
-        found.append(("frequency", sizes["frequency"], f"scatters by {scatter(answer, 'frequency')}; {own}"))
+        found.append(
+            ("frequency", sizes["frequency"], f"scatters by {scatter(answer, 'frequency')}; own frequency {own}")
+        )
     else:
-        found.append(("no cycle", "–", own))
+        found.append(("own frequency", own, "there is no cycle of stick-slip"))
     return [*found, *_states(answer, period), ("mean friction", *_friction(answer))]
 
 

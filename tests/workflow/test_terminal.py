@@ -8,8 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from snakemake.logging import ColorizingTextHandler
-from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from workflow.study import terminal
 

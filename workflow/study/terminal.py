@@ -14,8 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from snakemake.logging import DefaultFormatter, logger
-from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake.logging import DefaultFormatter, LogEvent, logger
 
 # What Snakemake says of a failure in addition to the error of the job
 _ECHOES = (

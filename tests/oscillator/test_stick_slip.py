@@ -7,10 +7,9 @@ import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import FrictionProcess, path_sampler
-from roughslip.oscillator import Oscillator, StribeckLaw, answer, existence_limit, limit_cycle
+from roughslip.oscillator import Oscillator, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.changed import changed_oscillator, damper_kg_per_s
 from roughslip.probability import BetaDistribution
-from roughslip.probability.level_search import ACCURACY
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 1e-9), LENGTH)
@@ -20,15 +19,6 @@ PATHS = path_sampler(PROCESS, LENGTH / 4)
 @pytest.fixture(scope="module")
 def found():
     return answer(BELT, LAW, PATHS, LENGTH, realisations=72, duration_periods=20.0, parameters=("damping",))
-
-
-def test_without_scatter_it_is_certain_up_to_the_existence_limit(found):
-    assert found.probability.value == 1.0
-    limit = existence_limit(BELT, LAW)
-    for level in ("0.05", "0.95"):
-        assert found.limits["damping"].above[level].value == pytest.approx(limit, rel=2 * ACCURACY)
-    assert found.smallest_change.value == pytest.approx(limit / BELT.damping_ratio - 1, rel=4 * ACCURACY)
-    assert found.decides.by == "mean curve"
 
 
 def test_the_motion_that_it_shows_is_the_limit_cycle(found):

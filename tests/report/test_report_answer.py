@@ -6,18 +6,8 @@ from itertools import pairwise
 
 import pytest
 
-from roughslip.report.answer import (
-    change_rows,
-    digits,
-    factor,
-    facts,
-    on_the_map,
-    plots,
-    regions,
-    shown,
-    summary,
-    verdict,
-)
+from roughslip.report.answer import digits, regions, shown, summary
+from roughslip.report.machine import change_rows, factor, facts, on_the_map, plots, verdict
 from tests.report.test_report import parsed, scene
 
 

@@ -12,7 +12,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
-from roughslip.report.answer import change_rows
+from roughslip.report.machine import change_rows
 from roughslip.scene.types import scene_of
 from roughslip.stages import answer
 from roughslip.stages.from_scene import mass_on_belt

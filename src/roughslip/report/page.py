@@ -15,20 +15,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report.answer import (
-    amount,
-    change_rows,
-    decision,
-    digits,
-    ends,
-    facts,
-    friction_curve,
-    on_the_map,
-    percent,
-    plots,
-    verdict,
-)
+from roughslip.report.answer import amount, decision, digits, ends, percent
 from roughslip.report.drawing import element, thumbnail
+from roughslip.report.machine import change_rows, facts, friction_curve, on_the_map, plots, verdict
 from roughslip.report.sections import (
     HEADLINES,
     MARKS,

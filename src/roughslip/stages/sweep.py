@@ -8,7 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.oscillator.changed import PARAMETERS
-from roughslip.report.answer import nearest_limit
+from roughslip.report.machine import nearest_limit
 from roughslip.report.sweep_page import Number, Row, sweep_page, sweep_table
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job

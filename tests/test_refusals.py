@@ -20,7 +20,7 @@ from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol, wilson_interval
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol
 from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -49,6 +49,7 @@ from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.states import time_scales
 from roughslip.probability import Estimate
 from roughslip.probability.empirical import checked_values
+from roughslip.probability.estimate import wilson_interval
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.scan.jackknife import SubAreas

@@ -48,10 +48,12 @@ CYCLE = {
 def where_it_exists(
     find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw, job: Job
 ) -> Any:
-    """What `find` finds; None, and a warning, where an oscillator has no such cycle or limit."""
+    """What `find` finds; None where the oscillator has no such cycle or limit, with a warning where it is not found."""
     try:
         return find(belt, law)
-    except (IllPosedError, ConvergenceError) as error:
+    except IllPosedError:
+        return None
+    except ConvergenceError as error:
         job.usage.warn(f"{error}; stored as NaN")
         return None
 

@@ -192,6 +192,22 @@ def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solv
     assert "is no contact" in said(0.999 * least)
 
 
+def test_a_load_on_heights_without_slope_is_refused():
+    """Matern has a slope above nu = 1. Every self_affine one ends at its cut-off. Without a load all are allowed."""
+    for covariance, shapes in (
+        ("exponential", {}),
+        ("separable_exponential", {}),
+        ("matern", {"smoothness": 1.0}),
+    ):
+        key, text = surface_mistake(changed("disc_brake", roughness={"covariance": covariance, **shapes}))
+        assert key == "roughness.covariance"
+        assert text.startswith(f"{covariance} is not allowed with load: its rms slope is infinite")
+        assert "roughness.bandwidth" in text
+        assert surface_mistake(changed(roughness={"covariance": covariance, **shapes}))[1] == ""
+    for covariance, shapes in (("matern", {"smoothness": 1.2}), ("self_affine", {"hurst": 0.3, "bandwidth": 1e3})):
+        assert surface_mistake(changed("disc_brake", roughness={"covariance": covariance, **shapes}))[1] == ""
+
+
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():
     """Heights of independent nodes are allowed, and 2.4 mm at 4 nodes a nanometre are 9.6 million."""
     strip = {"cell_m": 2.5e-6, "length_m": 2.4e-3}

@@ -41,7 +41,7 @@ def check_surface(
     try:
         section, text = surface_mistake(scene)
         if text:
-            return [line(scene_file, (section,), text)], []
+            return [line(scene_file, tuple(section.split(".")), text)], []
         warnings = scene_warnings(scene)
     except RoughslipError as error:
         return [line(scene_file, ("roughness",), str(error))], []
@@ -105,7 +105,13 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
     covariance, lengths, key = surface
     if min(lengths) * FINEST < cell:
         return "roughness", _length_mistake(scene, min(lengths), key, cell)
-    return "load", _load_mistake(scene, covariance, cell) if scene.get("load") is not None else ""
+    if scene.get("load") is None:
+        return "load", ""
+    from roughslip.surface.plausibility import slope_mistake
+
+    if text := slope_mistake(covariance):
+        return "roughness.covariance", text
+    return "load", _load_mistake(scene, covariance, cell)
 
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:

@@ -7,6 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
+from roughslip.errors import ParameterError
+from roughslip.validation import gate, positive
+
 MOST_SLOPE = 0.5  # rms; a half-space stands for a surface of small slopes
 CELLS = 4.0  # a correlation length, at least
 LENGTHS = 10.0  # correlation lengths a window, at least
@@ -15,16 +18,36 @@ LIGHT = 0.1  # contact over the share of heights above the plane, at least; in t
 ROUNDING = 1e-9
 
 
-def rms_slope(covariance: Callable[..., np.ndarray], step_m: float) -> float:
-    """Root mean square [-] of the gradient between nodes a step apart, (4 C(0, 0) - 2 C(h, 0) - 2 C(0, h))^(1/2) / h.
+@gate
+def rms_slope(covariance: Callable[..., np.ndarray], step_m: float | None = None) -> float:
+    """Root mean square h' [-] of the gradient, over both directions.
 
-    covariance : C(x, y) [m^2]
-    step_m : h [m]
+    covariance : C(x, y) [m^2], one of roughslip.surface.MODELS or, with a step, any
+    step_m : h [m]; the gradient is then that between nodes so far apart
 
-    For short steps it is the slope of a smooth field: 2 Sq / l of the Gaussian covariance.
+    Between nodes it is (4 C(0, 0) - 2 C(h, 0) - 2 C(0, h))^(1/2) / h, and finite. Without a step it is that of the
+    field, infinite where heights have no slope; 2 Sq / l of the Gaussian covariance. Raises ParameterError for a
+    covariance whose own slope is not known, and for a step that is not positive.
     """
+    if step_m is None:
+        slope: float | None = getattr(covariance, "rms_slope", None)
+        if slope is None:
+            raise ParameterError("give step_m where the covariance is not one of roughslip.surface.MODELS")
+        return slope
+    positive("the step", step_m, "m")
     whole, along, across = covariance(np.array([0.0, step_m, 0.0]), np.array([0.0, 0.0, step_m])).tolist()
     return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
+
+
+def slope_mistake(covariance: Callable[..., np.ndarray]) -> str:
+    """Why no load can be given to heights without slope, whose contact shrinks with the cell; "" for others."""
+    if math.isfinite(getattr(covariance, "rms_slope", 0.0)):
+        return ""
+    return (
+        f"{getattr(covariance, 'kind', 'it')} is not allowed with load: its rms slope is infinite, so that real area "
+        "goes to zero with the cell. Allowed: gaussian, matern with roughness.smoothness above 1, or self_affine, "
+        "whose roughness.bandwidth, longest over shortest wave, is its cut-off"
+    )
 
 
 def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, lowest: float) -> str:

@@ -10,7 +10,7 @@ from roughslip.errors import InputError
 from roughslip.scene.plausibility import inherited, warnings
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
-from roughslip.surface.plausibility import rms_slope
+from roughslip.surface.plausibility import plasticity_index, rms_slope
 from tests.scene.shipped import CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
 from workflow.study.surface_check import scene_warnings, surface_mistake
@@ -206,6 +206,29 @@ def test_a_load_on_heights_without_slope_is_refused():
         assert surface_mistake(changed(roughness={"covariance": covariance, **shapes}))[1] == ""
     for covariance, shapes in (("matern", {"smoothness": 1.2}), ("self_affine", {"hurst": 0.3, "bandwidth": 1e3})):
         assert surface_mistake(changed("disc_brake", roughness={"covariance": covariance, **shapes}))[1] == ""
+
+
+@pytest.mark.parametrize(("young", "ratio"), [(1e8, 0.3), (9.9e9, 0.3), (1e10, 0.04), (2.1e11, 0.04)])
+def test_elastic_contact_that_the_hardest_solid_would_not_bear_is_warned_of(young, ratio):
+    """E* h' / H = 0.3 with H = 0.3 E of polymers and 0.04 E of metals; rubber, and a hardness, are not warned of."""
+    cell = shipped_scene("disc_brake")["strip"]["cell_m"]
+
+    def warned(slope, **material):
+        solid = {"young_modulus_pa": young, "poisson_ratio": 0.25, "hardness_pa": None, **material}
+        return scene_warnings(changed("disc_brake", material=solid, roughness=rms(slope, cell)))
+
+    limit = 0.3 * ratio * (1 - 0.25**2)
+    assert warned(0.999 * limit) == []
+    (line,) = warned(1.001 * limit)
+    assert line.startswith("material.hardness_pa is not given: elastic contact here has E* h' / H = 0.3 with the")
+    assert warned(1.001 * limit, hardness_pa=1e9) == []
+    assert warned(0.49, young_modulus_pa=0.99e8) == []
+
+
+def test_the_index_by_hand():
+    """Steel of 115 GPa on a slope of 0.04, 4 GPa hard."""
+    assert plasticity_index(1.15e11, 0.04, 4e9) == pytest.approx(1.15)
+    assert plasticity_index(1.15e11, 0.04, math.inf) == 0.0
 
 
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():

@@ -19,9 +19,10 @@ from roughslip.scene.schema import scene_schema
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA = scene_schema()
 CASES = ("cam_follower", "clutch", "disc_brake", "rubber_bearing", "slideway")  # of engineering, each with a load
+LONG = tuple(f"{name}_long" for name in CASES)  # the same with waves ten times as long
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
-    *("quick", "resolved", "smoke", *CASES),
+    *("quick", "resolved", "smoke", *CASES, *LONG),
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))

@@ -105,7 +105,7 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
     covariance, lengths, key = surface
     if min(lengths) * FINEST < cell:
         return "roughness", _length_mistake(scene, min(lengths), key, cell)
-    return "load", _load_mistake(scene, covariance, cell) if scene.get("load") is not None else ""
+    return "load", _load_mistake(scene, covariance, lengths, cell) if scene.get("load") is not None else ""
 
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
@@ -118,17 +118,18 @@ def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) 
     )
 
 
-def _load_mistake(scene: dict[str, Any], covariance: Any, cell: float) -> str:
-    """Of a load that the surface bears in full contact, or without contact."""
+def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, float], cell: float) -> str:
+    """Of a load that the surface bears in full contact, or with too few contacts."""
     from roughslip.contact.influence import Material  # with numpy, for such scenes alone
-    from roughslip.surface.plausibility import contact_mistake, rms_slope
+    from roughslip.stages.from_scene.periodic_cell import CONTACT
+    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope
 
-    solid, strip = get(scene, "material"), get(scene, "strip")
+    solid = get(scene, "material")
     modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
-    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    least = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     slope = rms_slope(covariance, cell)
-    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, least)
 
 
 def scene_warnings(scene: dict[str, Any]) -> list[str]:

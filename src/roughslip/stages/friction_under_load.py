@@ -15,8 +15,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.periodic_cell import cell_blocks
-from roughslip.stages.from_scene.surface_model import correlated
-from roughslip.stages.result_tables.load_table import PARTS, correlation_variables
+from roughslip.stages.result_tables.load_table import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(

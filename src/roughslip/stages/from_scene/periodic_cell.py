@@ -22,7 +22,8 @@ from roughslip.friction.under_load import CellBlocks
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
-from roughslip.stages.from_scene.surface_model import correlated, scan_warnings, surface_model
+from roughslip.stages.from_scene.surface_model import scan_warnings, surface_model
+from roughslip.stages.result_tables.load_table import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import LIGHT_AREA, MOST_CELL_NODES, contact_mistake, rms_slope
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.pad import Surface
 from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.scene.roughness import Fractal, Scan
@@ -58,14 +57,6 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
         return fractal_on(grid, law.hurst, roughness.rms_height_m, law.azimuths, law.gamma)
     shortest, longest = law.wavelengths_m
     return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, law.azimuths, law.gamma)
-
-
-def correlated(scene: Scene, scan: Path | None = None) -> Surface:
-    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
-    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
-    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
-    variance = covariance.rms_height_m**2
-    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)
 
 
 def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:

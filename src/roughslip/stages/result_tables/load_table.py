@@ -8,6 +8,7 @@ from roughslip import store
 from roughslip.friction.pad import (
     ADJACENT,
     WINDOWS,
+    Surface,
     adjacent_variance,
     between_pads,
     influence_covariance,
@@ -19,7 +20,7 @@ from roughslip.friction.pad import (
 from roughslip.friction.statistics import estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene.surface_model import correlated
+from roughslip.stages.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.stages.runtime.command import Job
 
 TITLES = {
@@ -137,3 +138,11 @@ def load_variables(table: Table) -> dict[str, store.Variable]:
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
         variables |= store.with_interval(name, dimensions, columns, unit, title)
     return variables
+
+
+def correlated(scene: Scene, scan: Path | None = None) -> Surface:
+    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
+    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
+    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
+    variance = covariance.rms_height_m**2
+    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)

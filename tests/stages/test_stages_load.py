@@ -65,7 +65,7 @@ def blocks_of(result):
 
 
 def test_every_cell_bears_the_nominal_pressure_and_is_the_same_alone(run):
-    """Six windows along and six across, 8 x 15 um: 30 x 6 blocks of 20 x 25 um. Of 36 windows in place of 24, 2/3 cells."""
+    """Six windows along and six across, 8 x 15 um: 30 x 6 blocks of 20 x 25 um. Cells have 36 windows in place of 24."""
     area, force = blocks_of(run(contact_periodic, CELLS))
     assert force.shape == (16, 30, 6)
     np.testing.assert_allclose(force.sum(axis=(1, 2)), NOMINAL * 30 * 6 * 20e-6 * 25e-6, rtol=1e-12)
@@ -117,5 +117,5 @@ def test_cells_are_solved_until_friction_is_as_accurate_as_asked(run, folder):
     assert cells > 16
     assert run.did["friction_std_reached"] <= 0.06
     limited = asked | {"friction_std": 0.01, "cost_limit_cpu_s": 3.6e-3 * 40}
-    with pytest.raises(IllPosedError, match="nearest is .*friction_std: 0.0"):
+    with pytest.raises(IllPosedError, match=r"nearest is .*friction_std: 0\.0"):
         run(contact_periodic, CELLS | {"strip": strip, "accuracy": limited}, "limited")

@@ -65,7 +65,7 @@ def blocks_of(result):
 
 
 def test_every_cell_bears_the_nominal_pressure_and_is_the_same_alone(run):
-    """Six windows along and six across, 8 x 15 um: 30 x 6 blocks of 20 x 25 um. Cells have 36 windows in place of 24."""
+    """Six windows along and six across, 8 x 15 um: 30 x 6 blocks of 20 x 25 um. Cells of 36 windows, not of 24."""
     area, force = blocks_of(run(contact_periodic, CELLS))
     assert force.shape == (16, 30, 6)
     np.testing.assert_allclose(force.sum(axis=(1, 2)), NOMINAL * 30 * 6 * 20e-6 * 25e-6, rtol=1e-12)

@@ -26,7 +26,7 @@ STAGE = Stage(
     reads_if_given="accuracy",
     optional={"scan": "scan"},
     result="contact/periodic.nc",
-    memory_mb=620,
+    memory_mb=900,
 )
 
 REPLICATES = 200

@@ -16,7 +16,7 @@ STAGE = Stage(
     name="friction_against_load",
     reads="description seed material roughness strip.cell_m strip.width_m strip.window_m strip.window_spacing_m "
     "friction.mean_at_median load oscillator.windows_in_parallel",
-    inputs={"contact": "contact_over_loads"},
+    inputs={"contact": "contact_over_loads", "own": "contact_periodic"},
     optional={"scan": "scan"},
     result="friction_against_load.nc",
     outputs={"table": "friction_against_load.csv"},
@@ -41,10 +41,10 @@ HEAD = (
 
 def work(job: Job) -> None:
     """Write figure, numbers and table."""
-    scene, solved = job.scene, store.read(job.arguments.contact)
-    nominal, wanted = scene.load.nominal_pressure_pa, scene.load.mean_friction or scene.friction.mean_at_median
+    scene, nominal = job.scene, job.scene.load.nominal_pressure_pa
+    wanted = scene.load.mean_friction or scene.friction.mean_at_median
     with job.usage.core():
-        pads = of_pads(job, solved)
+        pads = of_pads(job, nominal)
         own = pads[nominal][1]["ratio"].rows
         table = [at_pressure(pressure, *found, wanted / own) for pressure, found in pads.items()]
     variables = {
@@ -63,18 +63,20 @@ def work(job: Job) -> None:
     store.write_text(job.arguments.table, "\n".join(lines) + "\n")
 
 
-def of_pads(job: Job, solved: store.Result) -> dict[float, tuple[int, Estimates]]:
-    """Number of cells and what they show of pads, by nominal pressure. Equal numbers of cells are resampled alike."""
+def of_pads(job: Job, nominal_pa: float) -> dict[float, tuple[int, Estimates]]:
+    """Number of cells and what they show of pads, by nominal pressure, from the lightest on."""
     scene, surface = job.scene, correlated(job.scene, job.arguments.scan)
+    own, others = store.read(job.arguments.own), store.read(job.arguments.contact)
+    sums = {nominal_pa: (own["block_area"], own["block_force"])}
+    for size in range(sum(name.startswith("pressure_") for name in others)):
+        columns = (others[f"{name}_{size}"] for name in ("pressure", "block_area", "block_force"))
+        sums |= {float(pressure): (area, force) for pressure, area, force in zip(*columns, strict=True)}
     found: dict[float, tuple[int, Estimates]] = {}
-    for size in range(sum(name.startswith("pressure_") for name in solved)):
-        areas, forces = solved[f"block_area_{size}"], solved[f"block_force_{size}"]
-        cells = areas.shape[1]
-        weights = strip_weights(cells, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, cells]))
-        for pressure, area, force in zip(solved[f"pressure_{size}"], areas, forces, strict=True):
-            blocks = CellBlocks(area, force, *geometry.block_sizes(scene))
-            pads = pad_estimates(blocks, surface, weights, scene.oscillator.windows_in_parallel)
-            found[float(pressure)] = cells, pads
+    for pressure in sorted(sums):
+        blocks = CellBlocks(*sums[pressure], *geometry.block_sizes(scene))
+        draws = np.random.default_rng([scene.seed, geometry.STREAM_CELL, blocks.cells])
+        weights = strip_weights(blocks.cells, REPLICATES, draws)
+        found[pressure] = blocks.cells, pad_estimates(blocks, surface, weights, scene.oscillator.windows_in_parallel)
     return found
 
 

@@ -34,10 +34,10 @@ def friction_against_load(result: Arrays) -> Figure:
         draw_curve(panel, factor * result["nominal_pressure"], ends, {"color": "C0", "marker": "o", "ms": 4})
         panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
         panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)
-        if name in ("real_area", "variation") and ends[1].min() > 0.0:
+        if name in ("real_area", "variation"):
             panel.set_yscale("log")
         else:
-            panel.set_ylim(0, 1.05 * max(float(ends[2].max()), 1e-3))
+            panel.set_ylim(0, 1.0 if name == "no_contact" else None)
     axes[0].legend(loc="lower right", fontsize="small")
     heads(axes, *(title for _, title in PANELS.values()))
     despine(*axes)

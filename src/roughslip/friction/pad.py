@@ -26,7 +26,6 @@ from roughslip.friction.statistics import resampled
 
 POWERS = (1, 2, 4, 8)  # of rho; those between are nearly sums of them
 WINDOWS = 4.0 ** np.arange(11)  # of a pad, at which its scatter is given
-ADJACENT = (1, 2, 4)  # windows one behind the other whose mean is measured too
 NODE, WEIGHT = np.polynomial.legendre.leggauss(8)  # in a panel
 FINEST = 8.0  # panels in a correlation length next to no distance
 LEAST_SHARE = 1e-6  # of 1 / windows: the variance of a mean without long waves may be zero but for rounding

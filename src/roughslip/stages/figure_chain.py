@@ -71,15 +71,15 @@ def surface_and_pressure(job: Job, cycles: store.Result) -> dict[str, store.Vari
     with job.usage.core():
         if job.scene.load is not None:
             heights, pressure = under_the_load(job, job.scene.load.nominal_pressure_pa)
-            how = {"load": store.Variable((), job.scene.load.nominal_pressure_pa, "Pa", "nominal pressure")}
+            pressed_by = f"nominal pressure {1e-6 * job.scene.load.nominal_pressure_pa:.3g} MPa"
         else:
             percentile = float(cycles["friction_percentile"])
             heights, pressure = under_a_plane(job, percentile)
-            title = "share of the heights that is penetrated"
-            how = {"penetration": store.Variable((), percentile, "percent", title)}
+            pressed_by = f"penetration {percentile:.3g} %"
     job.usage.count(solves=1)
     place = job.scene.strip.cell_m * (np.arange(SHOWN) + 0.5)
-    return how | {
+    return {
+        "pressed_by": store.Variable(("how",), np.array([pressed_by]), "1", "what presses the surface"),
         "x": store.Variable(("x",), place, "m", "place along the path"),
         "y": store.Variable(("y",), place, "m", "place across the path"),
         "height": store.Variable(("x", "y"), heights, "m", "height of the surface"),
@@ -112,6 +112,4 @@ def work(job: Job) -> None:
     cycles = store.read(job.arguments.cycles)
     variables = surface_and_pressure(job, cycles) | friction_along_paths(job)
     variables |= {name: cycles.variable(name) for name in CYCLE}
-    save_with_numbers(
-        job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name] if name in variables}), variables
-    )
+    save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name]}), variables)

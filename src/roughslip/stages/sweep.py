@@ -18,10 +18,14 @@ STAGE = Stage(
 )
 
 _FRICTION, _MOTION, _LIMITS = "friction/statistics.nc", "oscillator/statistics.nc", "oscillator/deterministic.nc"
+_LOAD = "friction/under_load.nc"
 # By name of a column: its heading, and the file and variable of the number.
 NUMBERS = {
     "mean_friction": ("Mean friction, median penetration", _FRICTION, "combined_mean"),
     "std_friction": ("Standard deviation of friction, median penetration", _FRICTION, "combined_std"),
+    "mean_friction_of_pad": ("Mean friction of the pad under its load", _LOAD, "load_mean"),
+    "std_friction_of_pad": ("Standard deviation of friction of the pad under its load", _LOAD, "load_std"),
+    "real_area": ("Real area of contact over the apparent area", _LOAD, "real_area"),
     "stick_slip_probability": ("Probability of stick-slip, at the damping of the scene", _MOTION, "cycling_share"),
     "mean_cycles": ("Mean cycles, where the damping of the scene is in its list", _MOTION, "mean_cycles"),
     "reattachment_m": ("Mean reattachment point X_gh [m]", _MOTION, "reattachment_mean"),

@@ -6,7 +6,6 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.pad import (
-    ADJACENT,
     WINDOWS,
     Surface,
     adjacent_variance,
@@ -32,7 +31,6 @@ TITLES = {
 OF_PADS = {  # of a square of so many windows, or of a row of them as long as one
     "pad_mean": ("1", "mean friction coefficient of a pad, shear strength times area over force of all its windows"),
     "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
-    "pad_independent_windows": ("1", "independent windows whose mean scatters as the pad does"),
 }
 PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
 LAGS = 49  # slipped distances of the autocorrelation of a pad
@@ -56,19 +54,18 @@ def load_table(
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
     forces, *blocks = (store.join(batches, name).swapaxes(0, 1) for name in ("force", "block_area", "block_force"))
     window = round(strip.window_m / strip.window_spacing_m)
-    counts = [count for count in ADJACENT if count * window <= blocks[0].shape[2]]
     table: Table = {}
     for level, of_level in enumerate(forces):
         totals = resampled(weights, np.stack((of_level.sum(axis=1), np.ones(len(of_level))), axis=1)).T
         each = totals[0] / totals[1] / of_level.shape[1]
         area, force = (part[level] for part in blocks)
-        adjacent = [adjacent_variance(area, force, weights, count * window) for count in counts]
+        adjacent = adjacent_variance(area, force, weights, window)
         covariance = influence_covariance(area, force, weights)
         sizes = strip.window_spacing_m, strip.width_m, strip.window_m
         parts = mehler_parts(covariance, surface, *sizes[:2])
-        variance = pad_scatter(parts, adjacent[0], surface, *sizes)
+        variance = pad_scatter(parts, adjacent, surface, *sizes)
         of_window = shear.value / solved["std"][level].rows[:, None]  # to shares of the scatter of a window
-        std, independent = of_window * np.sqrt(variance), variance[:, :1] / variance
+        std = of_window * np.sqrt(variance)
         together = solved["ratio_of_sums"][level].rows / solved["mean"][level].rows - 1.0
         mean = 1.0 + together[:, None] * (1.0 - np.minimum(std, 1.0) ** 2)
         own_mean, own_std = (of_all(name, level, statistics)[:, None] for name in ("mean", "std"))
@@ -77,9 +74,7 @@ def load_table(
             "nominal_pressure": each / (strip.window_m * strip.width_m),
             "pad_mean": own_mean * mean,
             "pad_std": own_std * std,
-            "pad_independent_windows": independent,
             "pad_parts": parts,
-            "adjacent_std": own_std * of_window * np.sqrt(np.stack(adjacent, axis=1)),
         }
         if scene.oscillator.normal_force_n is not None:
             windows = scene.oscillator.normal_force_n / each
@@ -124,15 +119,10 @@ def correlation_variables(scene: Scene, scan: Path | None) -> dict[str, store.Va
 
 def load_variables(table: Table) -> dict[str, store.Variable]:
     """Load tables with their units."""
-    count = table["adjacent_std"][0].value.size
-    variables = {
-        "pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad"),
-        "adjacent_windows": store.Variable(("adjacent",), np.array(ADJACENT[:count]), "1", "windows along a strip"),
-    }
-    title = "standard deviation of the friction coefficient of adjacent windows together, as measured along the strips"
+    variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
     titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *title) for name, title in TITLES.items()}
     titles |= {name: (("level", "pad"), *title) for name, title in OF_PADS.items()}
-    titles |= {"adjacent_std": (("level", "adjacent"), "1", title), "pad_parts": (("level", "part"), *PARTS)}
+    titles["pad_parts"] = ("level", "part"), *PARTS
     for name, estimates in table.items():
         dimensions, unit, title = titles[name]
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]

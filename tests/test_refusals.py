@@ -32,7 +32,7 @@ from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
-from roughslip.friction.pad import Surface, influence_covariance, pad_scatter, percentile_of_pressure
+from roughslip.friction.pad import Surface, influence_covariance, pad_scatter
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
@@ -412,7 +412,7 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
     rng = np.random.default_rng(7)
     weights, alone = strip_weights(3, 40, rng), np.zeros((3, 4), dtype=bool)
     alone[1] = True
-    levels, rising = np.array([5.0, 50.0]), np.array([[1.0, 2.0], [1.0, 2.0]])
+    levels = np.array([5.0, 50.0])
     few, one = np.ones((FEWEST_REALISATIONS - 1, 2)), Estimate(*map(np.array, (1.0, 0.0, 2.0)), np.ones(40))
     surface = Surface(lambda x, y: np.exp(-(x**2) - y**2), (1.0, 1.0))
     parts = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0))
@@ -423,8 +423,6 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
         "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
         "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 5)), np.ones(2), surface, 1.0, 1.0, 4.0),
         "has no scatter to find": lambda: pad_scatter(np.eye(1, 5).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),
-        "two strip.penetration_percentiles": lambda: percentile_of_pressure(levels[:1], rising[:, :1], 1.0),
-        "does not rise with": lambda: percentile_of_pressure(levels, np.array([[1.0, 2.0], [2.0, 2.0]]), 1.5),
         "at least two levels": lambda: penetration_curve(levels[:1], [one]),
         "2 realisations give no interval" if len(few) == 2 else "give no interval": lambda: count_difference(
             few[0], few

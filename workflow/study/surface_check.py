@@ -111,7 +111,7 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
 
     if text := slope_mistake(covariance):
         return "roughness.covariance", text
-    return "load", _load_mistake(scene, covariance, cell)
+    return "load", _load_mistake(scene, covariance, lengths, cell)
 
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
@@ -124,15 +124,16 @@ def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) 
     )
 
 
-def _load_mistake(scene: dict[str, Any], covariance: Any, cell: float) -> str:
-    """Of a load that the surface bears in full contact, or without contact."""
-    from roughslip.surface.plausibility import contact_mistake, rms_slope
+def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, float], cell: float) -> str:
+    """Of a load that the surface bears in full contact, or with too few contacts."""
+    from roughslip.stages.from_scene.periodic_cell import CONTACT
+    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope
 
-    solid, strip, modulus = get(scene, "material"), get(scene, "strip"), _modulus(scene)
+    solid, modulus = get(scene, "material"), _modulus(scene)
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
-    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    least = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     slope = rms_slope(covariance, cell)
-    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, least)
 
 
 def _modulus(scene: dict[str, Any]) -> float:

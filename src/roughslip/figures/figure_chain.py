@@ -19,7 +19,9 @@ CYCLE = [
     "nominal_damping",
     "deterministic_reattachment",
 ]
-DRAWN = {"figure_chain": ["x", "y", "height", "pressure", "penetration", "path", "friction", "friction_mean", *CYCLE]}
+DRAWN = {
+    "figure_chain": ["x", "y", "height", "pressure", "penetration", "load", "path", "friction", "friction_mean", *CYCLE]
+}
 
 
 def figure_chain(result: Arrays) -> Figure:
@@ -45,12 +47,12 @@ def figure_chain(result: Arrays) -> Figure:
 
 def pressure_title(result: Arrays) -> str:
     """Title of the map of pressure; it says so where the piece shown has no contact."""
-    title = f"contact pressure, penetration {float(result['penetration']):.3g} %"
-    return (
-        title
-        if result["pressure"].max() > 0.0
-        else f"no contact here, penetration {float(result['penetration']):.3g} %"
-    )
+    if "load" in result:
+        factor, unit = pressure_unit(float(result["load"]))
+        under = f"{factor * float(result['load']):.3g} {unit}"
+    else:
+        under = f"penetration {float(result['penetration']):.3g} %"
+    return f"{'contact pressure' if result['pressure'].max() > 0.0 else 'no contact here'}, {under}"
 
 
 def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:

@@ -26,7 +26,7 @@ STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/deterministic.nc",
     memory_mb=620,
 )
@@ -113,16 +113,14 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, path))
     title = "standard deviation of the friction coefficient of all windows in parallel"
     variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
-    if path is not None:
-        statistics = store.read(path)
-        percentile = mass_on_belt.penetration_percentile(scene, statistics)
+    if path is not None and not mass_on_belt.is_under_load(statistics := store.read(path)):
         title = (
             "what the same scatter moves the limit by with the autocorrelation of the load's windows, over that here"
         )
         variables["load_response"] = store.Variable((), load_response(scene, numbers, path), "1", title)
+        percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
-        if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
-            warn_of_load(job, statistics, scatter)
+        warn_of_load(job, statistics, scatter)
     for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
@@ -154,7 +152,7 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     )
     force, given = section.normal_force_n, section.windows_in_parallel
     if max(needed / given, given / needed) > MISSED:
-        percentile = mass_on_belt.penetration_percentile(job.scene, statistics)
+        percentile = job.scene.oscillator.penetration_percentile
         job.usage.warn(
             f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {percentile:g} a window bears "
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "

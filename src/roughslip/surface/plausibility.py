@@ -14,7 +14,8 @@ MOST_SLOPE = 0.5  # rms; a half-space stands for a surface of small slopes
 CELLS = 4.0  # a correlation length, at least
 LENGTHS = 10.0  # correlation lengths a window, at least
 FULL = 2.0  # p / (E* h') of four rms pressures of full contact, E* h' / 2: a share of 3e-5 would be in tension
-LIGHT = 0.1  # contact over the share of heights above the plane, at least; in theory a half (Bush et al., 1975)
+LIGHT_AREA = math.sqrt(2.0 * math.pi)  # A E* h' / N at light loads, Bush et al., Wear 35 (1975) 87
+MOST_CELL_NODES = 2**21  # of a periodic cell, for which its solve takes 0.5 GB
 ROUNDING = 1e-9
 # Greatest index E* h' / H of elastic contact. Of the elastic real area in light contact at most exp(-2 / index^2) has
 # pressures above H (Persson, J. Chem. Phys. 115 (2001) 3840): 2e-10 here, 0.14 at 1, where solved surfaces have 0.04.
@@ -86,15 +87,15 @@ def yield_warning(young_modulus_pa: float, modulus_pa: float, slope: float) -> s
     )
 
 
-def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, lowest: float) -> str:
-    """What no strip has to be solved for: a nominal pressure of full contact, or of none; "" for others.
+def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardness_pa: float, least_share: float) -> str:
+    """What no cell has to be solved for: a nominal pressure of full contact, or of too few contacts; "" for others.
 
     modulus_pa : E* [Pa]
     slope : h' [-] rms
     hardness_pa : highest contact pressure, infinite in elastic contact
-    lowest : [-] share of the heights above the plane at the lightest penetration that is solved
+    least_share : [-] of the area in contact, below which the largest cell has too few contacts
 
-    Real contact is 2 p / (E* h') of the area while it is small, and at least p / H.
+    Real contact is LIGHT_AREA p / (E* h') of the area while it is small, and at least p / H.
     """
     full = min(FULL * modulus_pa * slope, hardness_pa)
     if pressure_pa >= full:
@@ -104,12 +105,11 @@ def contact_mistake(pressure_pa: float, modulus_pa: float, slope: float, hardnes
             f"a nominal pressure of {pressure_pa:.4g} Pa presses the surface into full contact, without scatter of "
             f"friction; take less than {full:.3g} Pa ({reason})"
         )
-    minimum = LIGHT * lowest * min(modulus_pa * slope / 2.0, hardness_pa)
+    minimum = least_share * min(modulus_pa * slope / LIGHT_AREA, hardness_pa)
     if pressure_pa < minimum:
         return (
-            f"a nominal pressure of {pressure_pa:.4g} Pa is no contact: less of the surface carries it than a tenth of "
-            f"the {100 * lowest:g} % above the plane at the lightest penetration. Take at least {minimum:.3g} Pa, or "
-            "lower strip.light_percentiles"
+            f"a nominal pressure of {pressure_pa:.4g} Pa is nearly no contact: a periodic cell of {MOST_CELL_NODES} "
+            f"nodes has too few of them. Take at least {minimum:.3g} Pa, or larger strip.cell_m"
         )
     return ""
 

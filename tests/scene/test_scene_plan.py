@@ -65,7 +65,7 @@ RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figur
         ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
         ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, *CELLS, "figure_chain"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction", "contact_periodic"}),
-        ("friction.mean_at_median", 0.2, {"friction", "friction_under_load"}),
+        ("friction.mean_at_median", 0.2, {"friction", "friction_under_load", "friction_against_load"}),
         ("square.monte_carlo_samples", 999, {"square_pilot"}),
         ("expansion.draws", 9999, {"chaos_square"}),
         ("description", "other", FIGURES | ALWAYS | SEVERAL),

@@ -75,7 +75,7 @@ STATISTICS = "friction.statistics"
 PARTS = ("force_n", "nominal_pressure_pa", "apparent_area_m2")
 FORCE = "oscillator.normal_force_n"
 BY_HAND = (FORCE, "oscillator.penetration_percentile", "oscillator.windows_in_parallel")
-NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical"}
+NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical", "roughness.fractal": None}  # not periodic
 
 REPLACES: dict[str, tuple[str, ...]] = {
     "load": BY_HAND,

@@ -14,9 +14,9 @@ from roughslip import store
 from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.paths import Paths, path_sampler
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import cycle_period, slip_loop
 from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath

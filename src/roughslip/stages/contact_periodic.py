@@ -10,12 +10,13 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.statistics import strip_weights
-from roughslip.friction.under_load import pad_estimates
+from roughslip.friction.under_load import CellBlocks, pad_estimates
 from roughslip.probability.pilot import refusal, widened
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.periodic_cell import FEWEST, Cells, cell_blocks, yielding
+from roughslip.stages.from_scene.periodic_cell import FEWEST, Cells, yielding
+from roughslip.stages.result_tables.load_table import correlated
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
@@ -25,7 +26,7 @@ STAGE = Stage(
     reads_if_given="accuracy",
     optional={"scan": "scan"},
     result="contact/periodic.nc",
-    memory_mb=620,
+    memory_mb=900,
 )
 
 REPLICATES = 200
@@ -76,7 +77,8 @@ def more(job: Job, cells: Cells, area: np.ndarray, force: np.ndarray) -> int:
     accuracy, count = job.scene.accuracy, len(area)
     generator = np.random.default_rng([job.scene.seed, geometry.STREAM_CELL, count, count])
     weights = strip_weights(count, REPLICATES, generator)
-    found = pad_estimates(cell_blocks(job.scene, area, force), cells.surface, weights)
+    blocks = CellBlocks(area, force, *geometry.block_sizes(job.scene))
+    found = pad_estimates(blocks, correlated(job.scene, job.arguments.scan), weights)
     asked = {"friction_mean": accuracy.friction_mean, "friction_std": accuracy.friction_std}
     widths = {
         name: float(np.ravel((each.high - each.low) / 2.0 / each.value)[0])

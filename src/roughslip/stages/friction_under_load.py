@@ -14,7 +14,6 @@ from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.periodic_cell import cell_blocks
 from roughslip.stages.result_tables.load_table import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
 
@@ -44,7 +43,7 @@ TITLES = {
 def work(job: Job) -> None:
     """Write the statistics with their intervals."""
     scene, contact = job.scene, store.read(job.arguments.contact)
-    blocks = cell_blocks(scene, contact["block_area"], contact["block_force"])
+    blocks = CellBlocks(contact["block_area"], contact["block_force"], *geometry.block_sizes(scene))
     weights = strip_weights(
         blocks.cells, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, blocks.cells])
     )
@@ -65,8 +64,8 @@ def work(job: Job) -> None:
         variables |= store.with_interval(name, dimensions, ends, unit, title)
     extra = {"quantiles": ("quantile",), "autocorrelation": ("lag",)}
     for name, estimate in own.items():
-        ends, unit = vars(estimate).values(), "m" if "length_" in name else "1"
-        variables |= store.with_interval(name, extra.get(name, ()), list(ends)[:3], unit, OF_WINDOWS[name])
+        ends, unit = [estimate.value, estimate.low, estimate.high], "m" if "length_" in name else "1"
+        variables |= store.with_interval(name, extra.get(name, ()), ends, unit, OF_WINDOWS[name])
     store.write(job.arguments.output, variables | correlation_variables(scene, job.arguments.scan), job.key)
 
 

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import Distribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected
@@ -43,9 +43,6 @@ class SurfaceModel(Protocol):
 
     def sampler(self, grid: Grid) -> Sampler:
         """A function that draws a field (nx, ny) [m] on the mesh."""
-
-    def cell_sampler(self, grid: Grid) -> Sampler:
-        """The same of a periodic cell, which the mesh is."""
 
     def heights(self, field: np.ndarray) -> np.ndarray:
         """z : (as field) [m] from a field."""
@@ -89,7 +86,7 @@ class GaussianModel:
 
     @gate
     def cell_sampler(self, grid: Grid) -> Sampler:
-        """Sampling on the mesh as a torus; raises as `embed_cell`."""
+        """The same of a periodic cell, which the mesh is; raises as `embed_cell`."""
         return embed_cell(self.covariance, grid).sample
 
     @gate
@@ -132,14 +129,6 @@ class FractalModel:
         """One standard normal variable a wave, mapped to its phase."""
         waves, variables = plane_waves(self.law, grid), self.law.variables
         return lambda generator: waves.heights(generator.standard_normal(variables))
-
-    @gate
-    def cell_sampler(self, grid: Grid) -> Sampler:
-        """Raises IllPosedError: its waves run in any direction, and are not periodic over a mesh."""
-        raise IllPosedError(
-            "waves of a fractal are not periodic over a cell; give roughness.covariance: self_affine in place of "
-            "roughness.fractal, or no load"
-        )
 
     @gate
     def heights(self, field: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ CELLS = 4.0  # a correlation length, at least
 LENGTHS = 10.0  # correlation lengths a window, at least
 FULL = 2.0  # p / (E* h') of four rms pressures of full contact, E* h' / 2: a share of 3e-5 would be in tension
 LIGHT_AREA = math.sqrt(2.0 * math.pi)  # A E* h' / N at light loads, Bush et al., Wear 35 (1975) 87
-MOST_CELL_NODES = 2**21  # of a periodic cell, for which its solve takes 0.5 GB
+MOST_CELL_NODES = 2**21  # of a periodic cell, whose solve takes 0.7 GB
 ROUNDING = 1e-9
 # Greatest index E* h' / H of elastic contact. Of the elastic real area in light contact at most exp(-2 / index^2) has
 # pressures above H (Persson, J. Chem. Phys. 115 (2001) 3840): 2e-10 here, 0.14 at 1, where solved surfaces have 0.04.

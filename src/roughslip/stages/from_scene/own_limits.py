@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.scene.fields import AUTO, unless_auto
 from roughslip.scene.types import Scene

@@ -18,12 +18,10 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import ContactSolution
-from roughslip.friction.under_load import CellBlocks
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
-from roughslip.stages.from_scene.surface_model import scan_warnings, surface_model
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.from_scene.surface_model import gaussian_model, scan_warnings
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import (
     LIGHT_AREA,
@@ -86,14 +84,14 @@ class Cells:
     def __init__(self, job: Job, pressure_pa: float) -> None:
         scene, scan = job.scene, job.arguments.scan
         self.scene = scene
-        model, self.surface = surface_model(scene, scan), correlated(scene, scan)
+        model = gaussian_model(scene, scan)
         modulus, hardness = elastic.material(scene).plane_strain_modulus_pa, elastic.hardness_pa(scene)
-        slope = rms_slope(self.surface.correlation, scene.strip.cell_m) * model.rms_height_m
+        slope = rms_slope(model.covariance, scene.strip.cell_m)
         share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
-        least = CONTACT * math.prod(self.surface.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
+        least = CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
         self.mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
         self.plasticity_index = plasticity_index(modulus, slope, hardness)
-        self.cell = cell(scene, self.surface.lengths_m, share)
+        self.cell = cell(scene, model.lengths_m, share)
         self.influence = Influence(self.cell.grid, modulus, periodic=True)
         self._sample: Callable[[np.random.Generator], np.ndarray] = model.cell_sampler(self.cell.grid)
         self._heights = model.heights
@@ -133,9 +131,3 @@ def yielding(index: float, share: float) -> str:
     if not index:
         return "The contact is elastic: material.hardness_pa is not given."
     return f"The plasticity index E* h' / H is {index:.2g}; {100 * share:.2g} % of the real area bears the hardness."
-
-
-def cell_blocks(scene: Scene, area: np.ndarray, force: np.ndarray) -> CellBlocks:
-    """Area and force (S, X, Y) as statistics take them."""
-    strip = scene.strip
-    return CellBlocks(area, force, strip.window_spacing_m, strip.width_m, strip.window_m)

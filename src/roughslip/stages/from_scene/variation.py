@@ -15,8 +15,8 @@ from pathlib import Path
 
 from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import slip_loop
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt

@@ -7,8 +7,6 @@ import re
 import pytest
 
 from roughslip import store
-from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows, pad_at
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project
 
@@ -29,27 +27,22 @@ def cases(empty, tmp_path_factory) -> Project:
 
 @pytest.mark.parametrize("name", CASES)
 def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
-    """Real area over the apparent one lies between Persson's erf(sqrt(2) x) and sqrt(2 pi) x, x = p / (E* h').
+    """Real area over the apparent one is above Persson's erf(sqrt(2) x), x = p / (E* h'), with h' from the index, and
+    below sqrt(2 pi) x of elastic contact and the p / H of what yields.
 
-    h' is the rms slope, 2 Sq / L here. Persson, J. Chem. Phys. 115 (2001) 3840, and Bush et al., Wear 35 (1975) 87;
-    solutions lie between (Hyun et al., Phys. Rev. E 70 (2004) 026117), and so do these cells at light load.
-    A pad of n correlation areas, of which the load touches the share A / A0, scatters as some n A / A0 contacts do.
+    Persson, J. Chem. Phys. 115 (2001) 3840, and Bush et al., Wear 35 (1975) 87. Solutions lie between (Hyun et al.,
+    Phys. Rev. E 70 (2004) 026117). A pad of n correlation areas, of which the load touches the share A / A0, scatters
+    as some n A / A0 contacts do.
     """
-    scene, path = shipped_scene(name), cases.path(f"results/{name}/friction/statistics.nc")
-    found, case = store.read(path), scene_of(scene)
-    load, roughness, material = scene["load"], scene["roughness"], scene["material"]
-    slope = 2.0 * roughness["rms_height_m"] / roughness["correlation_length_m"]
-    modulus = material["young_modulus_pa"] / (1.0 - material["poisson_ratio"] ** 2)
-    x = load["nominal_pressure_pa"] / (modulus * slope)
-    windows = scene["oscillator"]["windows_in_parallel"]
-    share = pad_at(case, found, "pad_mean", windows) / found["shear_strength"] * load["nominal_pressure_pa"]
-    assert math.erf(math.sqrt(2.0) * x) < share < math.sqrt(2.0 * math.pi) * x
-    assert found["load_percentile_low"] < found["load_percentile"] < found["load_percentile_high"]
-    numbers = friction_numbers(case, path)
-    assert numbers.mean == load["mean_friction"]
-    scatter = numbers.standard_deviation / numbers.mean / math.sqrt(independent_windows(case, path))
-    contacts = load["apparent_area_m2"] / roughness["correlation_length_m"] ** 2 * share
-    assert 0.05 < scatter * math.sqrt(contacts) < 2.0
+    scene, folder = shipped_scene(name), cases.path(f"results/{name}")
+    found, contact = (store.read(folder / file) for file in ("friction/under_load.nc", "contact/periodic.nc"))
+    load, hardness = scene["load"], scene["material"]["hardness_pa"]
+    x, share = load["nominal_pressure_pa"] / (contact["plasticity_index"] * hardness), found["real_area"]
+    assert math.erf(math.sqrt(2.0) * x) < share < math.sqrt(2.0 * math.pi) * x + load["nominal_pressure_pa"] / hardness
+    assert found["load_mean"] == pytest.approx(load["mean_friction"])
+    length = scene["roughness"].get("correlation_length_m") or store.read(folder / "surface/scan.nc")["length_x"]
+    contacts = load["apparent_area_m2"] / length**2 * share
+    assert 0.05 < found["load_std"] / found["load_mean"] * math.sqrt(contacts) < 2.0
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -16,13 +16,13 @@ from roughslip.scene import plausibility
 from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.types import get, scene_of
-from roughslip.stages.runtime.record import checksum
+from roughslip.stages.runtime.usage import checksum
 
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
-_CHECKS = " ".join(f"roughslip.{name}.plausibility" for name in ("scene", "scan", "surface"))
+_CHECKS = "roughslip.scene.plausibility roughslip.scan.topography roughslip.surface.plausibility"
 
 
 def check_surface(
@@ -59,8 +59,7 @@ def check_surface(
 def _check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any]) -> tuple[list[str], list[str]]:
     """Mistakes and warnings of a scan: it cannot be read as the scene states, or is form alone."""
     from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
-    from roughslip.scan.plausibility import warnings
-    from roughslip.scan.topography import remove_form
+    from roughslip.scan.topography import remove_form, slope_warnings
 
     *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
     try:
@@ -69,7 +68,7 @@ def _check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any]) -> tup
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:
         return [line(scene_file, ("roughness", "scan", "form"), str(error))], []
-    return [], list(warnings(scan))
+    return [], list(slope_warnings(scan))
 
 
 def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | None:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
-from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real

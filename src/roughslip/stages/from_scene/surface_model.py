@@ -18,9 +18,8 @@ from roughslip.stages.from_scene import geometry
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.endless_lay import EndlessLay
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
-from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
+from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})

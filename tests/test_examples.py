@@ -1,5 +1,6 @@
 """Each example runs as it stands, and its numbers are right: next to the closed form or number that it prints."""
 
+import math
 import os
 import runpy
 import shutil
@@ -105,6 +106,16 @@ def test_stick_slip_cycle():
     *below, beyond = found["counts"].values()
     assert min(below) > 90
     assert beyond == 0
+
+
+@pytest.mark.slow  # compiles the motion for the law of the example
+def test_own_law_and_trace():
+    """The slope by differences is that by hand, and a cycle takes a natural period or little more."""
+    found = run("own_law_and_trace")
+    assert found["by_hand"] == pytest.approx(math.exp(-1.25) * 2.5 / 6.0, rel=1e-12)
+    assert found["hopf_damping"](found["belt"], found["law"]) == pytest.approx(found["by_hand"], rel=1e-9)
+    assert 80 < found["repeated"].cycles <= 100
+    assert found["ended"].cycles == 2
 
 
 @pytest.mark.slow

@@ -45,6 +45,21 @@ def test_far_coefficients_keep_all_digits(dx: float, dy: float) -> None:
         assert coefficients[i, j] == pytest.approx(gauss_legendre(i * dx, j * dy, dx, dy), rel=4e-15)
 
 
+@pytest.mark.parametrize(
+    ("grid", "coarser"),
+    [
+        (Grid(8, 7, 1.0, 1.0), Grid(4, 4, 2.0, 2.0)),
+        (Grid(8, 8, 1.0, 3.0), Grid(4, 8, 2.0, 3.0)),
+        (Grid(8, 8, 2.0, 1.0), Grid(8, 4, 2.0, 2.0)),
+        (Grid(8, 1, 3.0, 1.0), Grid(4, 1, 6.0, 1.0)),
+        (Grid(1, 8, 1.0, 1.0), Grid(1, 4, 1.0, 2.0)),
+    ],
+)
+def test_coarser_cells_are_of_twice_the_edge_and_no_longer_than_broad(grid: Grid, coarser: Grid) -> None:
+    """An axis with one node, or with cells twice as long as those of the other, keeps its cells."""
+    assert Influence(grid, 1.0).coarser.grid == coarser
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (13, 7), (10, 30)])
 @pytest.mark.parametrize("limit", [0, DIRECT_SUM_LIMIT, 300])
 def test_apply_is_the_matrix_product(shape: tuple[int, int], limit: int, monkeypatch: pytest.MonkeyPatch) -> None:

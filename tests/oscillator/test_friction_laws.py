@@ -167,7 +167,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.oscillator.friction_law import FrictionLaw
+from roughslip.oscillator.base_law import SceneLaw
 
 
 class ExponentialParameters(NamedTuple):
@@ -178,7 +178,7 @@ class ExponentialParameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ExponentialLaw(FrictionLaw, name="exponential", parameters=ExponentialParameters):
+class ExponentialLaw(SceneLaw, name="exponential", parameters=ExponentialParameters):
     kinetic: float
     static: float
     decay_s_per_m: float

@@ -42,8 +42,9 @@ def test_a_pilot_shows_how_counts_follow_the_scatter_of_friction():
 
 def test_runs_that_a_half_width_takes():
     """Student's interval of the allotted runs is as narrow as asked, and that of 3 % fewer is not."""
-    runs = ERRORS.runs_for(2.0)
-    assert ERRORS.from_runs(runs) <= 2.0 < ERRORS.from_runs(int(runs / 1.03))
+    for asked in (0.7, 1.1, 2.0, 3.1):
+        runs = ERRORS.runs_for(asked)
+        assert ERRORS.from_runs(runs) <= asked < ERRORS.from_runs(int(runs / 1.03))
     assert ERRORS.from_runs(10_000, safe=False) == pytest.approx(1.96 * 14 / 100, rel=1e-3)
     margin = ERRORS.from_runs(50) / ERRORS.from_runs(50, safe=False)
     assert margin == pytest.approx(math.sqrt(variance_margin(24)))

@@ -63,6 +63,16 @@ def test_ends_far_from_the_value_take_few_trials():
     assert np.mean(trials) < 1600
 
 
+def test_values_tried_before_serve_first():
+    """A level near another one is crossed between values that the first search has tried: two thirds of its trials,
+    where it would take more than all again."""
+    search = search_of(np.exp(np.random.default_rng(1).normal(0.3, 0.4, PATHS)))
+    search.crossing(0.05, upwards=True)
+    before = search.trials
+    search.crossing(0.06, upwards=True)
+    assert search.trials - before < 0.8 * before
+
+
 def test_paths_that_change_to_and_fro_are_covered_too():
     """Each path is drawn anew at every value, with the probability of a known curve: none has a change of its own."""
     covered = []

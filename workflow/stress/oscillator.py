@@ -17,9 +17,9 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError
+from roughslip.oscillator.base_law import FrictionLaw, friction
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.friction_law import FrictionLaw, friction
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw

@@ -85,8 +85,13 @@ def _own_code(kind: type) -> str:
     """The hash of the file that defines a named tuple where that is of the user, as of a friction law; else nothing."""
     if kind.__module__.partition(".")[0] == "roughslip":
         return ""
+    return file_key(kind)
+
+
+def file_key(defined: Any) -> str:
+    """The hash of the file that defines a class or function of the user, and of what it imports of the package."""
     try:
-        return _folder(Path(inspect.getfile(kind)).resolve()).name
+        return _folder(Path(inspect.getfile(defined)).resolve()).name
     except (TypeError, OSError):  # typed at a prompt: compiled in each process
         return os.urandom(16).hex()
 

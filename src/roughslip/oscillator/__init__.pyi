@@ -1,3 +1,4 @@
+from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.counts import Counts as Counts
 from roughslip.oscillator.counts import counts_by_period as counts_by_period
 from roughslip.oscillator.counts import ensemble_counts as ensemble_counts
@@ -6,10 +7,10 @@ from roughslip.oscillator.cycles import Reattachment as Reattachment
 from roughslip.oscillator.cycles import count_difference as count_difference
 from roughslip.oscillator.cycles import reattachment_statistics as reattachment_statistics
 from roughslip.oscillator.equation import Oscillator as Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw as CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw as StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw as TableLaw
+from roughslip.oscillator.function_law import friction_law as friction_law
 from roughslip.oscillator.grazing import GrazingResponse as GrazingResponse
 from roughslip.oscillator.grazing import grazing_response as grazing_response
 from roughslip.oscillator.limits import LimitCycle as LimitCycle

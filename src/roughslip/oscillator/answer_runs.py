@@ -9,9 +9,9 @@ from typing import Protocol
 
 import numpy as np
 
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import changed_oscillator
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.motion import FrictionPath, Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales

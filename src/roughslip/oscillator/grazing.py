@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy  # its parts when they are used
 
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.slip_flow import TOLERANCE, next_peak, slip_flow
 from roughslip.validation import gate, positive

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from roughslip.oscillator.friction_law import (  # noqa: F401
+from roughslip.oscillator.base_law import (  # noqa: F401
     CONTRACTED,
     LAWS,
     FrictionLaw,

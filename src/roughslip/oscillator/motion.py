@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import FRICTION_FOLLOWS, SCATTERS, Oscillator, coefficients, path_coordinate
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
@@ -150,7 +150,7 @@ def simulate(
 
     oscillator, law : the system and its mean friction mu_D
     path : (nodes,) [-] stochastic part mu_S at the multiples of spacing from 0 on; or an iterable of such rows, which
-        may have no end. None for mu_S = 0
+        may have no end, such as `itertools.repeat(row)`. None for mu_S = 0
     spacing_m : [m] distance of the nodes, [s] where friction follows time; needed for a path
     duration_periods : [-] time in natural periods 2 pi / omega
     start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X'

@@ -17,10 +17,10 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.answer_runs import Curve, PathSampler, Runs
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.survival import Spells, mean_lifetime, spells

@@ -10,9 +10,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage

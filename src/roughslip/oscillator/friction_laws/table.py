@@ -11,7 +11,7 @@ import scipy
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
-from roughslip.oscillator.friction_law import OPTIONS, FrictionLaw
+from roughslip.oscillator.base_law import OPTIONS, SceneLaw
 from roughslip.validation import gate
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
@@ -71,7 +71,7 @@ def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
 
 @gate
 @dataclass(frozen=True)
-class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
+class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.
 
     speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two; no nearer than 1e-9 of their speed

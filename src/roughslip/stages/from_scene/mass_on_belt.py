@@ -19,8 +19,8 @@ from roughslip.friction.process import (
     autocorrelation_at,
     average_beta,
 )
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions

@@ -15,10 +15,10 @@ from pathlib import Path
 
 from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS as OF_OSCILLATOR
 from roughslip.oscillator.changed import changed_oscillator
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers

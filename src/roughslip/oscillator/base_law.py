@@ -21,37 +21,24 @@ from roughslip.validation import gate, not_negative
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
 OF_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of those that Python never calls
-LAWS: dict[str, type[FrictionLaw]] = {}
-_LAW_OF: dict[type, type[FrictionLaw]] = {}  # by the type of its compiled parameters
+LAWS: dict[str, type[SceneLaw]] = {}
+_LAW_OF: dict[type, Any] = {}  # what has the formulas, by the type of the compiled parameters
 
 
 class FrictionLaw(ABC):
     """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
 
-    A subclass gives `name`, as a scene names it, and `parameters`, the named tuple that compiled code reads. The tuple
-    begins with static, rest (mu_D at vanishing speed, at most static) and least (a number that mu_D does not fall below
-    at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue smoothly below 0.
+    For a law of one function see `friction_law`. A subclass gives `parameters`, the named tuple that compiled code
+    reads. The tuple begins with static, rest (mu_D at vanishing speed, at most static) and least (a number that mu_D
+    does not fall below at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue
+    smoothly below 0.
     """
 
-    name: ClassVar[str]
     static: float
 
-    def __init_subclass__(cls, name: str = "", parameters: type | None = None) -> None:
-        if name:
-            cls.name = name
-            LAWS[name] = cls
+    def __init_subclass__(cls, parameters: type | None = None) -> None:
         if parameters is not None:
             _LAW_OF[parameters] = cls
-
-    @classmethod
-    @abstractmethod
-    def from_scene(cls, section: Any, mean: float) -> FrictionLaw:
-        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
-
-    @classmethod
-    @abstractmethod
-    def example(cls, generator: np.random.Generator, static: float, speed: float) -> FrictionLaw:
-        """A law drawn at random for stress runs and tests, with features at some speeds [m/s]."""
 
     @abstractmethod
     def parameters(self) -> Any:
@@ -123,6 +110,35 @@ class FrictionLaw(ABC):
         """Raise ParameterError for an attribute that is not finite or is negative."""
         for name in names:
             not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
+
+
+class SceneLaw(FrictionLaw):
+    """A law that scenes can name, as `name`."""
+
+    name: ClassVar[str]
+
+    def __init_subclass__(cls, name: str = "", parameters: type | None = None) -> None:
+        super().__init_subclass__(parameters)
+        if name:
+            cls.name = name
+            LAWS[name] = cls
+
+    @classmethod
+    @abstractmethod
+    def from_scene(cls, section: Any, mean: float) -> SceneLaw:
+        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
+
+    @classmethod
+    @abstractmethod
+    def example(cls, generator: np.random.Generator, static: float, speed: float) -> SceneLaw:
+        """A law drawn at random for stress runs and tests, with features at some speeds [m/s]."""
+
+
+def formulas_of(parameters: type, made: Callable[[], Any]) -> Any:
+    """What has the formulas of parameters of that type; made at the first call."""
+    if parameters not in _LAW_OF:
+        _LAW_OF[parameters] = made()
+    return _LAW_OF[parameters]
 
 
 def check_static(static: float, mean: float, reason: str) -> None:

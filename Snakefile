@@ -32,7 +32,7 @@ from workflow.study.closing import print_closing
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
 from workflow.study.scenes import BENCHMARKS, RULES, Scenes, check_config, check_targets
-from workflow.study.terminal import show_own_errors
+from workflow.study.terminal import seconds_of_stages, show_own_errors
 
 # Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
@@ -46,7 +46,10 @@ STATE = Path(".snakemake")
 NEWEST = tempfile.NamedTemporaryFile(prefix="roughslip-")  # newer than any result
 
 if workflow.is_main_process and not workflow.output_settings.verbose:
-    show_own_errors(lambda folder: names.at(folder).scene)
+    show_own_errors(
+        lambda folder: names.at(folder).scene,
+        seconds_of_stages(ROOT / "results" / "reference") if RUNS else None,
+    )
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:

@@ -20,7 +20,7 @@ from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol, wilson_interval
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol
 from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -32,7 +32,7 @@ from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
-from roughslip.friction.pad import Surface, influence_covariance, pad_scatter, percentile_of_pressure
+from roughslip.friction.pad import Surface, influence_covariance, pad_scatter
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
@@ -49,6 +49,7 @@ from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.states import time_scales
 from roughslip.probability import Estimate
 from roughslip.probability.empirical import checked_values
+from roughslip.probability.estimate import wilson_interval
 from roughslip.scan.covariance_fit import fit_covariance
 from roughslip.scan.fit_data import estimates
 from roughslip.scan.jackknife import SubAreas
@@ -407,7 +408,7 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
     rng = np.random.default_rng(7)
     weights, alone = strip_weights(3, 40, rng), np.zeros((3, 4), dtype=bool)
     alone[1] = True
-    levels, rising = np.array([5.0, 50.0]), np.array([[1.0, 2.0], [1.0, 2.0]])
+    levels = np.array([5.0, 50.0])
     few, one = np.ones((FEWEST_REALISATIONS - 1, 2)), Estimate(*map(np.array, (1.0, 0.0, 2.0)), np.ones(40))
     surface = Surface(lambda x, y: np.exp(-(x**2) - y**2), (1.0, 1.0))
     parts = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0))
@@ -418,8 +419,6 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
         "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
         "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 5)), np.ones(2), surface, 1.0, 1.0, 4.0),
         "has no scatter to find": lambda: pad_scatter(np.eye(1, 5).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),
-        "two strip.penetration_percentiles": lambda: percentile_of_pressure(levels[:1], rising[:, :1], 1.0),
-        "does not rise with": lambda: percentile_of_pressure(levels, np.array([[1.0, 2.0], [2.0, 2.0]]), 1.5),
         "at least two levels": lambda: penetration_curve(levels[:1], [one]),
         "2 realisations give no interval" if len(few) == 2 else "give no interval": lambda: count_difference(
             few[0], few

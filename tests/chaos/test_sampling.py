@@ -12,16 +12,15 @@ from scipy.stats import norm
 
 from roughslip.chaos.sampling import (
     MOST_SOBOL_VARIABLES,
-    NORMAL_95,
     cumulative_given_contact,
     distance_beyond_chance,
     kolmogorov_distance,
     latin_hypercube,
     quantile_levels,
     sobol,
-    wilson_interval,
 )
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.probability.estimate import NORMAL_95, wilson_interval
 
 
 @pytest.mark.parametrize("draw", [latin_hypercube, sobol])

@@ -19,15 +19,17 @@ from roughslip.scene.schema import scene_schema
 CONFIG = Path(__file__).parents[2] / "config"
 SCHEMA = scene_schema()
 CASES = ("cam_follower", "clutch", "disc_brake", "rubber_bearing", "slideway")  # of engineering, each with a load
+LONG = tuple(f"{name}_long" for name in CASES)  # the same with waves ten times as long
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
-    *("quick", "resolved", "smoke", *CASES),
+    *("quick", "resolved", "smoke", *CASES, *LONG),
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
-    "answer, figure2, figure3, figure5, figure_chain, figure_field, figure_lifetimes, figure_map, figure_scan, readings"
+    "answer, figure2, figure3, figure5, figure_chain, figure_field, figure_lifetimes, figure_map, figure_scan, "
+    "friction_against_load, readings"
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"

@@ -89,7 +89,7 @@ def test_forms_merge_and_a_share_of_the_variance_has_no_modes(mine):
     ],
 )
 def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load):
-    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um; the strips give the penetration."""
+    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um. Figure 3 is over loads."""
     by_hand = "extends: paper\noscillator: {penetration_percentile: 30, windows_in_parallel: 7}"
     scene = mine(f"extends: base\nload: {load}", base=by_hand)
     assert scene["load"] == pytest.approx(
@@ -98,6 +98,7 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
     assert scene["oscillator"]["windows_in_parallel"] == 1000
     assert scene["oscillator"]["penetration_percentile"] is None
+    assert scene["targets"] == ["figure2", "friction_against_load", "figure5", "readings", "figure_map"]
     assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
@@ -123,9 +124,10 @@ def test_names_and_files(folder, monkeypatch):
 
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
-        "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, clutch, coulomb, disc_brake, "
-        "elastoplastic, excited, excited_away, fractal, given, measured, nongaussian, paper, quick, resolved, "
-        "rubber_bearing, slideway, smoke"
+        "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, cam_follower_long, clutch, "
+        "clutch_long, coulomb, disc_brake, disc_brake_long, elastoplastic, excited, excited_away, fractal, given, "
+        "measured, nongaussian, paper, quick, resolved, rubber_bearing, rubber_bearing_long, slideway, slideway_long, "
+        "smoke"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]

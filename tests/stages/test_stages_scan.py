@@ -94,6 +94,9 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
     assert model.covariance.kind == "exponential"
     assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
     assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
+    loaded = scene_of(CONFIGURATION | {"load": {"force_n": 1.0, "nominal_pressure_pa": 1e5}})
+    with pytest.raises(IllPosedError, match=r"^roughness.scan.covariance: exponential is not allowed with load"):
+        surface_model.surface_model(loaded, scanned.path)
 
 
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):

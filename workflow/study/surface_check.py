@@ -41,7 +41,7 @@ def check_surface(
     try:
         section, text = surface_mistake(scene)
         if text:
-            return [line(scene_file, (section,), text)], []
+            return [line(scene_file, tuple(section.split(".")), text)], []
         warnings = scene_warnings(scene)
     except RoughslipError as error:
         return [line(scene_file, ("roughness",), str(error))], []
@@ -104,7 +104,13 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
     covariance, lengths, key = surface
     if min(lengths) * FINEST < cell:
         return "roughness", _length_mistake(scene, min(lengths), key, cell)
-    return "load", _load_mistake(scene, covariance, cell) if scene.get("load") is not None else ""
+    if scene.get("load") is None:
+        return "load", ""
+    from roughslip.surface.plausibility import slope_mistake
+
+    if text := slope_mistake(covariance):
+        return "roughness.covariance", text
+    return "load", _load_mistake(scene, covariance, lengths, cell)
 
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
@@ -117,17 +123,24 @@ def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) 
     )
 
 
-def _load_mistake(scene: dict[str, Any], covariance: Any, cell: float) -> str:
-    """Of a load that the surface bears in full contact, or without contact."""
-    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
-    from roughslip.surface.plausibility import contact_mistake, rms_slope
+def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, float], cell: float) -> str:
+    """Of a load that the surface bears in full contact, or with too few contacts."""
+    from roughslip.stages.from_scene.periodic_cell import CONTACT
+    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope
 
-    solid, strip = get(scene, "material"), get(scene, "strip")
-    modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
+    solid, modulus = get(scene, "material"), _modulus(scene)
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
-    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    least = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     slope = rms_slope(covariance, cell)
-    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, least)
+
+
+def _modulus(scene: dict[str, Any]) -> float:
+    """E* [Pa]."""
+    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
+
+    solid = get(scene, "material")
+    return Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
 
 
 def scene_warnings(scene: dict[str, Any]) -> list[str]:
@@ -135,7 +148,11 @@ def scene_warnings(scene: dict[str, Any]) -> list[str]:
     surface, cells = surface_of(scene), plausibility.cells_of(scene)
     if surface is None:
         return plausibility.warnings(scene)
-    from roughslip.surface.plausibility import warnings
+    from roughslip.surface.plausibility import rms_slope, warnings, yield_warning
 
     window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
-    return [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    found = [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    if scene.get("load") is not None and get(scene, "material.hardness_pa") is None and "strip.cell_m" in cells:
+        slope = rms_slope(surface[0], cells["strip.cell_m"])
+        found.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
+    return list(filter(None, found))

@@ -19,6 +19,5 @@ from roughslip.chaos.sampling import kolmogorov_distance as kolmogorov_distance
 from roughslip.chaos.sampling import latin_hypercube as latin_hypercube
 from roughslip.chaos.sampling import monte_carlo as monte_carlo
 from roughslip.chaos.sampling import sobol as sobol
-from roughslip.chaos.sampling import wilson_interval as wilson_interval
 from roughslip.chaos.strip import StripExpansion as StripExpansion
 from roughslip.chaos.strip import fit_strip as fit_strip

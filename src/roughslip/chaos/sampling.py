@@ -12,7 +12,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.probability.estimate import NORMAL_95
 from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
@@ -91,25 +90,6 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
 def _check(samples: int, variables: int) -> None:
     whole_at_least("number of samples", samples, 1)
     whole_at_least("number of variables", variables, 1)
-
-
-@gate
-def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """95 % interval of a probability from independent trials; it never leaves [0, 1].
-
-    successes, trials : (...) 0 <= successes <= trials, fractions allowed; no trials give the interval [0, 1]
-
-    Returns (low, high) : (...) [-]. Raises ParameterError.
-
-    Method: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
-    """
-    k, n = np.asarray(successes, dtype=np.float64), np.asarray(trials, dtype=np.float64)
-    if not (np.isfinite(n).all() and np.all((k >= 0) & (k <= n))):
-        raise ParameterError("successes must lie between none and all of the trials, which must be finite")
-    squared = NORMAL_95**2
-    centre = (k + squared / 2) / (n + squared)
-    half = NORMAL_95 * np.sqrt(k * (n - k) / np.where(n > 0, n, 1.0) + squared / 4) / (n + squared)
-    return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
 def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.ndarray:

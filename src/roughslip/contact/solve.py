@@ -92,6 +92,12 @@ class ContactSolution:
         return contact_shares(self.pressure, self.hardness_pa, self.periodic)
 
     @property
+    def yielded_share(self) -> float:
+        """Share [-] of the real area that bears the hardness; zero without contact."""
+        yielded = self.pressure == self.hardness_pa
+        return float(np.count_nonzero(yielded) / self.shares.sum()) if yielded.any() else 0.0
+
+    @property
     def mean_pressure(self) -> float:
         """Normal force per nominal area [Pa]."""
         return float(self.pressure.mean())

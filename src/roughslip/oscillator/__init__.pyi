@@ -27,6 +27,8 @@ from roughslip.oscillator.states import States as States
 from roughslip.oscillator.states import longest_slip as longest_slip
 from roughslip.oscillator.states import run_until_known as run_until_known
 from roughslip.oscillator.states import states_of as states_of
+from roughslip.oscillator.stick_slip import Answer as Answer
+from roughslip.oscillator.stick_slip import answer as answer
 from roughslip.oscillator.survival import Spells as Spells
 from roughslip.oscillator.survival import damping_band as damping_band
 from roughslip.oscillator.survival import mean_lifetime as mean_lifetime

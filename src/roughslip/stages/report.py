@@ -99,7 +99,21 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = files["surface/scan.nc"] if "scan" in stages else None
         sentences[figure] = strips_represented(scene, scan)
+    if "contact_periodic" in stages:
+        figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
+        sentences[figure] = [
+            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure."
+        ]
     return sentences
+
+
+def map_ranges(file: Path) -> dict[str, tuple[float, float]]:
+    """First and last value of both axes of a stick-slip map, by the name of the parameter."""
+    drawn = store.read(file)
+    axes = (drawn["map_x"], drawn["map_y"])
+    return {
+        str(name): (float(axis[0]), float(axis[-1])) for name, axis in zip(drawn["map_parameters"], axes, strict=True)
+    }
 
 
 def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
@@ -119,6 +133,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         captions=captions,
         surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
+        map_ranges=map_ranges(files["figure_map.nc"]) if "figure_map" in drawn else {},
         claims=store.read_json(files["claims.json"]),
         costs=costs,
         folder="" if own == "." else f"{own}/",

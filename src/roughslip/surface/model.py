@@ -18,7 +18,7 @@ from roughslip.grid import Grid
 from roughslip.probability import Distribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import StationaryCovariance, plane_height
-from roughslip.surface.embedding import embed
+from roughslip.surface.embedding import embed, embed_cell
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
 from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.validation import gate
@@ -116,6 +116,11 @@ class GaussianModel:
     def sampler(self, grid: Grid) -> Sampler:
         """Exact sampling by circulant embedding."""
         return embed(self.covariance, grid).sample
+
+    @gate
+    def cell_sampler(self, grid: Grid) -> Sampler:
+        """The same of a periodic cell, which the mesh is; raises as `embed_cell`."""
+        return embed_cell(self.covariance, grid).sample
 
     @gate
     def heights(self, field: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.pad import WINDOWS
+from roughslip.scene.types import scene_of
 from roughslip.stages import contact_periodic, contact_strip, friction, friction_under_load
 from roughslip.stages.from_scene import periodic_cell
 from tests.stages.scenes import CONTACT, changed
@@ -73,6 +74,21 @@ def test_every_cell_bears_the_nominal_pressure_and_is_the_same_alone(run):
     more = blocks_of(run(contact_periodic, changed(CELLS, strip={"samples": 30}), "more"))
     for few, many in zip((area, force), more, strict=True):
         np.testing.assert_array_equal(many[:16], few)
+
+
+def test_a_cell_follows_from_windows_correlation_and_contacts():
+    """Six windows of 100 um and two of 25 um, 8 L = 120 um: 600 x 150 um. A light load doubles the shorter edge."""
+    scene = scene_of(CELLS)
+    for light_area, lengths, edges in (
+        (1.0, (15e-6, 15e-6), (600e-6, 150e-6)),
+        (1.0, (15e-6, 1e-6), (600e-6, 50e-6)),
+        (1.0, (150e-6, 15e-6), (1200e-6, 150e-6)),
+        (4 * 15e-6**2 / (600e-6 * 300e-6), (15e-6, 15e-6), (600e-6, 300e-6)),
+        (4 * 15e-6**2 / (1200e-6 * 600e-6), (15e-6, 15e-6), (1200e-6, 600e-6)),
+        (1e-9, (15e-6, 15e-6), (9600e-6, 4800e-6)),  # twice as many nodes would be more than 2^21
+    ):
+        grid = periodic_cell.cell(scene, lengths, light_area).grid
+        assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx(edges)
 
 
 def test_friction_under_the_load_by_hand(run, folder):

@@ -11,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
+from roughslip.oscillator.counts import Counts, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
@@ -48,10 +48,12 @@ CYCLE = {
 def where_it_exists(
     find: Callable[[Oscillator, FrictionLaw], Any], belt: Oscillator, law: FrictionLaw, job: Job
 ) -> Any:
-    """What `find` finds; None, and a warning, where an oscillator has no such cycle or limit."""
+    """What `find` finds; None where the oscillator has no such cycle or limit, with a warning where it is not found."""
     try:
         return find(belt, law)
-    except (IllPosedError, ConvergenceError) as error:
+    except IllPosedError:
+        return None
+    except ConvergenceError as error:
         job.usage.warn(f"{error}; stored as NaN")
         return None
 
@@ -68,10 +70,7 @@ def work(job: Job) -> None:
             cycle = where_it_exists(limit_cycle, belt, law, job)
         options = MotionOptions(mass_on_belt.TOLERANCE)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
-        if ensemble.count_by_period:
-            counts = counts_by_period(belt, law, duration, dampings, options)
-        else:
-            counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
+        counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
         periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
@@ -81,9 +80,7 @@ def work(job: Job) -> None:
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
-    sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
-    spared = round(duration * len(counts.cycles) - counts.periods)
-    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
+    job.usage.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
     variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
     store.write(job.arguments.output, variables, job.key)
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.description import describe
 from roughslip.friction.marginal import SET_WINDOWS
 from roughslip.friction.pad import WINDOWS
 from roughslip.friction.statistics import SCALE, SHAPE, estimate_of, strip_weights
+from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
 from roughslip.friction.under_load import CellBlocks, pad_estimates, under_load
 from roughslip.probability import Estimate

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, sweep
 from roughslip.grid import Grid

@@ -1,10 +1,13 @@
 """The answer in words: digits that the interval justifies, both sides of a limit, and what could not be found."""
 
 import copy
+import re
+from itertools import pairwise
 
 import pytest
 
-from roughslip.report.answer import digits, limit_rows, regions, shown, summary
+from roughslip.report.answer import digits, regions, shown, summary
+from roughslip.report.machine import change_rows, factor, facts, on_the_map, plots, verdict
 from tests.report.test_report import parsed, scene
 
 
@@ -63,22 +66,38 @@ ANSWER = {
     },
 }
 
+MOTION = {
+    "with_scatter": {"time_s": [0, 0.25, 0.5], "displacement_m": [0, 2e-3, 0], "velocity_m_per_s": [1, -1, 1]},
+    "without_scatter": {"time_s": [0, 0.5], "displacement_m": [0, 1e-3], "velocity_m_per_s": [1, -1]},
+}
+MOTION["with_scatter"]["cycles"] = 1
+OTHERS = {
+    "belt_velocity": limits("belt velocity v0", 0.02, "m s-1", (0.0002, 2.0)),
+    "stiffness": limits("stiffness k", 1e3, "N m-1", (10.0, 1e5)),
+    "load": limits("normal force N", 500.0, "N", (5.0, 5e4)),
+}
+MACHINE = ANSWER | {
+    "limits": ANSWER["limits"] | OTHERS,
+    "motion": MOTION,
+    "friction_mean": number(0.4),
+    "friction_deviation": number(0.08),
+}
+
 
 def test_the_three_lines():
     first, second, third = summary(ANSWER)
     assert first == (
         "Stick-slip is practically certain (100 % [96, 100]) at D = 0.17 and m = 1 kg; 50 % [40, 60] if the mass "
-        "slides steadily at first. Its cycle has an amplitude of 4.773 mm [4.733, 4.811], scattering by 835 µm, and a "
-        "frequency of 44.89 Hz [44.74, 45.04], scattering by 3.08 Hz."
+        "slides steadily at first. Its cycle has an amplitude, half of peak to peak, of 4.8 mm and a frequency of "
+        "45 Hz; these scatter by 20 % and 7 %."
     )
     assert second == (
-        "It is below 5 % for D above 0.199 [0.190, 0.210] or m below 0.0200 kg [open, 0.0300]; above 95 % for D up to "
-        "0.1810 [0.1804, 0.1823] (no limit of m within the search)."
+        "It is below 5 % for D above 0.199 [0.19, 0.21] or m below 20 g [open, 30]; above 95 % for D up to "
+        "0.181 [0.18, 0.182] (no limit of m within the search)."
     )
     assert third == (
         "The smallest relative change that ends stick-slip is +17 % [12, 24] of the damping ratio D. The mean friction "
-        "curve decides: without scatter the cycle exists up to D = 0.19; from 95 to 5 % it is 0.91 times as far as "
-        "from the scene to that limit."
+        "curve decides: without scatter the cycle exists up to D = 0.19. Scatter blurs the limit by 91 %."
     )
 
 
@@ -100,7 +119,7 @@ def test_numbers_outside_the_measured_speeds_say_so():
     beyond["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
     first, second, _ = summary(beyond)
     assert "m = 1 kg (outside the measured speeds); 50 %" in first
-    assert "D above 0.199 [0.190, 0.210] (outside the measured speeds) or m" in second
+    assert "D above 0.199 [0.19, 0.21] (outside the measured speeds) or m" in second
     assert second.count("outside") == 1
 
 
@@ -111,15 +130,67 @@ def test_what_was_not_found_is_said_in_words():
     nothing["limits"] = {"mass": limits("mass m", 1.0, "kg", (0.01, 100.0))}
     first, second, third = summary(nothing)
     assert "practically excluded (0 % [0, 4])" in first
-    assert first.endswith("Too few runs show a cycle to give its amplitude and frequency.")
+    assert first.endswith("50 % [40, 60] if the mass slides steadily at first.")
     assert second == "It is below 5 % everywhere in the search; above 95 % nowhere in the search."
     assert third == (
         "No change of one parameter within the search begins stick-slip. The scatter of friction decides: without "
         "scatter no existence limit is found."
     )
-    (row,) = limit_rows(nothing)
-    assert (row["excluded"], row["certain"]) == ("all from 0.01 to 100", "none from 0.01 to 100")
-    assert row["without_scatter"] == "none"
+    (row,) = change_rows(nothing)
+    assert (row.name, row.now, row.needed, row.change) == ("mass", "1 kg", "", "")
+    assert verdict(nothing)["word"] == "No"
+
+
+def test_a_row_has_the_limit_in_the_unit_of_the_scene_and_how_far_it_is():
+    """The bar is log(1.172) / log(100) = 3.4 % of the search and log(50) / log(100) = 85 %."""
+    damping, mass = change_rows(ANSWER)
+    assert (damping.name, damping.now, damping.needed, damping.interval) == (
+        *("more damping, D", "0.17", "0.199", "0.19 to 0.21"),
+    )
+    assert (damping.change, damping.is_smallest, round(damping.way, 1)) == ("+17 %", True, 3.4)
+    assert (mass.name, mass.now, mass.needed, mass.interval) == ("lighter mass", "1 kg", "0.02 kg", "open to 0.03")
+    assert (mass.change, mass.is_smallest, round(mass.way, 1)) == ("÷ 50", False, -84.9)
+    assert [factor(ratio) for ratio in (0.9, 1.5, 0.5)] == ["−10 %", "× 1.5", "÷ 2"]
+
+
+@pytest.mark.parametrize(
+    ("rest", "sliding", "differ", "decided", "word", "kind"),
+    [
+        (1.0, 1.0, False, True, "Yes", "bad"),
+        (0.0, 0.0, False, True, "No", "good"),
+        (0.4, 0.4, False, True, "At times", "odd"),
+        (1.0, 0.0, True, True, "After a stop", "bad"),
+        (1.0, 0.0, True, False, "Not decided", "odd"),
+    ],
+)
+def test_the_verdict_in_a_word(rest, sliding, differ, decided, word, kind):
+    shares = {"probability": number(rest, 0, 1), "probability_from_sliding": number(sliding, 0, 1)}
+    found = verdict(ANSWER | shares | {"starts_differ": differ, "decided": decided})
+    assert (found["word"], found["kind"]) == (word, kind)
+
+
+def test_numbers_are_as_sure_as_their_inputs():
+    """An amplitude to two digits; lifetimes in seconds, 8200 natural periods of 2 pi sqrt(1 kg / 1 kN/m) = 0.199 s."""
+    rows = {title: (shown, note) for title, shown, note in facts(MACHINE)}
+    assert rows["half of peak to peak"] == ("4.8 mm", "scatters by 20 %")
+    assert rows["frequency"] == ("45 Hz", "scatters by 7 %; own frequency 5 Hz")
+    assert rows["time in stick-slip"] == (
+        *("100 %", "in the mean stick-slip lasts at least 27 min and sliding lasts at least 2.4 s"),
+    )
+    states = {"share_of_time": [0.4, 0.3, 0.52], "mean_stick_slip_s": 0.5, "mean_sliding_s": 7200.0, "by_theory": None}
+    rows = {title: (shown, note) for title, shown, note in facts(MACHINE | {"states": states})}
+    assert rows["time in stick-slip"] == (
+        *("40 %", "30 to 52 %; in the mean stick-slip lasts 0.5 s and sliding lasts 2 h"),
+    )
+
+
+def test_the_curves_fill_their_boxes():
+    """From (0, 100) at the lower left to (100, 0) at the upper right of a plot, as SVG has it."""
+    drawn = plots(MOTION)
+    assert drawn["displacement"].lines["with_scatter"] == "0,100 50,0 100,100"
+    assert drawn["speed"].lines["without_scatter"] == "0,0 100,100"
+    assert drawn["cycle"].lines["with_scatter"] == "0,0 100,100 0,0"
+    assert (drawn["displacement"].along, drawn["displacement"].across) == ("2 mm", "0.5 s")
 
 
 def test_a_level_is_passed_from_either_side():
@@ -129,27 +200,60 @@ def test_a_level_is_passed_from_either_side():
 
 
 @pytest.mark.parametrize(
-    ("value", "width", "text"),
+    ("value", "places", "text"),
     [
-        (99856.0, 0.0, "99,900"),
-        (0.0, 0.0, "0"),
-        (46.0098, 0.0172, "46.010"),
-        (1257.5, 192.0, "1,260"),
-        (5e-4, 0, "0.0005"),
+        (99856.0, 3, "99,900"),
+        (0.0, 3, "0"),
+        (26.8061, 2, "27"),
+        (5e-4, 3, "0.0005"),
     ],
 )
-def test_digits(value, width, text):
-    assert digits(value, width) == text
+def test_digits(value, places, text):
+    assert digits(value, places) == text
 
 
-def test_units_of_small_lengths():
-    texts = [shown(number(value, unit="m")) for value in (2.0, 2e-2, 2e-5, 2e-8)]
-    assert texts == ["2 m", "20 mm", "20 µm", "20 nm"]
+def test_units_are_those_of_readers():
+    """One below the SI unit from a tenth on, one above it from the whole on; beyond the smallest that one."""
+    texts = [shown(number(value, unit="m")) for value in (2.0, 2e-2, 1.3e-4, 2e-5, 2e-8, 2e-12)]
+    assert texts == ["2 m", "20 mm", "0.13 mm", "20 µm", "20 nm", "0.002 nm"]
+    assert [shown(number(value, unit="N")) for value in (0.0, 500.0, 2000.0)] == ["0 N", "500 N", "2 kN"]
 
 
-def test_the_answer_stands_first_on_its_scene():
-    content = parsed(scene(answer=ANSWER | {"summary": summary(ANSWER)}))
-    text = "\n".join(content.text)
-    assert text.index("practically certain") < text.index("Pressure.") < text.index("all from 0.01 to 100")
+OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction_table": [[0, 0.45], [0.5, 0.38]]}}'
+
+
+def machine_scene(answer=MACHINE, **changes):
+    return scene(answer=answer | {"summary": summary(answer)}, configuration=OSCILLATOR, **changes)
+
+
+def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():
+    content = parsed(machine_scene(description="A brake <of mine>."))
+    text = " ".join(" ".join(content.text).split())
+    places = [
+        text.index(part) for part in ("A brake <of mine>", "Yes", "What would end it", "The machine", "Pressure.")
+    ]
+    assert places == sorted(places)
+    assert "The smallest change that ends it: more damping, D , +17 %, from 0.17 to 0.199." in text
+    assert "The curve is the friction_table of the scene: 0.45 at rest, 0.38 at 0.5 m/s." in text
+    assert "Figures behind the answer" in text
+    assert len(content.all("polyline")) == 6
+    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    other = " ".join(parsed(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR)).text)
+    assert "Figures behind the answer" not in other
+
+
+def test_the_map_says_where_the_scene_and_its_limits_lie():
+    text = on_the_map(
+        MACHINE, {"damping": (0.05, 0.15), "mass": (0.01, 5.0), "load": (100.0, 900.0), "windows": (1, 9)}
+    )
+    assert text == (
+        "Along D the scene lies at 0.17 of 0.05 to 0.15, and stick-slip ends at 0.199, beyond the edge of the map. "
+        "Along m the scene lies at 1 kg of 0.01 kg to 5 kg, and stick-slip ends at 0.02 kg, inside the map. "
+        "Along N the scene lies at 500 N of 100 N to 900 N, and stick-slip has no limit within a factor of 100."
+    )
+
+
+def test_a_question_without_an_answer_says_why():
     refused = parsed(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused.text

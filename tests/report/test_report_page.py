@@ -1,4 +1,4 @@
-"""The joint page in a browser: no errors, every picture is drawn, links have targets, it fits a phone, light and dark.
+"""The pages in a browser: no errors, every picture is drawn, links have targets, they fit a phone, light and dark.
 
 Any Chromium will do; without one the tests skip.
 """
@@ -16,6 +16,9 @@ import pytest
 
 from roughslip import store
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
+from roughslip.report.sweep_page import Row, sweep_page
+from roughslip.stages.sweep import TITLES, of_answer
+from tests.report.test_report_answer import MACHINE, machine_scene
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -79,28 +82,48 @@ def text():
 LIGHT, DARK = "rgb(255, 255, 255)", "rgb(22, 24, 28)"
 
 
-@pytest.fixture(
-    scope="module",
-    params=[(390, 844, LIGHT), (1280, 900, LIGHT), (1280, 900, DARK)],
-    ids=["phone", "desk", "dark"],
-)
+WINDOWS = {"phone": (390, 844, LIGHT), "desk": (1280, 900, LIGHT), "dark": (1280, 900, DARK)}
+
+
+@pytest.fixture(scope="module", params=WINDOWS)
 def probed(request, text, tmp_path_factory):
     """What the browser reports of the page, loaded at a verdict in a window of a phone's size or a desk's."""
-    folder = tmp_path_factory.mktemp("browser")
+    return probe(text, tmp_path_factory.mktemp("browser"), *WINDOWS[request.param], "#paper-fig2-pc-lhs")
+
+
+def probe(text, folder, width, height, back, place=""):
+    """What the browser reports of a page at a place. back : colour of the background that the reader asked for"""
     (folder / "page.html").write_text(
         text.replace("<head>", f"<head>{LISTEN}").replace("</body>", f"{PROBE}</body>"), encoding="utf-8"
     )
-    width, height, back = request.param
     command = [
         *(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"),
         *(f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"),
         f"--blink-settings=preferredColorScheme={int(back == LIGHT)}",
-        *("--virtual-time-budget=20000", "--dump-dom", f"{(folder / 'page.html').as_uri()}#paper-fig2-pc-lhs"),
+        *("--virtual-time-budget=20000", "--dump-dom", f"{(folder / 'page.html').as_uri()}{place}"),
     ]
     run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     found = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
     assert found, run.stderr[-2000:]
     return json.loads(unescape(found[1])) | {"asked": back}
+
+
+@pytest.mark.parametrize("window", WINDOWS)
+@pytest.mark.parametrize("shown", ["likely", "unlikely", "variants"])
+def test_the_pages_of_machines_are_read_anywhere(shown, window, tmp_path):
+    """Text of every verdict and drawing stands out, nothing is wider than the window, every link leads somewhere."""
+    answer = MACHINE | {"probability": {"value": float(shown == "likely"), "interval": [0.0, 1.0], "unit": "1"}}
+    figures = {name: (REFERENCE / "paper" / "figure2.png").read_bytes() for name in ("figure2", "figure_map")}
+    text = page([machine_scene(answer, figures=figures, captions=dict.fromkeys(figures, "A caption."))], {})
+    if shown == "variants":
+        rows = [Row(name, {"load.force_n": 9.0}, of_answer(MACHINE), MACHINE) for name in ("mine", "mine-1")]
+        text = sweep_page(rows, "Of mine", TITLES)
+    found = probe(text, tmp_path, *WINDOWS[window])
+    assert found["wrong"] == found["faint"] == []
+    assert found["back"] == found["asked"]
+    assert all(there for _, there in found["links"])
+    scroll, width = found["width"]
+    assert scroll <= width
 
 
 def test_nothing_goes_wrong(probed):

@@ -12,7 +12,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
-from roughslip.report.answer import limit_rows
+from roughslip.report.machine import change_rows
 from roughslip.scene.types import scene_of
 from roughslip.stages import answer
 from roughslip.stages.from_scene import mass_on_belt
@@ -83,9 +83,8 @@ def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
     assert limit["0.95"]["value"] == pytest.approx(EXISTENCE, rel=2 * ACCURACY)
     assert found["smallest_change"]["aim"] == "begin"
     assert found["smallest_change"]["value"] == pytest.approx(EXISTENCE - 1, rel=2 * ACCURACY)
-    (row,) = limit_rows(found)
-    assert row["excluded"].startswith("down to 0.324")
-    assert row["certain"].startswith("below 0.324")
+    (row,) = change_rows(found)
+    assert (row.name, row.now, row.needed, row.change) == ("less damping, D", "1", "0.324", "÷ 3.1")
     assert "practically excluded (0 % [0, 5])" in found["summary"][0]
     assert "begins stick-slip is -68 %" in found["summary"][2]
 

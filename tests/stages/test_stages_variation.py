@@ -3,6 +3,7 @@
 import pytest
 
 from roughslip.errors import InputError, ParameterError
+from roughslip.oscillator.changed import damper_kg_per_s
 from roughslip.probability import beta_moments
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import variation
@@ -29,7 +30,7 @@ def parts(one):
     return {
         "mass_kg": one.belt.mass_kg,
         "k": one.belt.stiffness_n_per_m,
-        "d": one.damper_kg_per_s,
+        "d": damper_kg_per_s(one.belt),
         "v0": one.belt.belt_velocity_m_per_s,
         "N": one.belt.normal_force_n,
         "n": one.windows,

@@ -13,8 +13,8 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit, win
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
+from roughslip.probability import bracket
 from roughslip.report.sections import under_which
-from roughslip.verdicts import bracket
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P

@@ -1,11 +1,16 @@
-"""What the terminal shows of a job that fails, and of Ctrl-C: one line."""
+"""What the terminal shows of a run: one line of progress; of a job that fails, and of Ctrl-C: one line."""
 
+import io
+import logging
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from snakemake.logging import ColorizingTextHandler, LogEvent
+
+from workflow.study import terminal
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = """\
@@ -65,3 +70,56 @@ def output(folder: Path, command: str) -> list[str]:
     )
     assert run.returncode == 1
     return (run.stdout + run.stderr).splitlines()
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("stream", [io.StringIO, Terminal])
+def test_progress_is_one_line_with_the_time_to_go(monkeypatch, stream):
+    """A job of stage `slow` weighs 9 s and one of `fast` 1 s: after one of each, in 5 s, 1 of 2 halves is done. Without
+    a terminal there is a line a tenth at most. An error begins a line of its own."""
+    now = [100.0]
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
+    handler = ColorizingTextHandler(nocolor=True, stream=stream())
+    own = terminal.OwnErrors()
+    own.progress = terminal.Progress(handler, {"slow": 9.0, "fast": 1.0})
+    handler.setFormatter(own)
+    handler.addFilter(own.filter)
+
+    def say(text, level=logging.INFO, **extra):
+        record = logging.makeLogRecord(
+            {"msg": text, "levelno": level, "levelname": logging.getLevelName(level)} | extra
+        )
+        handler.handle(record)
+
+    def finish(rule):
+        say(f"Finished jobid: 3 (Rule: {rule})", event=LogEvent.JOB_FINISHED)
+        say("", event=LogEvent.PROGRESS, done=0, total=0)
+
+    say("Building DAG of jobs...")
+    say("Job stats", event=LogEvent.RUN_INFO, stats={"slow": 2, "fast": 2, "total": 4})
+    now[0] += 5.0
+    finish("slow")
+    finish("fast")
+    say("disk is full", logging.ERROR)
+    now[0] += 500.0
+    finish("fast")
+    finish("slow")
+    say("Complete log(s): here")
+    shown = handler.stream.getvalue()
+    lines = [line.rpartition("\r\033[K")[2] for line in shown.rstrip().split("\n")]
+    assert lines[-2:] == ["4 of 4 steps done", "Complete log(s): here"]
+    halfway = ["2 of 4 steps done, about 5 s to go", "disk is full"]
+    if stream is Terminal:
+        assert lines[:-2] == halfway
+        assert shown.count("\r") == 4
+    else:
+        assert lines[:-2] == ["1 of 4 steps done, about 6 s to go", *halfway]
+
+
+def test_weights_of_stages_are_those_of_the_kept_runs():
+    seconds = terminal.seconds_of_stages(ROOT / "results" / "reference")
+    assert seconds["contact_strip"] > 10 * seconds["claims"] > 0

@@ -17,9 +17,9 @@ from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
 from roughslip.chaos.pressure import fit_in_contact
 from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, wilson_interval
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance
 from roughslip.errors import IllPosedError
-from roughslip.probability.estimate import NORMAL_95, TAILS, student_95
+from roughslip.probability.estimate import NORMAL_95, TAILS, student_95, wilson_interval
 
 SAMPLED = ("monte_carlo", "latin_hypercube")
 EXPANDED = ("equation_8", "equation_9", "roughslip")

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.probability.estimate import NORMAL_95
 from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
@@ -61,8 +60,8 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
     _check(samples, variables)
     if variables > MOST_SOBOL_VARIABLES:
         raise ParameterError(
-            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design; "
-            "scene key: expansion.design"
+            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take fewer modes; "
+            "scene key: square.modes"
         )
     if samples > 2**_SOBOL_BITS:
         raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}: take fewer")
@@ -88,48 +87,9 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     return ndtri(places[np.concatenate(rows)[:samples]])
 
 
-@gate
-def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
-    """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
-
-    seed : with one seed, Monte Carlo and Sobol designs of any length begin with the same samples
-
-    Raises ParameterError as these functions, and for another kind.
-    """
-    generator = np.random.default_rng(seed)
-    match kind:
-        case "monte_carlo":
-            _check(samples, variables)
-            return np.stack([monte_carlo([*seed, number], variables) for number in range(samples)])
-        case "latin_hypercube":
-            return latin_hypercube(generator, samples, variables)
-        case "sobol":
-            return sobol(generator, samples, variables)
-    raise ParameterError(f"design {kind!r} is not known: monte_carlo, latin_hypercube or sobol")
-
-
 def _check(samples: int, variables: int) -> None:
     whole_at_least("number of samples", samples, 1)
     whole_at_least("number of variables", variables, 1)
-
-
-@gate
-def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """95 % interval of a probability from independent trials; it never leaves [0, 1].
-
-    successes, trials : (...) 0 <= successes <= trials, fractions allowed; no trials give the interval [0, 1]
-
-    Returns (low, high) : (...) [-]. Raises ParameterError.
-
-    Method: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
-    """
-    k, n = np.asarray(successes, dtype=np.float64), np.asarray(trials, dtype=np.float64)
-    if not (np.isfinite(n).all() and np.all((k >= 0) & (k <= n))):
-        raise ParameterError("successes must lie between none and all of the trials, which must be finite")
-    squared = NORMAL_95**2
-    centre = (k + squared / 2) / (n + squared)
-    half = NORMAL_95 * np.sqrt(k * (n - k) / np.where(n > 0, n, 1.0) + squared / 4) / (n + squared)
-    return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
 def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.ndarray:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
-from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
@@ -90,6 +90,11 @@ class ContactSolution:
     def shares(self) -> np.ndarray:
         """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
         return contact_shares(self.pressure, self.hardness_pa, self.periodic)
+
+    @property
+    def yielded_share(self) -> float:
+        """Share [-] of the real area that bears the hardness; zero without contact."""
+        return float(np.count_nonzero(self.pressure == self.hardness_pa) / max(self.shares.sum(), 1e-300))
 
     @property
     def mean_pressure(self) -> float:
@@ -370,10 +375,7 @@ def _box(nodes: np.ndarray) -> tuple[slice, slice]:
 
 def _check_free(influence: Influence) -> None:
     if influence.periodic:
-        raise ParameterError(
-            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
-            " solve_load"
-        )
+        raise ParameterError("a periodic cell has no pressures at a fixed plane, but under a load: use solve_load")
 
 
 def _check(tolerance: float, hardness_pa: float) -> None:

@@ -1,6 +1,5 @@
 from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.counts import Counts as Counts
-from roughslip.oscillator.counts import counts_by_period as counts_by_period
 from roughslip.oscillator.counts import ensemble_counts as ensemble_counts
 from roughslip.oscillator.cycles import CycleCounts as CycleCounts
 from roughslip.oscillator.cycles import Reattachment as Reattachment
@@ -28,6 +27,8 @@ from roughslip.oscillator.states import States as States
 from roughslip.oscillator.states import longest_slip as longest_slip
 from roughslip.oscillator.states import run_until_known as run_until_known
 from roughslip.oscillator.states import states_of as states_of
+from roughslip.oscillator.stick_slip import Answer as Answer
+from roughslip.oscillator.stick_slip import answer as answer
 from roughslip.oscillator.survival import Spells as Spells
 from roughslip.oscillator.survival import damping_band as damping_band
 from roughslip.oscillator.survival import mean_lifetime as mean_lifetime

@@ -239,6 +239,14 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     return float(limit)
 
 
+def limits_or_nan(oscillator: Oscillator, law: FrictionLaw) -> tuple[float, float]:
+    """Hopf damping and existence limit [-]; NaN for that of a cycle which does not exist or is too stiff."""
+    try:
+        return hopf_damping(oscillator, law), existence_limit(oscillator, law)
+    except (IllPosedError, ConvergenceError):
+        return hopf_damping(oscillator, law), np.nan
+
+
 def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
     """By how much the first loop of slip exceeds the belt's velocity, relative; its sign alone where slip is stiff."""
     flow = slip_flow(undamped, law)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import chdtri, ndtri, stdtrit
 
+from roughslip.errors import ParameterError
+from roughslip.validation import gate
+
 TAILS = (0.025, 0.975)
 """Probabilities of the ends of a 95 % interval."""
 
@@ -22,6 +25,25 @@ CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allow
 def student_95(samples: int | np.ndarray) -> np.ndarray:
     """Half width of Student's 95 % interval of a mean, over its standard error. samples : independent ones"""
     return np.asarray(stdtrit(np.asarray(samples) - 1, TAILS[1]))
+
+
+@gate
+def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+    """95 % interval of a probability from independent trials; it never leaves [0, 1].
+
+    successes, trials : (...) 0 <= successes <= trials, fractions allowed; no trials give the interval [0, 1]
+
+    Returns (low, high) : (...) [-]. Raises ParameterError.
+
+    Method: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+    """
+    k, n = np.asarray(successes, dtype=np.float64), np.asarray(trials, dtype=np.float64)
+    if not (np.isfinite(n).all() and np.all((k >= 0) & (k <= n))):
+        raise ParameterError("successes must lie between none and all of the trials, which must be finite")
+    squared = NORMAL_95**2
+    centre = (k + squared / 2) / (n + squared)
+    half = NORMAL_95 * np.sqrt(k * (n - k) / np.where(n > 0, n, 1.0) + squared / 4) / (n + squared)
+    return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
 
 
 def variance_margin(samples: int) -> float:

@@ -1,4 +1,4 @@
-"""The answer on stick-slip in plain sentences and as rows of a table, for the page and the terminal."""
+"""The answer on stick-slip in words, in units and digits that a reader takes in."""
 
 from __future__ import annotations
 
@@ -7,41 +7,63 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 Number = Mapping[str, Any]
-UNITS = {"1": "", "m s-1": " m/s", "N m-1": " N/m"}
-SMALL = {"m": ((1e-3, " mm"), (1e-6, " µm"), (1e-9, " nm"))}  # units for readers, by the SI unit
+# Units for readers, the largest first, by the SI unit. One below 1 is taken from a tenth of it on: 0.13 mm, not 130 µm.
+SCALES = {
+    "1": ((1.0, ""),),
+    "m": ((1.0, " m"), (1e-3, " mm"), (1e-6, " µm"), (1e-9, " nm")),
+    "m s-1": ((1.0, " m/s"), (1e-3, " mm/s"), (1e-6, " µm/s")),
+    "N m-1": ((1e6, " kN/mm"), (1e3, " N/mm"), (1.0, " N/m")),
+    "N": ((1e3, " kN"), (1.0, " N"), (1e-3, " mN")),
+    "kg": ((1.0, " kg"), (1e-3, " g")),
+    "Hz": ((1e3, " kHz"), (1.0, " Hz")),
+    "s": ((86400.0, " days"), (3600.0, " h"), (60.0, " min"), (1.0, " s"), (1e-3, " ms")),
+}
 SIDES = ("below", "above")
 LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
 OUTSIDE = " (outside the measured speeds)"
 WORDS = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
+SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs
 
 
-def digits(value: float, width: float = 0.0) -> str:
-    """Three significant digits, or as many as show two of the width of an interval, without an exponent."""
-    places = 2 - math.floor(math.log10(abs(value))) if value else 0
-    if width > 0.0:
-        places = max(places, 1 - math.floor(math.log10(width)))
-    return f"{round(value, places):,.{max(places, 0)}f}" if width else f"{round(value, places):,.12g}"
+def digits(value: float, places: int = 3) -> str:
+    """Three significant digits at most, without an exponent."""
+    first = math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
+    return f"{round(value, places - 1 - first) if math.isfinite(value) else value:,.12g}"
+
+
+def scale(value: float, unit: str) -> tuple[float, str]:
+    """The unit for readers of a value in SI, and its size in SI."""
+    scales = SCALES.get(unit, ((1.0, f" {unit}"),))
+    fitting = (one for one in scales if abs(value) >= one[0] * (0.1 if one[0] <= 1.0 else 1.0))
+    return (1.0, scales[[one[0] for one in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
+
+
+def amount(value: float, unit: str, places: int = 3, like: float | None = None) -> str:
+    """`0.308 kN`. like : the value whose unit for readers is taken"""
+    size, name = scale(value if like is None else like, unit)
+    return f"{digits(value / size, places)}{name}"
+
+
+def ends(number: Number, like: float, places: int = 3) -> str:
+    """`0.19 to 0.21`, without the unit; empty without an interval, or where its ends are written as the value is."""
+    size, _ = scale(like, number["unit"])
+    if number["interval"] is None:
+        return ""
+    shown = ["open" if end is None else digits(end / size, places) for end in number["interval"]]
+    return "" if set(shown) == {digits(number["value"] / size, places)} else " to ".join(shown)
 
 
 def shown(number: Number) -> str:
-    """`0.199 [0.190, 0.210]` with its unit; the word `open` for an end of the interval beyond the search."""
-    value, unit = number["value"], UNITS.get(number["unit"], f" {number['unit']}")
-    factor = 1.0
-    for scale, name in SMALL.get(number["unit"], ()):
-        if abs(value) < 1000 * scale:
-            factor, unit = 1.0 / scale, name
-    if number["interval"] is None:
-        return f"{digits(factor * value)}{unit}"
-    known = [end for end in number["interval"] if end is not None] or [value]
-    width = factor * (max(*known, value) - min(*known, value))
-    ends = ("open" if end is None else digits(factor * end, width) for end in number["interval"])
-    return f"{digits(factor * value, width)}{unit} [{', '.join(ends)}]"
+    """`20 mm/s [19, 21]` in three digits at most; the word `open` for an end of the interval beyond the search."""
+    interval = ends(number, number["value"]).replace(" to ", ", ")
+    return f"{amount(number['value'], number['unit'])}{f' [{interval}]' if interval else ''}"
 
 
 def percent(number: Number) -> str:
     """A probability or a relative change as `98 % [93, 99]`."""
-    ends = ", ".join("open" if end is None else f"{100 * end:.0f}" for end in number["interval"])
-    return f"{100 * number['value']:.0f} % [{ends}]"
+    inner = ["open" if end is None else f"{100 * end:.0f}" for end in number["interval"]]
+    value = f"{100 * number['value']:.0f}"
+    return f"{value} %" if set(inner) == {value} else f"{value} % [{', '.join(inner)}]"
 
 
 def symbol(limits: Mapping[str, Any], name: str) -> str:
@@ -61,29 +83,9 @@ def regions(parameter: Mapping[str, Any], label: str) -> list[str]:
     return limits
 
 
-def limit_rows(answer: Mapping[str, Any]) -> list[dict[str, str]]:
-    """A row a parameter: its value in the scene, where stick-slip is practically excluded or certain, and the limits
-    without scatter."""
-    rows = []
-    for parameter in answer["limits"].values():
-        ends = [parameter[side]["without_scatter"] for side in SIDES]
-        low, high = (digits(end) for end in parameter["searched"]["interval"])
-        whole = {label: f"{'all' if _holds(answer, label) else 'none'} from {low} to {high}" for label in LABELS}
-        rows.append(
-            {
-                "parameter": parameter["title"],
-                "scene": shown(parameter),
-                "excluded": " and ".join(regions(parameter, "0.05")) or whole["0.05"],
-                "certain": " and ".join(regions(parameter, "0.95")) or whole["0.95"],
-                "without_scatter": " and ".join(shown(end) for end in ends if end["value"] is not None) or "none",
-            }
-        )
-    return rows
-
-
 def summary(answer: Mapping[str, Any]) -> list[str]:
     """Three lines: how likely stick-slip is, how the mass moves; its limits; the smallest change and what decides."""
-    return [_probability(answer), _limits(answer), f"{_change(answer)} {_decision(answer['decides'])}"]
+    return [_probability(answer), _limits(answer), f"{_change(answer)} {decision(answer['decides'])}"]
 
 
 def _probability(answer: Mapping[str, Any]) -> str:
@@ -91,17 +93,23 @@ def _probability(answer: Mapping[str, Any]) -> str:
     certain, excluded = number["value"] >= 0.95, number["value"] <= 0.05
     word = "practically certain" if certain else "practically excluded" if excluded else "possible"
     values = [f"{symbol(answer['limits'], name)} = {shown(parameter)}" for name, parameter in answer["limits"].items()]
-    line = f"Stick-slip is {word} ({percent(number)}) at {_joined(values)}"
+    line = f"Stick-slip is {word} ({percent(number)}) at {joined(values)}"
     slid = percent(answer["probability_from_sliding"])
     line += OUTSIDE if answer.get("outside_measured_speeds") else ""
     line += f"; {slid} if the mass slides steadily at first.{_memory_of_the_start(answer)}"
     if answer["amplitude"]["value"] is None:
-        return f"{line} Too few runs show a cycle to give its amplitude and frequency."
-    scatter = [shown(answer[f"{name}_scatter"] | {"interval": None}) for name in ("amplitude", "frequency")]
+        return line
+    size, rate = (amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency"))
+    spread = f"{scatter(answer, 'amplitude')} and {scatter(answer, 'frequency')}"
     return (
-        f"{line} Its cycle has an amplitude of {shown(answer['amplitude'])}, scattering by {scatter[0]}, and a "
-        f"frequency of {shown(answer['frequency'])}, scattering by {scatter[1]}."
+        f"{line} Its cycle has an amplitude, half of peak to peak, of {size} and a frequency of {rate}; these scatter "
+        f"by {spread}."
     )
+
+
+def scatter(answer: Mapping[str, Any], name: str) -> str:
+    """Standard deviation of amplitude or frequency over its mean: `0.3 %`."""
+    return f"{digits(100 * answer[f'{name}_scatter']['value'] / answer[name]['value'], 1)} %"
 
 
 def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
@@ -123,7 +131,7 @@ def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
         for word, name in (("stick-slip", "stick_slip_lifetime"), ("steady sliding", "sliding_lifetime"))
         if answer[name]["value"] is not None or answer[name]["interval"] is not None
     }
-    bounds = _joined([f"{word} at least {digits(round(value))}" for word, value in minimum.items()])
+    bounds = joined([f"{word} at least {digits(round(value))}" for word, value in minimum.items()])
     return f" The start decides, because both states live longer than a run: {bounds} natural periods in the mean."
 
 
@@ -141,8 +149,8 @@ def _limits(answer: Mapping[str, Any]) -> str:
         if not ranges:
             parts.append(f"{text} {'everywhere' if _holds(answer, label) else 'nowhere'} in the search")
             continue
-        rest = f" (no limit of {_joined(none, ' or ')} within the search)" if none else ""
-        parts.append(f"{text} for {_joined(ranges, ' or ')}{rest}")
+        rest = f" (no limit of {joined(none, ' or ')} within the search)" if none else ""
+        parts.append(f"{text} for {joined(ranges, ' or ')}{rest}")
     return f"{'; '.join(parts)}."
 
 
@@ -156,16 +164,16 @@ def _change(answer: Mapping[str, Any]) -> str:
     return f"The smallest relative change that {change['aim']}s stick-slip is {sign}{percent(change)} of the {title}."
 
 
-def _decision(decides: Mapping[str, Any]) -> str:
+def decision(decides: Mapping[str, Any]) -> str:
+    """What decides, up to which damping the cycle exists without scatter, and how much scatter blurs that limit."""
     line = WORDS.get(decides["by"], "The mean friction curve and its scatter decide together")
     limit, width = decides["existence_limit"]["value"], decides["band_over_distance"]["value"]
     if limit is None:
         return f"{line}: without scatter no existence limit is found."
     line += f": without scatter the cycle exists up to D = {digits(limit)}"
-    if width is None:
-        return f"{line}."
-    return f"{line}; from 95 to 5 % it is {digits(width)} times as far as from the scene to that limit."
+    return f"{line}." if width is None else f"{line}. Scatter blurs the limit by {digits(100 * width, SURE)} %."
 
 
-def _joined(parts: Sequence[str], last: str = " and ") -> str:
+def joined(parts: Sequence[str], last: str = " and ") -> str:
+    """`a, b and c`."""
     return last.join([part for part in (", ".join(parts[:-1]), *parts[-1:]) if part])

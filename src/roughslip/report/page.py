@@ -5,6 +5,7 @@ The joint page also shows the kept benchmarks and stress campaigns, which a run 
 
 from __future__ import annotations
 
+import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -14,8 +15,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report.answer import limit_rows
+from roughslip.report.answer import amount, decision, digits, ends, percent
 from roughslip.report.drawing import element, thumbnail
+from roughslip.report.machine import change_rows, facts, friction_curve, on_the_map, plots, verdict
 from roughslip.report.sections import (
     HEADLINES,
     MARKS,
@@ -30,6 +32,7 @@ from roughslip.report.sections import (
     under_which,
 )
 
+OPEN = ("figure_map", "friction_against_load")  # figures that are not folded away on the page of a machine
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -83,6 +86,7 @@ class SceneReport:
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
     answer : contents of answer.json; None where no oscillator runs
+    map_ranges : first and last value of each axis of the stick-slip map, by the name of its parameter
     folder : of its files, from the folder of the page: empty, or ending in a slash
     file : the scene file, from the folder of the page; empty for a scene without one
     """
@@ -96,6 +100,7 @@ class SceneReport:
     costs: Sequence[Mapping[str, Any]]
     configuration: str
     answer: Mapping[str, Any] | None = None
+    map_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     folder: str = ""
     file: str = ""
 
@@ -103,6 +108,11 @@ class SceneReport:
     def is_reading(self) -> bool:
         """Whether the scene is one of the two readings of the paper, on which every statement appears."""
         return self.name in READINGS
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether the scene has an answer and is no reading of the paper: its page shows the machine first."""
+        return not self.is_reading and self.answer is not None and bool(self.answer["given"])
 
     @property
     def shown_claims(self) -> list[Mapping[str, Any]]:
@@ -118,6 +128,16 @@ class SceneReport:
         """On the scene and of its stages; the last row of the costs holds them."""
         return self.costs[-1].get("warnings", ()) if self.costs else ()
 
+    @property
+    def curve_warnings(self) -> list[str]:
+        """Those on a friction curve or a spring of another scene, which decide the answer."""
+        return [text for text in self.warnings if text.startswith("oscillator.")]
+
+    @property
+    def other_warnings(self) -> list[str]:
+        """All others."""
+        return [text for text in self.warnings if not text.startswith("oscillator.")]
+
 
 def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: Evidence | None = None) -> str:
     """The page as HTML, with its pictures inside.
@@ -128,11 +148,16 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
     readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
     shown = {name for scene in scenes for name in scene.figures}
     shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
-    template = _environment().get_template("page.html.j2")
+    sections = [name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown]
+    is_machine = len(scenes) == 1 and scenes[0].is_machine
+    opened = [name for name in sections if name in OPEN or not is_machine]
+    template = environment().get_template("page.html.j2")
     return template.render(
         scenes=scenes,
         readings=readings,
-        sections=[name for name in dict.fromkeys([*SECTIONS, *sorted(shown)]) if name in shown],
+        own=scenes[0] if is_machine else None,
+        opened=opened,
+        folded=[name for name in sections if name not in opened],
         answers=answers(readings),
         marks=MARKS,
         headlines=HEADLINES,
@@ -142,15 +167,25 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
     """The templates with their filters, compiled once in a process."""
     environment = Environment(
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters |= {
-        "digits": lambda number, digits: f"{number:.{digits}g}",
+        "digits": digits,
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
-        "limit_rows": limit_rows,
+        "amount": amount,
+        "as_number": lambda three, unit: {"value": three[0], "interval": three[1:], "unit": unit},
+        "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
+        "change_rows": change_rows,
+        "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),
+        "decision": decision,
+        "facts": facts,
+        "on_the_map": on_the_map,
+        "percent": percent,
+        "plots": plots,
+        "verdict": verdict,
         "counts": _counts,
         "accuracies": _accuracies,
         "strips_for_verdicts": _strips_for_verdicts,

@@ -6,30 +6,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from roughslip.report.page import environment
 
 Number = tuple[float, float | None, float | None]  # with the ends of its 95 % interval, where it has one
 
 
 @dataclass(frozen=True)
 class Row:
-    """scene : name; swept : its values by dotted key; numbers : its results by name"""
+    """scene : name; swept : its values by dotted key; numbers : its results by name; answer : answer.json, if given"""
 
     scene: str
     swept: Mapping[str, Any]
     numbers: Mapping[str, Number]
+    answer: Mapping[str, Any] | None = None
 
 
-def sweep_page(rows: Sequence[Row], description: str, titles: Mapping[str, str]) -> str:
-    """The page as HTML. titles : headings by the name of a number, in their order"""
-    environment = Environment(
-        loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
-    )
-    environment.filters |= {"digits": lambda number, digits: f"{number:.{digits}g}", "words": words}
+def sweep_page(rows: Sequence[Row], description: str, titles: Mapping[str, tuple[str, str]]) -> str:
+    """The page as HTML. titles : heading and unit by the name of a number, in their order"""
     names = [name for name in titles if any(name in row.numbers for row in rows)]
-    return environment.get_template("sweep.html.j2").render(
-        rows=rows, description=description, titles=titles, names=names
-    )
+    template = environment().get_template("sweep.html.j2")
+    return template.render(rows=rows, description=description, titles=titles, names=names, words=words)
 
 
 def words(value: Any) -> str:
@@ -37,7 +33,7 @@ def words(value: Any) -> str:
     return "not given" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def sweep_table(rows: Sequence[Row], titles: Mapping[str, str]) -> str:
+def sweep_table(rows: Sequence[Row], titles: Mapping[str, tuple[str, str]]) -> str:
     """The same as comma-separated values; _low and _high end the interval of a number."""
     names = [name for name in titles if any(name in row.numbers for row in rows)]
     parts = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]

@@ -12,16 +12,15 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.counts import ensemble_counts
-from roughslip.oscillator.limits import limit_cycle
+from roughslip.oscillator.limits import limit_cycle, limits_or_nan
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
-from roughslip.probability.nearest import nearest_level
+from roughslip.probability.distributions import nearest_level
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.result_tables.ensemble_table import Runs, ensemble_variables
 from roughslip.stages.runtime.command import Job
 
@@ -29,7 +28,7 @@ STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/readings.nc",
     target="readings",
     memory_mb=620,

@@ -20,6 +20,10 @@ STAGE = Stage(
 HISTOGRAM_BINS = 48
 
 
+def _unsaid(*texts: str) -> None:
+    """Says nothing."""
+
+
 def work(job: Job) -> None:
     """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
     plain, duration = store.read(job.arguments.deterministic), job.scene.ensemble.duration_periods
@@ -27,8 +31,9 @@ def work(job: Job) -> None:
     generator = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP])
     runs = ensemble_table.Runs(*(store.join(batches, name) for name in ensemble_table.STORED))
     nominal = job.scene.oscillator.damping_ratio
+    warn = job.usage.warn if runs.place.size else _unsaid  # without a cycle there is nothing to have statistics of
     with job.usage.core():
-        variables = ensemble_table.ensemble_variables(plain, runs, (duration, nominal), generator, job.usage.warn)
+        variables = ensemble_table.ensemble_variables(plain, runs, (duration, nominal), generator, warn)
     events, edges = np.histogram(runs.place, HISTOGRAM_BINS)
     cut = store.join(batches, "negative_friction") > 0
     if cut.any():

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.limits import hopf_damping
@@ -24,6 +23,7 @@ from roughslip.oscillator.survival import (
     spells,
     surviving_share,
 )
+from roughslip.probability.estimate import wilson_interval
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt
@@ -34,7 +34,7 @@ STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,
 )

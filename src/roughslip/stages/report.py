@@ -13,6 +13,7 @@ from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.from_scene.periodic_cell import yielding
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import representation
@@ -99,7 +100,23 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = files["surface/scan.nc"] if "scan" in stages else None
         sentences[figure] = strips_represented(scene, scan)
+    if "contact_periodic" in stages:
+        figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
+        contact = store.read(files["contact/periodic.nc"])
+        sentences[figure] = [
+            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
+            yielding(float(contact["plasticity_index"]), float(contact["yielded_share"])),
+        ]
     return sentences
+
+
+def map_ranges(file: Path) -> dict[str, tuple[float, float]]:
+    """First and last value of both axes of a stick-slip map, by the name of the parameter."""
+    drawn = store.read(file)
+    axes = (drawn["map_x"], drawn["map_y"])
+    return {
+        str(name): (float(axis[0]), float(axis[-1])) for name, axis in zip(drawn["map_parameters"], axes, strict=True)
+    }
 
 
 def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
@@ -119,6 +136,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         captions=captions,
         surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
+        map_ranges=map_ranges(files["figure_map.nc"]) if "figure_map" in drawn else {},
         claims=store.read_json(files["claims.json"]),
         costs=costs,
         folder="" if own == "." else f"{own}/",

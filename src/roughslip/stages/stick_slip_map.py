@@ -3,13 +3,13 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import wilson_interval
+from roughslip.oscillator.limits import limits_or_nan
+from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.declarations import Stage
 from roughslip.scene.ensemble import StickSlipMap
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.own_limits import limits_or_nan
 from roughslip.stages.from_scene.point_runs import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -18,7 +18,7 @@ STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/map.nc",
     memory_mb=620,
 )

@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
+from roughslip.oscillator.changed import PARAMETERS
+from roughslip.report.machine import nearest_limit
 from roughslip.report.sweep_page import Number, Row, sweep_page, sweep_table
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job
@@ -18,16 +21,26 @@ STAGE = Stage(
 )
 
 _FRICTION, _MOTION, _LIMITS = "friction/statistics.nc", "oscillator/statistics.nc", "oscillator/deterministic.nc"
-# By name of a column: its heading, and the file and variable of the number.
+_LOAD = "friction/under_load.nc"
+# By name of a column: its heading, its unit, and the file and variable of the number.
 NUMBERS = {
-    "mean_friction": ("Mean friction, median penetration", _FRICTION, "combined_mean"),
-    "std_friction": ("Standard deviation of friction, median penetration", _FRICTION, "combined_std"),
-    "stick_slip_probability": ("Probability of stick-slip, at the damping of the scene", _MOTION, "cycling_share"),
-    "mean_cycles": ("Mean cycles, where the damping of the scene is in its list", _MOTION, "mean_cycles"),
-    "reattachment_m": ("Mean reattachment point X_gh [m]", _MOTION, "reattachment_mean"),
-    "hopf_damping": ("Damping below which sliding is unstable, no scatter", _LIMITS, "hopf_damping"),
-    "existence_limit": ("Damping above which no cycle exists, no scatter", _LIMITS, "existence_limit"),
+    "mean_friction": ("Mean friction, median penetration", "1", _FRICTION, "combined_mean"),
+    "std_friction": ("Standard deviation of friction, median penetration", "1", _FRICTION, "combined_std"),
+    "std_friction_of_pad": ("Standard deviation of friction of the pad under its load", "1", _LOAD, "load_std"),
+    "real_area": ("Real area of contact over the apparent area", "1", _LOAD, "real_area"),
+    "mean_cycles": ("Mean cycles, where the damping of the scene is in its list", "1", _MOTION, "mean_cycles"),
+    "hopf_damping": ("Damping below which sliding is unstable, no scatter", "1", _LIMITS, "hopf_damping"),
+    "existence_limit": ("Damping above which no cycle exists, no scatter", "1", _LIMITS, "existence_limit"),
 }
+# The same of answer.json; a limit is where stick-slip ends, or begins.
+ANSWERED = {
+    "probability": ("Probability of stick-slip", "1"),
+    "friction_mean": ("Mean friction under the load", "1"),
+    "amplitude": ("Half of peak to peak", "m"),
+    "frequency": ("Frequency", "Hz"),
+    **{f"limit_{name}": (f"Limit of the {one.title}", one.unit) for name, one in PARAMETERS.items()},
+}
+TITLES = ANSWERED | {name: (title, unit) for name, (title, unit, _, _) in NUMBERS.items()}
 _NORMAL_95 = 1.96  # standard errors from the mean to the end of the interval
 
 
@@ -55,17 +68,40 @@ def number(result: store.Result, name: str) -> Number | None:
 def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
     """Those of NUMBERS that the results of a scene have. files : by their names"""
     results = {
-        file: store.read(files[file]) for file in sorted({file for _, file, _ in NUMBERS.values()} & files.keys())
+        file: store.read(files[file]) for file in sorted({file for _, _, file, _ in NUMBERS.values()} & files.keys())
     }
-    values = {name: number(results[file], variable) for name, (_, file, variable) in NUMBERS.items() if file in results}
+    values = {
+        name: number(results[file], variable) for name, (_, _, file, variable) in NUMBERS.items() if file in results
+    }
     return {name: value for name, value in values.items() if value is not None}
+
+
+def of_answer(answer: Mapping[str, Any]) -> dict[str, Number]:
+    """Those of ANSWERED that an answer has."""
+    found = {name: answer[name] for name in ANSWERED if name in answer}
+    found |= {f"limit_{name}": limit for name, one in answer["limits"].items() if (limit := nearest_limit(answer, one))}
+    return {
+        name: (one["value"], *(one["interval"] or (None, None)))
+        for name, one in found.items()
+        if one["value"] is not None
+    }
+
+
+def row(scene: str, swept: Mapping[str, Any], files: Mapping[str, Path]) -> Row:
+    """What a variant found. files : its results by name"""
+    answer = store.read_json(files["answer.json"]) if "answer.json" in files else {"given": False}
+    if not answer["given"]:
+        return Row(scene, swept, numbers(files))
+    without = {
+        name: value for name, value in numbers(files).items() if name != "mean_friction"
+    }  # it is not of the load
+    return Row(scene, swept, of_answer(answer) | without, answer)
 
 
 def work(job: Job) -> None:
     """Write page and table."""
     variants = dict(job.key.configuration["variants"])
-    rows = [Row(name, variants[name], numbers(files)) for name, files in job.files.items()]
-    titles = {name: title for name, (title, _, _) in NUMBERS.items()}
-    store.write_text(job.arguments.output, sweep_page(rows, job.key.configuration["description"], titles))
-    store.write_text(job.arguments.table, sweep_table(rows, titles))
+    rows = [row(name, variants[name], files) for name, files in job.files.items()]
+    store.write_text(job.arguments.output, sweep_page(rows, job.key.configuration["description"], TITLES))
+    store.write_text(job.arguments.table, sweep_table(rows, TITLES))
     job.usage.count(scenes=len(rows))

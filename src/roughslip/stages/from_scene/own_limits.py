@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.limits import existence_limit, hopf_damping
+from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.scene.fields import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
@@ -63,11 +61,3 @@ def own_range(name: str, own: System) -> tuple[float, float]:
         values += [factor * limit for limit in limits for factor in (0.5, 2.0)]
         values = values or [0.01, 1.0]
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
-
-
-def limits_or_nan(belt: Oscillator, law: FrictionLaw) -> tuple[float, float]:
-    """Hopf damping and existence limit [-]; NaN for that of a cycle which does not exist or is too stiff."""
-    try:
-        return hopf_damping(belt, law), existence_limit(belt, law)
-    except (IllPosedError, ConvergenceError):
-        return hopf_damping(belt, law), np.nan

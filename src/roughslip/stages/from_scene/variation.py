@@ -1,9 +1,8 @@
 """The parameters of the oscillator and its friction that an engineer can change, and what follows from a change.
 
-What is not changed stays as a part of the machine: spring k [N/m], damper d [kg/s], mass, belt velocity, normal force,
-excitation. So omega = sqrt(k / m) and D = d / (2 sqrt(k m)) follow from a change of mass or stiffness. A change of
-damping changes the damper alone. The number of windows does not follow from the normal force. The mean friction
-coefficient changes with the shear strength of the contacts: mean and scatter in proportion, the static limit not.
+Those of the oscillator are in `roughslip.oscillator.changed`. The number of windows does not follow from the normal
+force. The mean friction coefficient changes with the shear strength of the contacts: mean and scatter in proportion,
+the static limit not.
 """
 
 from __future__ import annotations
@@ -11,13 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 
 from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.changed import PARAMETERS as OF_OSCILLATOR
+from roughslip.oscillator.changed import changed_oscillator
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.limits import slip_loop
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -31,11 +32,6 @@ class System:
     law: FrictionLaw
     numbers: FrictionNumbers
     windows: int
-
-    @property
-    def damper_kg_per_s(self) -> float:
-        """d = 2 D m omega [kg/s]."""
-        return 2.0 * self.belt.damping_ratio * self.belt.mass_kg * self.belt.natural_frequency_rad_per_s
 
 
 @dataclass(frozen=True)
@@ -53,11 +49,9 @@ class Parameter:
 
 
 PARAMETERS = {
-    "damping": Parameter("damping ratio D", "1", lambda system: system.belt.damping_ratio),
-    "belt_velocity": Parameter("belt velocity v0", "m s-1", lambda system: system.belt.belt_velocity_m_per_s),
-    "mass": Parameter("mass m", "kg", lambda system: system.belt.mass_kg),
-    "stiffness": Parameter("stiffness k", "N m-1", lambda system: system.belt.stiffness_n_per_m),
-    "load": Parameter("normal force N", "N", lambda system: system.belt.normal_force_n),
+    **{
+        name: Parameter(one.title, one.unit, attrgetter(f"belt.{one.attribute}")) for name, one in OF_OSCILLATOR.items()
+    },
     "windows": Parameter("windows in parallel n", "1", lambda system: system.windows),
     "correlation_length": Parameter("correlation length L", "m", lambda system: system.numbers.correlation_length_m),
     "mean_friction": Parameter("mean friction coefficient", "1", lambda system: system.numbers.mean),
@@ -68,12 +62,6 @@ def system(scene: Scene, numbers: FrictionNumbers) -> System:
     """What the scene states. It reads the section `oscillator`."""
     law = mass_on_belt.law(scene, numbers.mean)
     return System(mass_on_belt.oscillator(scene), law, numbers, scene.oscillator.windows_in_parallel)
-
-
-def leaves_known_speeds(system: System) -> bool:
-    """Whether sliding, steady or in the stick-slip cycle, is faster than the friction law was measured."""
-    known = system.law.fastest_known
-    return not math.isinf(known) and slip_loop(system.belt, system.law).fastest > known
 
 
 def changeable(scene: Scene) -> list[str]:
@@ -106,18 +94,7 @@ def changed(scene: Scene, numbers: FrictionNumbers, values: Mapping[str, float])
         if not (math.isfinite(value) and (value > 0.0 or (name == "damping" and value == 0.0))):
             raise ParameterError(f"{name} must be finite and positive, not {value}")
     own = system(scene, numbers)
-    belt = own.belt
-    mass, stiffness = values.get("mass", belt.mass_kg), values.get("stiffness", belt.stiffness_n_per_m)
-    if {"mass", "stiffness"} & values.keys():
-        omega = math.sqrt(stiffness / mass)
-        ratio = own.damper_kg_per_s / (2.0 * mass * omega)
-        belt = replace(belt, mass_kg=mass, natural_frequency_rad_per_s=omega, damping_ratio=ratio)
-    belt = replace(
-        belt,
-        damping_ratio=values.get("damping", belt.damping_ratio),
-        belt_velocity_m_per_s=values.get("belt_velocity", belt.belt_velocity_m_per_s),
-        normal_force_n=values.get("load", belt.normal_force_n),
-    )
+    belt = changed_oscillator(own.belt, values)
     mean = values.get("mean_friction", numbers.mean)
     friction = replace(
         numbers,

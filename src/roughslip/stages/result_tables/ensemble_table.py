@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.cycles import count_difference, normality, reattachment_statistics
-from roughslip.probability.estimate import student_95
+from roughslip.probability.estimate import student_95, wilson_interval
 
 STORED = (
     *("cycles", "micro_slips", "last_cycle", "stick_slip", "nominal_last_cycle"),

@@ -24,8 +24,8 @@ from roughslip.chaos.centre_distribution import (
 )
 from roughslip.chaos.hermite import hermite_basis
 from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, wilson_interval
-from roughslip.probability.estimate import NORMAL_95, TAILS
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance
+from roughslip.probability.estimate import NORMAL_95, TAILS, wilson_interval
 
 VARIANTS = EXPANDED[:2]
 KNOWN = 20_000  # surfaces in contact at most, at which expansions are evaluated

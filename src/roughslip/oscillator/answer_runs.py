@@ -1,0 +1,172 @@
+"""Runs that tell whether a mass on a belt stick-slips, each looked at at a time of its own, and its cycles drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.changed import changed_oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.motion import FrictionPath, Motion, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.states import States, run_until_known, time_scales
+
+KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
+SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
+MOST_SAMPLES = 1e6  # of a run
+LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
+SHOWN = 4  # cycles, or natural periods of sliding, that a picture shows
+STRAIGHT = 1e-6  # of the range of X' and X: what a sample may differ from its neighbours' mean, and be left out
+DIGITS = 5  # of the numbers of a picture
+
+
+class PathSampler(Protocol):
+    """Friction paths by their seeds, as `friction.path_sampler` gives them."""
+
+    @property
+    def spacing(self) -> float:
+        """[m] distance of the nodes."""
+
+    def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
+        """The path of a seed."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: its motion, its first departure, its states, and whether it stick-slips when it is looked at."""
+
+    motion: Motion
+    first: float
+    states: States
+    cycles: bool
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A motion to draw, with as many samples as it needs.
+
+    time_s : (samples,) [s] from 0
+    displacement_m, velocity_m_per_s : (samples,) [m], [m/s]
+    cycles : how many of them it shows; 0 is sliding
+    """
+
+    time_s: tuple[float, ...]
+    displacement_m: tuple[float, ...]
+    velocity_m_per_s: tuple[float, ...]
+    cycles: int
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs on the same friction paths, each looked at at a time of its own in the second half.
+
+    count : n
+    length_m : [m] correlation length of the friction
+    duration_periods : of a run after its first departure; None for what its time scales take
+    seed : numbers; the path of run i has the seed (*seed, i)
+    """
+
+    own: Oscillator
+    law: FrictionLaw
+    paths: PathSampler
+    length_m: float
+    options: MotionOptions
+    count: int
+    duration_periods: float | None
+    seed: Sequence[int]
+    kept: dict[int, KeptPath] = field(default_factory=dict)
+
+    def path(self, number: int) -> KeptPath:
+        """The friction path of a run."""
+        if number not in self.kept:
+            nodes = KEPT_NODES if number < KEPT_PATHS else 0
+            self.kept[number] = KeptPath(self.paths.realisation([*self.seed, number]), nodes)
+        return self.kept[number]
+
+    def scales(self, belt: Oscillator) -> dict[str, float]:
+        """Natural periods that a run has to last, by each of its time scales."""
+        return time_scales(belt, self.law, self.length_m)
+
+    def periods(self, belt: Oscillator) -> float:
+        """Natural periods of a run after its first departure."""
+        given = self.duration_periods
+        return min(max(self.scales(belt).values()), LONGEST_RUN) if given is None else float(given)
+
+    def one(self, belt: Oscillator, number: int, periods: float, from_sliding: bool) -> Run:
+        """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
+        time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
+        path, spacing = self.path(number), self.paths.spacing
+        motion, first, states = run_until_known(belt, self.law, path, spacing, time, self.options, from_sliding)
+        return Run(motion, first, states, states.is_stick_slip(first + time))
+
+    def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
+        """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""
+        belt = changed_oscillator(self.own, {name: value})
+        periods = self.periods(belt)
+        return np.array([self.one(belt, one, periods, False).cycles for one in numbers], dtype=bool)
+
+    def drawn(self, path: FrictionPath, periods: float) -> Trajectory:
+        """The motion of the own oscillator from rest, sampled as finely as so long a run allows."""
+        options = replace(self.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
+        return trajectory(self.own, self.law, path, self.paths.spacing, periods, options)
+
+    def cycles_of(self, number: int, run: Run) -> np.ndarray:
+        """The whole cycles of a run of the own oscillator, as `whole_cycles` gives them."""
+        if run.motion.cycles < 2:
+            return np.empty((0, 2))
+        return whole_cycles(self.drawn(self.path(number), run.motion.duration / (2 * np.pi)), run.states)
+
+    def curves(self, runs: Sequence[Run]) -> dict[str, Curve]:
+        """A few periods of the own oscillator, with scatter and without.
+
+        With scatter they are those of the first run that shows what most runs do.
+        """
+        usual = np.mean([run.cycles for run in runs]) > 0.5
+        number = next(i for i, run in enumerate(runs) if run.cycles == usual)
+        periods = runs[number].motion.duration / (2 * np.pi)
+        omega = self.own.natural_frequency_rad_per_s
+        return {
+            name: curve(self.drawn(path, periods), omega)
+            for name, path in (("with_scatter", self.path(number)), ("without_scatter", None))
+        }
+
+
+def whole_cycles(drawn: Trajectory, states: States) -> np.ndarray:
+    """(cycles, 2) half the distance of the extremes of the displacement [m] and duration [tau] of each cycle.
+
+    A cycle lasts from one reattachment after backward motion to the next, without steady sliding between.
+    """
+    ends = drawn.motion.time[drawn.motion.backwards]
+    slid = 2 * np.pi * states.sliding[:, 0]
+    rows = []
+    for start, finish in pairwise(ends):
+        if not np.any((start <= slid) & (slid < finish)):
+            first, last = np.searchsorted(drawn.time, (start, finish))
+            rows.append((0.5 * float(np.ptp(drawn.position[first:last])), finish - start))
+    return np.reshape(rows, (-1, 2))
+
+
+def curve(drawn: Trajectory, omega: float) -> Curve:
+    """The last SHOWN cycles of a motion, from one reattachment after backward motion to another.
+
+    omega : [rad/s]
+
+    Without two cycles in the last half of the motion its last SHOWN natural periods.
+    """
+    ends = drawn.motion.time[drawn.motion.backwards]
+    ends = ends[ends > 0.5 * drawn.motion.duration][-SHOWN - 1 :]
+    cycles = max(ends.size - 1, 0)
+    last = drawn.motion.duration
+    start, finish = (ends[0], ends[-1]) if cycles else (max(last - 2 * np.pi * SHOWN, 0.0), last)
+    first, end = np.searchsorted(drawn.time, (start, finish))
+    time, x, u = drawn.time[first:end], drawn.position[first:end], drawn.velocity[first:end]
+    kept = np.ones(time.size, dtype=bool)
+    kept[1:-1] = np.any([np.abs(np.diff(y, 2)) > 2 * STRAIGHT * np.ptp(y) for y in (x, u)], axis=0)
+    columns = ((time - start) / omega, x, omega * u)
+    shown = [tuple(float(f"{value:.{DIGITS}g}") for value in column[kept]) for column in columns]
+    return Curve(shown[0], shown[1], shown[2], cycles)

@@ -51,13 +51,13 @@ def mean_powers(surface: Surface, length_m: float, width_m: float, lag_m: float 
     The distance of two points has the density of a triangle along either edge. Panels double from an eighth of a
     correlation length on; the error is below 1e-4 where rho is smooth.
     """
-    x, weight_x = _distances(length_m, lag_m, surface.lengths_m[0])
-    y, weight_y = _distances(width_m, 0.0, surface.lengths_m[1])
+    x, weight_x = distances(length_m, lag_m, surface.lengths_m[0])
+    y, weight_y = distances(width_m, 0.0, surface.lengths_m[1])
     rho = surface.correlation(x[:, None], y[None, :])
     return np.array([weight_x @ rho**power @ weight_y for power in POWERS])
 
 
-def _distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
+def distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Distances of points on two intervals `edge` long, a lag apart, and the weights of a mean over pairs."""
     low, high, step = lag - edge, lag + edge, scale / FINEST
     graded = step * (2.0 ** np.arange(math.ceil(math.log2(2.0 + high / step))) - 1.0)

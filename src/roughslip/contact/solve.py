@@ -14,6 +14,7 @@ from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
+from roughslip.grid import box_of
 from roughslip.validation import gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
@@ -174,7 +175,7 @@ def _solve(
             how = work, "dense", candidates, "none"
             return _checked(pressure, gap, 0.0, how, influence, interference, hardness_pa, tolerance)
         start = _Start(np.minimum(pressure, hardness_pa))
-    box = _box(touching)
+    box = box_of(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
         part = np.ascontiguousarray(interference[box])
         iterate, kind = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, start.on(box))
@@ -366,12 +367,6 @@ def _checked(
         plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
         gap = gap + plastic
     return ContactSolution(pressure, gap, plastic, plane, residual, *how, hardness_pa, influence.periodic)
-
-
-def _box(nodes: np.ndarray) -> tuple[slice, slice]:
-    """The rows and columns from the first to the last of the nodes."""
-    rows, columns = np.flatnonzero(nodes.any(axis=1)), np.flatnonzero(nodes.any(axis=0))
-    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def _check_free(influence: Influence) -> None:

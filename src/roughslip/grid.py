@@ -60,9 +60,3 @@ class Grid:
     def y(self) -> np.ndarray:
         """y : (ny,) [m] nodes across the belt, the first at dy / 2."""
         return (np.arange(self.ny) + 0.5) * self.dy
-
-
-def box_of(nodes: np.ndarray) -> tuple[slice, slice]:
-    """The rows and columns from the first to the last of some nodes. nodes : (nx, ny) bool"""
-    rows, columns = np.flatnonzero(nodes.any(axis=1)), np.flatnonzero(nodes.any(axis=0))
-    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)

@@ -14,7 +14,6 @@ from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
-from roughslip.grid import box_of
 from roughslip.validation import gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
@@ -95,8 +94,7 @@ class ContactSolution:
     @property
     def yielded_share(self) -> float:
         """Share [-] of the real area that bears the hardness; zero without contact."""
-        yielded = self.pressure == self.hardness_pa
-        return float(np.count_nonzero(yielded) / self.shares.sum()) if yielded.any() else 0.0
+        return float(np.count_nonzero(self.pressure == self.hardness_pa) / max(self.shares.sum(), 1e-300))
 
     @property
     def mean_pressure(self) -> float:
@@ -175,7 +173,7 @@ def _solve(
             how = work, "dense", candidates, "none"
             return _checked(pressure, gap, 0.0, how, influence, interference, hardness_pa, tolerance)
         start = _Start(np.minimum(pressure, hardness_pa))
-    box = box_of(touching)
+    box = _box(touching)
     if touching[box].size <= CROPPED_SHARE * touching.size:
         part = np.ascontiguousarray(interference[box])
         iterate, kind = _iterate(Problem(influence.on(part.shape), part, hardness_pa), tolerance / 2, start.on(box))
@@ -369,12 +367,15 @@ def _checked(
     return ContactSolution(pressure, gap, plastic, plane, residual, *how, hardness_pa, influence.periodic)
 
 
+def _box(nodes: np.ndarray) -> tuple[slice, slice]:
+    """The rows and columns from the first to the last of the nodes."""
+    rows, columns = np.flatnonzero(nodes.any(axis=1)), np.flatnonzero(nodes.any(axis=0))
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+
+
 def _check_free(influence: Influence) -> None:
     if influence.periodic:
-        raise ParameterError(
-            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
-            " solve_load"
-        )
+        raise ParameterError("a periodic cell has no pressures at a fixed plane, but under a load: use solve_load")
 
 
 def _check(tolerance: float, hardness_pa: float) -> None:

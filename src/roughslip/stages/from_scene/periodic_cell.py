@@ -1,8 +1,8 @@
 """Periodic cells of a scene's surface under a load: their size, their number, and sums over blocks of their contact.
 
 A cell has whole windows along and across the belt, at least WINDOWS of them and EDGE correlation lengths. All of it
-bears the nominal pressure. So it also needs many contacts: the real area that is expected, sqrt(2 pi) p / (E* h') of it
-at light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87), is at least CONTACT correlation areas, some 20 contacts.
+bears the nominal pressure, so it also needs many contacts. The expected real area is sqrt(2 pi) p / (E* h') of it at
+light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87). It is at least CONTACT correlation areas, some 20 contacts.
 What the period itself does is measured in docs/notebook/contact.md.
 """
 
@@ -18,6 +18,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import ContactSolution
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
@@ -32,7 +33,8 @@ from roughslip.surface.plausibility import (
     yield_warning,
 )
 
-WINDOWS = 6, 4  # along and across, at least: lags of three windows are within half a period
+WINDOWS = 6, 2  # along and across, at least: lags of three windows are within half a period
+SAMPLE = 24  # windows that stand for a sample of the scene
 EDGE = 8.0  # correlation lengths of an edge, at least
 CONTACT = 4.0  # correlation areas in contact in a cell, at least
 FEWEST = 16  # cells that are resampled, at least
@@ -92,6 +94,12 @@ class Cells:
         self.mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
         self.plasticity_index = plasticity_index(modulus, slope, hardness)
         self.cell = cell(scene, model.lengths_m, share)
+        if self.cell.grid.size > MOST_CELL_NODES:
+            raise IllPosedError(
+                f"a periodic cell of {WINDOWS[0]} x {WINDOWS[1]} windows and {EDGE:g} correlation lengths takes "
+                f"{self.cell.grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows; scene "
+                "keys: strip.cell_m, strip.window_m, strip.width_m"
+            )
         self.influence = Influence(self.cell.grid, modulus, periodic=True)
         self._sample: Callable[[np.random.Generator], np.ndarray] = model.cell_sampler(self.cell.grid)
         self._heights = model.heights
@@ -101,10 +109,10 @@ class Cells:
                 job.usage.warn(text)
 
     def count(self, samples: int, fewest: int = FEWEST) -> int:
-        """Cells of the area of so many that have WINDOWS, and at least the fewest."""
+        """Cells that have SAMPLE windows a sample together, and at least the fewest."""
         grid, strip = self.cell.grid, self.scene.strip
         windows = grid.size * grid.cell_area / (strip.window_m * strip.width_m)
-        return max(round(samples * math.prod(WINDOWS) / windows), fewest)
+        return max(round(samples * SAMPLE / windows), fewest)
 
     def heights(self, number: int) -> np.ndarray:
         """Heights (nx, ny) [m] of a cell, as cells of constant pressure need them where edges of contacts count."""

@@ -1,5 +1,5 @@
 # The study. Each file in config/scenes/ is a target with its own name; without a target the default scenes are made.
-# Rules of the stages: workflow/rules. Science: src/roughslip. What names a result: workflow/keys/names.py.
+# Rules of the stages: workflow/rules. Science: src/roughslip. What names a result: workflow/keys.py.
 import atexit
 import os
 import sys
@@ -24,16 +24,14 @@ from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import all_names
-from roughslip.stages.runtime.parent import PARENT
-from workflow.keys import code_hash
-from workflow.keys.names import KEY, STORE, Names
+from roughslip.stages import PARENT
+from workflow import keys
+from workflow.keys import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
-from workflow.study.commands import asked_mb, command, log, machine_mb, outputs
-from workflow.study.inputs import Inputs
-from workflow.study.options import check_config, check_targets
+from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
-from workflow.study.scenes import BENCHMARKS, RULES, Scenes
+from workflow.study.scenes import BENCHMARKS, RULES, Scenes, check_config, check_targets
 from workflow.study.terminal import seconds_of_stages, show_own_errors
 
 # Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.
@@ -65,7 +63,7 @@ try:
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
     if workflow.is_main_process and not LISTS:
-        lines = [*code_hash.report(LOCK.read_text(encoding="utf-8")), *held.lines]
+        lines = [*keys.report(LOCK.read_text(encoding="utf-8")), *held.lines]
         lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:

@@ -1,12 +1,19 @@
-"""Who may import whom, and how large a piece may be: read from the source, so that the design holds itself."""
+"""Who may import whom, and how large a piece may be: read from the source, so that the design holds itself.
+
+Error texts name keys that a scene has, in one line.
+"""
 
 import ast
 import re
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 from roughslip.compilation.source_hash import absolute_imports
+from tests.scene.shipped import SCHEMA, properties
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
@@ -93,7 +100,7 @@ def test_the_root_of_the_package_holds_the_ground_floor_and_what_is_for_users():
 
 def test_each_file_format_has_one_reader():
     assert importers_of("xarray") == {"roughslip.store", "roughslip.datasets"}
-    assert importers_of("netCDF4") <= {"roughslip.store", "roughslip.scan.netcdf_map"}
+    assert importers_of("netCDF4") <= {"roughslip.store", "roughslip.scan.named_arrays"}
     assert {room(module) for module in importers_of("SurfaceTopography", "h5py")} == {"scan"}
 
 
@@ -145,3 +152,36 @@ def test_pieces_stay_small_and_named_by_their_subject():
             if isinstance(node, functions) and node.end_lineno - node.lineno >= FUNCTION_LINES:
                 wrong.append(f"{file.name}: {node.name}")
     assert wrong == []
+
+
+KEYS = set(properties(SCHEMA))
+ANNOUNCED = re.compile(r"scene keys?: ([^;]*)")
+KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
+
+
+def texts() -> Iterator[str]:
+    """Every string of the sources, of an f-string what does not depend on values."""
+    for source in MODULES.values():
+        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield node.value
+            elif isinstance(node, ast.JoinedStr):
+                yield "".join(str(part.value) for part in node.values if isinstance(part, ast.Constant))
+
+
+NAMED = sorted({key for text in texts() for keys in ANNOUNCED.findall(text) for key in KEY.findall(keys)})
+
+
+@pytest.mark.parametrize("key", NAMED)
+def test_an_error_names_a_key_that_a_scene_has(key):
+    assert key in KEYS
+
+
+def test_the_errors_of_each_subject_name_keys():
+    """So that the test above has what to look at; and a key that no scene has is seen."""
+    assert {key.partition(".")[0] for key in NAMED} >= {"expansion", "oscillator", "roughness", "square", "strip"}
+    assert len(NAMED) >= 30
+    assert KEY.findall("expansion.degrees (of a strip, strip.training_samples), seed") == [
+        *("expansion.degrees", "strip.training_samples", "seed")
+    ]
+    assert "expansion.degrees" not in KEYS

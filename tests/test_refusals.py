@@ -20,7 +20,7 @@ from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.sampling import cumulative_given_contact, design, kolmogorov_distance
+from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol
 from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -32,14 +32,13 @@ from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import levels_of
 from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
-from roughslip.friction.pad import Surface, influence_covariance, pad_scatter, percentile_of_pressure
+from roughslip.friction.pad import Surface, influence_covariance, pad_scatter
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.penetration import between, penetration_curve, trend
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.recursion import recursion
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
-from roughslip.oscillator.counts import counts_by_period
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, count_difference, reattachment_statistics
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -203,8 +202,7 @@ def regression_refusals() -> Calls:
     tables, targets = not_a_table(table), not_a_table(target)
     weights = {name: value for name, value in targets.items() if name != "none"}
     in_contact = partial(fit_in_contact, basis=table, pressure=np.abs(target), logarithm=True)
-    drawn = partial(design, kind="sobol", seed=[1], samples=4, variables=2)
-    random = {f"monte-carlo-{name}": value for name, value in NOT_A_COUNT.items()}
+    drawn = partial(sobol, np.random.default_rng(1), samples=4, variables=2)
     squares = partial(least_squares, basis=table, target=target)
     return joined(
         spoilt(partial(hermite_basis, indices=indices), xi=not_a_table(points) | {"narrow": points[:, :1]}),
@@ -215,8 +213,7 @@ def regression_refusals() -> Calls:
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
         spoilt(partial(multi_indices, 500), degree={"of-too-many-terms": 15}),
-        spoilt(drawn, kind=UNKNOWN, samples=NOT_A_COUNT, variables=NOT_A_COUNT),
-        spoilt(partial(drawn, kind="monte_carlo"), samples=random),
+        spoilt(drawn, samples=NOT_A_COUNT, variables=NOT_A_COUNT),
     )
 
 
@@ -367,7 +364,6 @@ def oscillator_refusals() -> Calls:
     values = {name: (0.4, value) for name, value in NEGATIVE.items()} | {"of-another-length": (0.4,)}
     speeds = {name: (0.0, value) for name, value in NEGATIVE.items()} | {"falling": (0.0, -1.0)}
     stribeck = dict.fromkeys(("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2"), NEGATIVE)
-    counted = partial(counts_by_period, law=law, duration_periods=10.0, damping_ratios=[0.1])
     return joined(
         spoilt(study, **dict.fromkeys(positive, NOT_POSITIVE), **dict.fromkeys((*moved, *excited), NEGATIVE)),
         spoilt(partial(StribeckLaw, fit=0.3), **stribeck),
@@ -378,7 +374,6 @@ def oscillator_refusals() -> Calls:
         spoilt(run, start_m={"nan": NAN, "infinite": INFINITY, "fast": (0.0, INFINITY), "alone": (0.0,)}),
         spoilt(partial(run, path=np.zeros(9)), spacing_m=numbers),
         spoilt(partial(run, options=MotionOptions(friction_follows="belt")), oscillator=at_rest),
-        spoilt(counted, oscillator={"excited": study(**excited)}),
     )
 
 
@@ -413,7 +408,7 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
     rng = np.random.default_rng(7)
     weights, alone = strip_weights(3, 40, rng), np.zeros((3, 4), dtype=bool)
     alone[1] = True
-    levels, rising = np.array([5.0, 50.0]), np.array([[1.0, 2.0], [1.0, 2.0]])
+    levels = np.array([5.0, 50.0])
     few, one = np.ones((FEWEST_REALISATIONS - 1, 2)), Estimate(*map(np.array, (1.0, 0.0, 2.0)), np.ones(40))
     surface = Surface(lambda x, y: np.exp(-(x**2) - y**2), (1.0, 1.0))
     parts = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0))
@@ -424,8 +419,6 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
         "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
         "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 5)), np.ones(2), surface, 1.0, 1.0, 4.0),
         "has no scatter to find": lambda: pad_scatter(np.eye(1, 5).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),
-        "two strip.penetration_percentiles": lambda: percentile_of_pressure(levels[:1], rising[:, :1], 1.0),
-        "does not rise with": lambda: percentile_of_pressure(levels, np.array([[1.0, 2.0], [2.0, 2.0]]), 1.5),
         "at least two levels": lambda: penetration_curve(levels[:1], [one]),
         "2 realisations give no interval" if len(few) == 2 else "give no interval": lambda: count_difference(
             few[0], few

@@ -13,7 +13,6 @@ from scipy.stats import norm
 from roughslip.chaos.sampling import (
     MOST_SOBOL_VARIABLES,
     cumulative_given_contact,
-    design,
     distance_beyond_chance,
     kolmogorov_distance,
     latin_hypercube,
@@ -24,10 +23,10 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
 
 
-@pytest.mark.parametrize("kind", ["latin_hypercube", "sobol"])
+@pytest.mark.parametrize("draw", [latin_hypercube, sobol])
 @pytest.mark.parametrize("samples", [1, 2, 1024])
-def test_each_stratum_of_each_variable_holds_one_sample(kind, samples):
-    xi = design(kind, [1], samples, 101)
+def test_each_stratum_of_each_variable_holds_one_sample(draw, samples):
+    xi = draw(np.random.default_rng(1), samples, 101)
     strata = np.floor(samples * ndtr(xi)).astype(int)
     np.testing.assert_array_equal(np.sort(strata, axis=0), np.tile(np.arange(samples)[:, None], 101))
 
@@ -66,12 +65,11 @@ def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
     assert exact < 0.06 * variables / n  # independent samples have variables / n
 
 
-@pytest.mark.parametrize("kind", ["sobol", "monte_carlo"])
-def test_designs_of_any_length_begin_with_the_same_samples(kind):
-    longest = design(kind, [5], 1024, 7)
+def test_sobol_designs_of_any_length_begin_with_the_same_samples():
+    longest = sobol(np.random.default_rng(5), 1024, 7)
     for samples in (1, 64, 512, 700):  # past a power of two as well
-        assert np.array_equal(design(kind, [5], samples, 7), longest[:samples])
-    assert not np.array_equal(design(kind, [6], 64, 7), longest[:64])
+        assert np.array_equal(sobol(np.random.default_rng(5), samples, 7), longest[:samples])
+    assert not np.array_equal(sobol(np.random.default_rng(6), 64, 7), longest[:64])
 
 
 def test_two_variables_of_a_sobol_sequence_fill_every_box_of_its_net():

@@ -7,8 +7,17 @@ import pytest
 from scipy.integrate import dblquad
 
 from roughslip.contact.convolution import Convolution, NarrowConvolution
-from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
-from roughslip.contact.influence import DIRECT_SUM_LIMIT, PATCH_RADIUS, Influence, Material, gathered, love_coefficients
+from roughslip.contact.influence import (
+    DIRECT_SUM_LIMIT,
+    PATCH_RADIUS,
+    Influence,
+    Material,
+    at_displaced_planes,
+    column_influence,
+    displacement,
+    gathered,
+    love_coefficients,
+)
 from roughslip.grid import Grid
 
 

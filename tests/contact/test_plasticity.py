@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from roughslip.contact.closed_forms import HertzSphere
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import solve
+from roughslip.contact.periodic import cell_heights
+from roughslip.contact.solve import ContactSolution, solve, solve_load
 from roughslip.grid import Grid
 
 TOLERANCE = 1e-12
@@ -152,3 +153,39 @@ def test_force_is_the_derivative_of_the_work(surface, shape, length: float, hard
         for s in (less, more)
     ]
     assert works[1] - works[0] == pytest.approx((less.pressure.sum() + more.pressure.sum()) / 2 * step, rel=1e-4)
+
+
+def rough(index: float, load: float) -> ContactSolution:
+    """A periodic cell of ten waves under a load p / (E* h'), E* = 1, that yields at h' / index."""
+    generator, k = np.random.default_rng(3), np.fft.fftfreq(80) * 80
+    q = np.hypot(k[:, None], k)
+    spectrum = np.where((q >= 4) & (q <= 10), np.maximum(q, 1.0) ** -1.8, 0.0)
+    heights = np.fft.ifft2(np.fft.fft2(generator.standard_normal((80, 80))) * spectrum).real
+    slope = math.hypot(*(np.sqrt(np.mean((2 * np.pi / 80 * np.fft.ifft2(1j * w * np.fft.fft2(heights)).real) ** 2))
+                         for w in (k[:, None], k)))  # fmt: skip
+    grid = Grid(80, 80, 1.0, 1.0)
+    hardness = 1 / index if index else math.inf
+    return solve_load(
+        Influence(grid, 1.0, periodic=True), cell_heights(heights / slope, grid), load, 1e-8, None, hardness
+    )
+
+
+def test_area_is_the_load_over_the_hardness_where_all_yields() -> None:
+    """At an index of 300 nearly all of the real area bears the hardness, cells at its edges less. None bears more, none
+    pulls."""
+    solution = rough(300.0, 1e-3)
+    assert solution.pressure.min() == 0.0
+    assert solution.pressure.max() == solution.hardness_pa
+    assert solution.shares.mean() == pytest.approx(1e-3 * 300.0, rel=0.02)
+    assert 0.95 < solution.yielded_share < 1.0
+
+
+def test_the_share_of_the_real_area_at_the_hardness() -> None:
+    """None at an index of 0.3. At 1, Persson's exp(-2) of the elastic area is above H at most. What yields gives load
+    to neighbours: more than that yields, up to twice as much."""
+    assert rough(0.0, 0.02).yielded_share == rough(0.3, 0.02).yielded_share == 0.0
+    elastic, yielding = rough(0.0, 0.02), rough(1.0, 0.02)
+    above = np.count_nonzero(elastic.pressure > 1.0) / elastic.shares.sum()
+    assert 0.02 < above < math.exp(-2.0)
+    assert above < yielding.yielded_share < 2 * above
+    assert yielding.shares.mean() > elastic.shares.mean()

@@ -297,6 +297,17 @@ def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     return found | with_interval("band", band, 0.01)
 
 
+def loads_result(most=1.0):
+    """Made up: five loads, the second of the scene; near full contact every window touches."""
+    pressure = 1e6 * 10.0 ** np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    found = {"nominal_pressure": pressure, "own_pressure": pressure[1]}
+    found |= with_interval("real_area", most * pressure / 1e7, 1e-4) | with_interval(
+        "mean", 0.3 - 1e-8 * pressure, 0.01
+    )
+    found |= with_interval("variation", 20.0 / pressure, 1e-6)
+    return found | with_interval("no_contact", (1 - most) * np.linspace(0.9, 0.0, 5), 0.0)
+
+
 def chain_result(nodes=8):
     """Made up: a slope in contact at its upper half, two paths, and the cycles of the oscillator."""
     x = 1e-6 * (np.arange(nodes) + 0.5)
@@ -308,7 +319,7 @@ def chain_result(nodes=8):
         "y": x,
         "height": height,
         "pressure": 1e11 * np.maximum(height - height.mean(), 0.0) / height.max(),
-        "penetration": np.array(50.0),
+        "pressed_by": np.array(["penetration 50 %"]),
         "path": path,
         "friction": 0.3 + 0.05 * np.sin(2e3 * np.array([path, 2 * path])),
         "friction_mean": np.array(0.3),

@@ -26,6 +26,8 @@ from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
 from roughslip.figures.figure_map import figure_map
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
+from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
+from roughslip.figures.friction_against_load import friction_against_load
 from roughslip.figures.style import STYLE, save
 from roughslip.scene.declarations import declarations
 from tests.figures.drawn import (
@@ -37,6 +39,7 @@ from tests.figures.drawn import (
     field_result,
     friction,
     lifetimes_result,
+    loads_result,
     map_result,
     oscillator,
     refused,
@@ -57,6 +60,7 @@ FIGURES = {
     "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
     "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
     "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN["figure_lifetimes"], lifetimes_result()),
+    "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
 LAID_OUT = ("figure2", "figure3_law", "field")  # in the fast tests: legends, most panels, maps with colour bars
 NONE = np.array(np.nan)
@@ -110,6 +114,7 @@ CASES = {
         "one scatter": lifetimes_result(5, (1.0,)),
         "nothing decided": lifetimes_result() | {"survival_curve": np.ones((4, 12, 9))},
     },
+    "loads": {"heavy": loads_result(), "light": loads_result(0.01)},
 }
 
 

@@ -1,13 +1,12 @@
-"""Friction of pads of many windows: variances in closed form, with and without long waves, and penetration by load."""
+"""Friction of pads of many windows: variances in closed form, with and without long waves."""
 
 import math
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.special import erf, ndtr, ndtri
+from scipy.special import erf
 
-from roughslip.errors import IllPosedError
 from roughslip.friction.pad import (
     POWERS,
     WINDOWS,
@@ -20,7 +19,6 @@ from roughslip.friction.pad import (
     pad_edges,
     pad_means,
     pad_scatter,
-    percentile_of_pressure,
 )
 from roughslip.friction.statistics import strip_weights
 
@@ -164,27 +162,3 @@ def test_autocorrelation_of_a_pad_in_closed_form():
 
     sums = [antiderivative(lag + length) - 2 * antiderivative(lag) + antiderivative(lag - length) for lag in lags]
     np.testing.assert_allclose(means[:, 0], np.array(sums) / 2 / length**2 * of_edge(width, scale), rtol=1e-4)
-
-
-LEVELS = np.array([5.0, 20.0, 50.0, 80.0])
-PRESSURE = np.exp(np.array([[2.0], [2.2]]) * ndtri(LEVELS / 100.0) + 18.0)
-
-
-def test_penetration_at_a_pressure_inverts_the_curve():
-    """A pressure of exp(s z + c) has the penetration Phi((ln p - c) / s) in each replicate, also between levels."""
-    for score in (-1.0, -0.35, 0.7):  # in the first, the second and the last interval
-        wanted = math.exp(18.0 + 2.0 * score)
-        found = percentile_of_pressure(LEVELS, PRESSURE, wanted)
-        np.testing.assert_allclose(found, 100.0 * ndtr(score * np.array([1.0, 2.0 / 2.2])), rtol=1e-9)
-    np.testing.assert_allclose(percentile_of_pressure(LEVELS, 2.0 * PRESSURE, 2.0 * wanted), found, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("log_pressure", "added"), [(14.0, "1.92 to strip.light"), (22.0, "90.4, 96.1, 98.7 to strip.penetration")]
-)
-def test_a_pressure_outside_the_levels_is_refused_with_those_to_add(log_pressure, added):
-    """On the line of the curve the load lies at z = -2 or 2. A fifth of the way farther is asked, in steps of 0.5."""
-    with pytest.raises(
-        IllPosedError, match=f"2.447e\\+06 to 3.534e\\+08 Pa .* from 5 to 80 %: add about {added}_percentiles"
-    ):
-        percentile_of_pressure(LEVELS, PRESSURE, math.exp(log_pressure))

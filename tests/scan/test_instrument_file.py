@@ -15,7 +15,7 @@ import pytest
 from scipy.io import savemat
 
 from roughslip.errors import InputError
-from roughslip.scan import limits
+from roughslip.scan import reading
 from roughslip.scan.instrument_file import _channel, read_scan, write_x3p
 from roughslip.scan.topography import Topography
 
@@ -121,9 +121,9 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
     check_refused(path, "check the unit", spacing=(DX, DY), unit="m")  # 100 m of roughness on a scan of 0.02 mm
     check_refused(path, "m apart", spacing=(0.5, 0.75), unit="nm")
     check_refused(path, "an unknown unit; allowed are m, mm", spacing=(DX, DY), unit="inch")
-    monkeypatch.setattr(limits, "MOST_POINTS", 1000)
+    monkeypatch.setattr(reading, "MOST_POINTS", 1000)
     check_refused(path, "at most 1000 are read", spacing=(DX, DY), unit="nm")
-    monkeypatch.setattr(limits, "MOST_BYTES", 1000)
+    monkeypatch.setattr(reading, "MOST_BYTES", 1000)
     check_refused(path, "MB are read", spacing=(DX, DY), unit="nm")
     check_refused(tmp_path / "absent.al3d", "no such file")
     check_refused(tmp_path, "no such file")
@@ -132,9 +132,9 @@ def test_sizes_and_units_out_of_range(tmp_path, heights, monkeypatch):
 def test_text_is_read_up_to_a_size_of_its_own(tmp_path, monkeypatch):
     path = tmp_path / "long.asc"
     path.write_text("# Width: 20 um\n" + "1.0 2.0\n" * 1000)
-    monkeypatch.setattr(limits, "MOST_TEXT", path.stat().st_size)
-    limits.check_text(path)
-    monkeypatch.setattr(limits, "MOST_TEXT", 8000)
+    monkeypatch.setattr(reading, "MOST_TEXT", path.stat().st_size)
+    reading.check_text(path)
+    monkeypatch.setattr(reading, "MOST_TEXT", 8000)
     check_refused(path, "0 MB of text; at most 0 MB are read")
 
 
@@ -168,11 +168,11 @@ def test_what_lies_at_a_limit_is_not_refused(tmp_path, monkeypatch):
     whole = tmp_path / "whole.nc"
     with h5py.File(whole, "w") as file:
         file.create_dataset("heights", data=np.zeros((8, 4)), chunks=(8, 4))
-    monkeypatch.setattr(limits, "MOST_POINTS", 8 * 4)
-    limits.check_points(whole, (8, 4))
-    limits.check_hdf5(whole)
-    monkeypatch.setattr(limits, "MOST_BYTES", whole.stat().st_size)
-    limits.check_size(whole)
+    monkeypatch.setattr(reading, "MOST_POINTS", 8 * 4)
+    reading.check_points(whole, (8, 4))
+    reading.check_hdf5(whole)
+    monkeypatch.setattr(reading, "MOST_BYTES", whole.stat().st_size)
+    reading.check_size(whole)
 
 
 def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):

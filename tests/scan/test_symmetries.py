@@ -9,11 +9,10 @@ import pytest
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
 from roughslip.scan.covariance_fit import fitted_covariances
-from roughslip.scan.high_pass import high_pass
 from roughslip.scan.jackknife import sub_areas, wrapped
 from roughslip.scan.outliers import outliers
 from roughslip.scan.statistics import scan_statistics
-from roughslip.scan.topography import Topography, remove_form, topography
+from roughslip.scan.topography import Topography, high_pass, remove_form, topography
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
 

@@ -1,10 +1,14 @@
+"""Topographies: what is left after removal of form, holes, and the high-pass against closed forms."""
+
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError, ParameterError
-from roughslip.scan.topography import FEWEST_NODES, Topography, remove_form, topography
+from roughslip.scan.topography import FEWEST_NODES, Topography, high_pass, remove_form, topography
 
 NX, NY, DX, DY = 48, 36, 0.5e-6, 0.8e-6
 
@@ -151,3 +155,37 @@ def test_steps_forms_and_heights_that_make_no_topography_are_refused():
         remove_form(scan, "quadratic")
     with pytest.raises(ParameterError, match="finite"):
         Topography(with_holes(rough()), DX, DY, np.zeros((NX, NY), dtype=bool))
+
+
+CELL, CUTOFF = (1.0, 1.5), 30.0
+X, Y = np.meshgrid(np.arange(240) * CELL[0], np.arange(150) * CELL[1], indexing="ij")
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, math.pi / 2])
+@pytest.mark.parametrize(("wavelength", "kept"), [(1.0, 0.5), (2.0, 1 - 2**-0.25), (0.5, 1 - 2**-4)])
+def test_of_a_wave_it_keeps_what_the_standard_says(angle, wavelength, kept):
+    """1 - 2^-(cutoff / wavelength)^2 in every direction, one half at the cutoff; away from the rim, to 1e-7."""
+    q = 2 * math.pi / (CUTOFF * wavelength)
+    wave = np.cos(q * (X * math.cos(angle) + Y * math.sin(angle)) + 0.3)
+    found = high_pass(topography(wave, *CELL, "a wave"), CUTOFF).heights
+    inside = slice(52, -52), slice(35, -35)
+    np.testing.assert_allclose(found[inside], kept * wave[inside], atol=1e-7)
+
+
+def test_a_plane_is_taken_off_to_the_rim_and_in_holes():
+    plane, wave = 3.0 + 0.02 * X - 0.05 * Y, np.cos(X)
+    plane[20:24, 30] = np.nan
+    with_plane, alone = (
+        high_pass(topography(z, *CELL, "a scan"), CUTOFF).heights for z in (plane + wave, plane * 0 + wave)
+    )
+    np.testing.assert_allclose(with_plane, alone, atol=1e-11)
+    with pytest.raises(ParameterError, match=r"roughness\.scan\.cutoff_m.*no shorter waves"):
+        high_pass(topography(plane, *CELL, "a plane"), CUTOFF)
+
+
+def test_a_cutoff_that_no_wave_of_the_scan_has_is_refused():
+    scan = topography(np.cos(X), *CELL, "a wave")
+    for cutoff in (7.4, 226.0):
+        with pytest.raises(ParameterError, match=r"roughness\.scan\.cutoff_m.*7\.5 m.*225 m"):
+            high_pass(scan, cutoff)
+    assert high_pass(scan, 225.0).heights.std() > 0.5

@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 from roughslip.errors import InputError
 from roughslip.scene import plan, types
 from roughslip.scene.loader import load
-from tests.scene.fuzzed import overlays
-from tests.scene.shipped import SCENES
+from tests.scene.shipped import SCENES, overlays
 
 CASES = int(os.environ.get("SCENE_CASES", "12"))
 

@@ -1,4 +1,7 @@
-"""What overlays of scene files become, and scenes that are refused as a whole."""
+"""What overlays of scene files become, and scenes that are refused as a whole.
+
+The spring by its stiffness, and what a scene with another oscillator no longer inherits.
+"""
 
 import copy
 from pathlib import Path
@@ -86,7 +89,7 @@ def test_forms_merge_and_a_share_of_the_variance_has_no_modes(mine):
     ],
 )
 def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load):
-    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um; the strips give the penetration."""
+    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um. Figure 3 is over loads."""
     by_hand = "extends: paper\noscillator: {penetration_percentile: 30, windows_in_parallel: 7}"
     scene = mine(f"extends: base\nload: {load}", base=by_hand)
     assert scene["load"] == pytest.approx(
@@ -95,6 +98,7 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
     assert scene["oscillator"]["windows_in_parallel"] == 1000
     assert scene["oscillator"]["penetration_percentile"] is None
+    assert scene["targets"] == ["figure2", "friction_against_load", "figure5", "readings", "figure_map"]
     assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
@@ -120,9 +124,10 @@ def test_names_and_files(folder, monkeypatch):
 
     rule = "a small letter, then at most 39 small letters, digits, _ or -"
     assert lines("papr") == [
-        "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, clutch, coulomb, disc_brake, "
-        "elastoplastic, excited, excited_away, fractal, given, measured, nongaussian, paper, quick, resolved, "
-        "rubber_bearing, slideway, smoke"
+        "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, cam_follower_long, clutch, "
+        "clutch_long, coulomb, disc_brake, disc_brake_long, elastoplastic, excited, excited_away, fractal, given, "
+        "measured, nongaussian, paper, quick, resolved, rubber_bearing, rubber_bearing_long, slideway, slideway_long, "
+        "smoke"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]
@@ -255,3 +260,38 @@ def test_mistakes_of_variants(mine, folder):
     named = {"mine-2": "extends: paper"}
     line = "scenes/mine.yaml: sweep: mine-2.yaml has the name of a variant; rename that file"
     assert lines_of(mine, SWEPT, **named) == [line]
+
+
+def test_a_stiffness_gives_the_frequency_with_the_mass_of_the_scene(mine):
+    """sqrt(k / m); a scene that changes the mass alone keeps the spring."""
+    base = "extends: paper\noscillator: {stiffness_n_per_m: 1.6e+5}"
+    assert mine(base)["oscillator"]["natural_frequency_rad_per_s"] == 400.0
+    heavy = mine("extends: base\noscillator: {mass_kg: 4}", base=base)["oscillator"]
+    assert (heavy["natural_frequency_rad_per_s"], heavy["stiffness_n_per_m"]) == (200.0, 1.6e5)
+    back = mine("extends: base\noscillator: {natural_frequency_rad_per_s: 316}", base=base)["oscillator"]
+    assert "stiffness_n_per_m" not in back
+
+
+def test_a_scene_with_neither_says_so(mine):
+    oscillator = {key: 1.0 for key in shipped_scene("paper")["oscillator"] if "natural" not in key}
+    oscillator |= {"law": "stribeck", "stochastic_static_limit": "true", "windows_in_parallel": 1}
+    text = ", ".join(f"{key}: {value}" for key, value in oscillator.items())
+    lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [figure_scan]\noscillator: {{{text}}}")
+    line = "oscillator.natural_frequency_rad_per_s: missing; give it, or oscillator.stiffness_n_per_m"
+    assert f"scenes/mine.yaml: {line}" in lines
+
+
+@pytest.mark.parametrize("changed", ["oscillator: {mass_kg: 2}", "friction: {mean_at_median: 0.2}"])
+def test_another_oscillator_or_friction_has_its_own_list_and_ranges(mine, changed):
+    scene = mine(f"extends: paper\n{changed}")
+    assert "damping_ratios" not in scene["ensemble"]
+    assert "ranges" not in scene["map"]
+    kept = mine(f"extends: paper\n{changed}\nensemble: {{damping_ratios: [0.1]}}")
+    assert kept["ensemble"]["damping_ratios"] == [0.1]
+
+
+def test_only_a_scene_that_names_no_targets_gets_a_map(mine):
+    assert mine("extends: given")["targets"] == ["figure5", "figure_map"]
+    assert mine("extends: given\ntargets: [figure5]")["targets"] == ["figure5"]
+    assert mine("extends: excited")["targets"] == ["figure5"]
+    assert mine("extends: elastoplastic")["targets"] == ["figure2", "figure3"]

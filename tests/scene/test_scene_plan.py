@@ -28,7 +28,9 @@ FIGURES = {
 } | {
     "figure_chain",
     "figure_lifetimes",
+    "friction_against_load",
 }
+CELLS = {"contact_periodic", "contact_over_loads"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -61,9 +63,9 @@ RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figur
         ("map.points", 9, {"stick_slip_map"}),
         ("survival.points", 7, {"lifetimes"}),
         ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, "figure_chain"}),
-        ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction"}),
-        ("friction.mean_at_median", 0.2, {"friction"}),
+        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, *CELLS, "figure_chain"}),
+        ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction", "contact_periodic"}),
+        ("friction.mean_at_median", 0.2, {"friction", "friction_under_load", "friction_against_load"}),
         ("square.monte_carlo_samples", 999, {"square_pilot"}),
         ("expansion.draws", 9999, {"chaos_square"}),
         ("description", "other", FIGURES | ALWAYS | SEVERAL),

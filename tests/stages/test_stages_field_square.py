@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.special import ndtri
 
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve
 from roughslip.errors import InputError

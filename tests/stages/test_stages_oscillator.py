@@ -109,7 +109,7 @@ TRIANGLE, ZERO = np.maximum(1 - LAG, 0.0), np.zeros((3, 1, 1))
 
 
 def load_statistics(path):
-    """Statistics of two penetrations, of pads of 1, 4 and 16 windows that scatter by n^-0.45, and a load at 30 %."""
+    """Statistics of two penetrations, of pads of 1, 4 and 16 windows that scatter by n^-0.45."""
     pads, both, of_level = np.array([1.0, 4.0, 16.0]), ("level", "pad"), ("level",)
     columns = {
         "percentile": (of_level, np.array([10.0, 50.0])),
@@ -127,7 +127,6 @@ def load_statistics(path):
         "pad_parts": (("level", "part"), np.array([[0.0, 3.0], [2.0, 0.0]])),
         "pad_mean": (both, np.array([[0.4], [0.3]]) * pads**-0.01),
         "pad_std": (both, np.array([[0.08], [0.04]]) * pads**-0.45),
-        "load_percentile": ((), np.array(30.0)),
         **dict.fromkeys(
             ("load_windows", "load_windows_low", "load_windows_high"), (of_level, np.array([1200.0, 400.0]))
         ),
@@ -155,9 +154,9 @@ def test_windows_of_a_pad_scatter_as_the_strips_say(tmp_path):
         assert process.marginal.standard_deviation == pytest.approx(0.04 * windows**-0.45, rel=1e-9)
         assert process.marginal.mean == pytest.approx(found.mean, rel=1e-12)
     assert mass_on_belt.independent_windows(parallel(100, 50.0), None) == 100.0  # of given statistics
-    at_load = friction_numbers(parallel(1, None), path)
-    assert at_load.standard_deviation == pytest.approx(0.06)  # at 30 %, halfway
-    assert at_load.mean == pytest.approx(0.35)
+    between = friction_numbers(parallel(1, 30.0), path)
+    assert between.standard_deviation == pytest.approx(0.06)  # at 30 %, halfway
+    assert between.mean == pytest.approx(0.35)
 
 
 def test_friction_of_a_pad_is_correlated_over_its_length(tmp_path):
@@ -220,36 +219,6 @@ def test_a_long_cycle_shows_in_the_closing_periods():
     assert closing_periods(np.nan) == closing_periods(1.0) == CLOSING_PERIODS
     last = simulate(slow, LAW, duration_periods=10 * period).last_cycle
     assert cycling_share(np.array([last]), 10 * period, closing_periods(2 * np.pi * period))[0] == 1.0
-
-
-def test_a_light_load_takes_mean_and_scatter_of_pads_from_light_levels(tmp_path):
-    """Below the first level a pad has what blocks of strips say of it, and length and shapes of the first level.
-
-    A measured mean changes mean and scatter in proportion. A pad whose few contacts scatter more than a window of the
-    first level has its own scatter, and counts as one.
-    """
-    pads = np.array([1.0, 4.0, 16.0])
-    light = {
-        "light_percentile": (("light",), np.array([0.1, 1.0])),
-        "light_pad_mean": (("light", "pad"), np.full((2, 3), 0.44)),
-        "light_pad_std": (("light", "pad"), np.array([[3.2], [0.8]]) * pads**-0.5),
-        "load_percentile": ((), np.array(1.0)),
-    }
-    arrays = {name: store.Variable(*one, "1", name) for name, one in light.items()}
-    plain = store.read(load_statistics(tmp_path / "heavy.nc"))
-    kept = {name: plain.variable(name) for name in plain if name not in arrays}
-    for measured in (None, 0.22):
-        mean = {} if measured is None else {"load_mean_friction": store.Variable((), measured, "1", "measured")}
-        store.write(tmp_path / "light.nc", kept | arrays | mean, store.Key({}, "abc"))
-        factor = 1.0 if measured is None else measured / 0.44
-        for windows, scatter in ((1, 0.8), (16, 0.2), (10_000, 0.008)):
-            scene = parallel(windows, None)
-            found = friction_numbers(scene, tmp_path / "light.nc")
-            assert found.mean == pytest.approx(0.44 * factor, rel=1e-12)
-            assert (found.correlation_length_m, found.beta_a, found.beta_b) == (2e-4, 3.0, 6.0)
-            independent = mass_on_belt.independent_windows(scene, tmp_path / "light.nc")
-            assert found.standard_deviation / np.sqrt(independent) == pytest.approx(scatter * factor, rel=1e-9)
-            assert min(independent, found.standard_deviation / (0.08 * factor)) >= 1.0 - 1e-12
 
 
 def test_scatter_that_multiplies_is_the_same_over_the_mean(tmp_path):

@@ -1,7 +1,6 @@
 """What all stages share: errors in one line, the record of cost, their end, the sum of costs, the report."""
 
 import json
-import math
 import os
 import signal
 import subprocess
@@ -19,10 +18,6 @@ from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
 from roughslip.errors import ConvergenceError, InputError, StoreError
 from roughslip.grid import Grid
-from roughslip.oscillator.counts import counts_by_period, ensemble_counts
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.limits import slip_loop
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total
@@ -157,7 +152,7 @@ POOL = """
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 import time
-from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages import die_with_parent
 
 def work(number):
     print("ready", flush=True)
@@ -179,7 +174,7 @@ def test_a_job_dies_with_its_parent(tmp_path, kind):
     (tmp_path / "campaign.py").write_text(POOL)
     (tmp_path / "numpy.py").write_text("import time; print('ready', flush=True); time.sleep(60)")
     parent = (
-        "import os, subprocess, sys; from roughslip.stages.runtime.parent import PARENT\n"
+        "import os, subprocess, sys; from roughslip.stages import PARENT\n"
         "os.environ[PARENT] = str(os.getpid()); subprocess.run([sys.executable, '-m', 'roughslip.stages', 'design'])"
     )
     command = [sys.executable, *(("-c", parent) if kind == "stage" else ("campaign.py",))]
@@ -292,16 +287,6 @@ def test_what_solves_leave_out_is_counted():
     influence, u_bar = summit(128, 90.0)
     swept = sweep(influence, u_bar, [0.0, -1e-7, -2e-7])
     assert counted(*swept) == {skip_reasons.NESTED: 1, skip_reasons.WARM: 2}
-
-
-def test_periods_that_are_counted_and_not_followed():
-    """A run by the period ends behind its first cycle: half a period of stick, and 1.1 loops of slip and one
-    natural period."""
-    belt, law = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
-    followed = counts_by_period(belt, law, 100.0, [0.17, 0.17])
-    assert ensemble_counts(belt, law, None, 0.0, 100.0, [0.17, 0.17]).periods == 200.0
-    first = (belt.F * law.static - 2 * belt.damping_ratio * belt.V) / belt.V / (2 * math.pi)
-    assert followed.periods == pytest.approx(2 * (first + 1.1 * slip_loop(belt, law).periods + 1.0))
 
 
 def test_terms_that_a_basis_leaves_out():

@@ -18,7 +18,7 @@ from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages import scan, synthetic_surfaces
-from roughslip.stages.from_scene import geometry, sampled_fit, surface_model
+from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import KINDS, covariance_of
@@ -94,6 +94,9 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
     assert model.covariance.kind == "exponential"
     assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
     assert model.lengths_m == pytest.approx((8e-6, 5e-6), rel=0.25)
+    loaded = scene_of(CONFIGURATION | {"load": {"force_n": 1.0, "nominal_pressure_pa": 1e5}})
+    with pytest.raises(IllPosedError, match=r"^roughness.scan.covariance: exponential is not allowed with load"):
+        surface_model.surface_model(loaded, scanned.path)
 
 
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
@@ -294,17 +297,15 @@ def test_the_best_fit_is_the_first_that_every_mesh_takes_and_says_what_it_left(m
     better = fitted(covariance_of("matern", 2.8e-7, 3.6e-5, 3.2e-6, -1.26, smoothness=0.1))
     best = fitted(covariance_of("exponential", 2.8e-7, 1e-5))
     on = {"scan": Grid(16, 16, 4e-4, 4e-4), "strip": Grid(64, 64, 3.7e-6, 3.7e-6)}
-    found, left = sampled_fit.best_sampled([better, best], None, False, on)
+    found, left = scan.best_sampled([better, best], None, False, on)
     assert found is best
     assert len(left) == 1
     assert left[0].startswith("matern cannot be sampled on the mesh of the strip, 64 x 64 (no torus up to ")
-    assert sampled_fit.best_sampled([better, best], None, False, {"scan": on["scan"]}) == (better, [])
+    assert scan.best_sampled([better, best], None, False, {"scan": on["scan"]}) == (better, [])
     with pytest.raises(IllPosedError, match=r"matern.*roughness\.scan\.covariance: best or measured"):
-        sampled_fit.best_sampled([better], None, False, on)
+        scan.best_sampled([better], None, False, on)
     scene = {"targets": ["figure3"], "strip": STRIP, "roughness": CONFIGURATION["roughness"]}
-    names = [
-        list(sampled_fit.meshes(scene_of(scene | {"targets": [target]}), GRID)) for target in ("figure2", "figure3")
-    ]
+    names = [list(scan.meshes(scene_of(scene | {"targets": [target]}), GRID)) for target in ("figure2", "figure3")]
     assert names == [["scan"], ["scan", "strip", "expansion of a strip"]]
 
 

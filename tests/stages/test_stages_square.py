@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.chaos.sampling import design as draw_design
-from roughslip.chaos.sampling import latin_hypercube, monte_carlo
+from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol
 from roughslip.errors import IllPosedError, InputError
 from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
@@ -188,7 +187,7 @@ def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(r
     found = run(adaptive_training, changed(ADAPTIVE, accuracy={"pressure": 0.08}), surface=modes)
     did, count = run.did, len(found["pressure"])
     assert adaptive_training.LEAST < count == did["solves"] == adaptive_training.LEAST * 2 ** (did["fits"] - 1)
-    xi = draw_design("sobol", [7, STREAM_EXPANSION_DESIGN], count, 64)
+    xi = sobol(np.random.default_rng([7, STREAM_EXPANSION_DESIGN]), count, 64)
     np.testing.assert_array_equal(found["xi"], xi)
     given = stored("design.nc", expansion=(("sample", "mode"), xi))
     known = run(contact_square, ADAPTIVE, surface=modes, designs=given, design="expansion", first=0, last=count)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient

@@ -17,9 +17,10 @@ from scipy.special import j0
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.scene.roughness import covariance_shapes
-from roughslip.surface.covariance import plane_height
+from roughslip.surface.covariance import IsotropicCovariance, plane_height
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
+from roughslip.surface.plausibility import rms_slope
 
 ROOT = Path(__file__).parents[2]
 SHAPES = {
@@ -48,6 +49,40 @@ def test_one_correlation_length_leaves_one_over_e(kind):
     if kind != "separable_exponential":  # the others depend on the distance alone, in a unit of their own
         r = np.array([0.5, 2.0])
         np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("kind", "shapes"),
+    [
+        ("gaussian", {}),
+        ("matern", {"smoothness": 2.5}),
+        ("self_affine", {"hurst": 0.3, "bandwidth": 12.0}),
+        ("self_affine", {"hurst": 1.0, "bandwidth": 12.0}),
+    ],
+)
+def test_rms_slope_is_the_second_moment_of_the_spectrum(kind, shapes):
+    """h'^2 = int q^2 S dq / (2 pi)^2 along both axes, here of an anisotropic surface; and the limit of short steps."""
+    covariance = covariance_of(kind, 2.0, 3.0, 0.5, lay_rad=0.4, **shapes)
+    end = shapes.get("bandwidth", np.inf)
+    moment = sum(
+        quad(lambda k: k**3 * float(covariance.transform(np.array(k))) / (2 * np.pi), *part, epsrel=1e-10, limit=200)[0]
+        for part in ((0.0, 1.0), (1.0, end))
+    )
+    scale = covariance.scale / np.array(covariance.lengths_m)
+    assert rms_slope(covariance) == pytest.approx(2.0 * np.sqrt(moment / 2 * np.sum(scale**2)), rel=1e-8)
+    assert rms_slope(covariance, 1e-5) == pytest.approx(rms_slope(covariance), rel=1e-4)
+
+
+def test_rms_slope_is_infinite_where_heights_have_none():
+    """Matern at nu = 1 still grows with the logarithm of the step; a model without a curvature of its own is tried at
+    two steps, the Gaussian of a user within 1e-6."""
+    for kind, shapes in (("exponential", {}), ("separable_exponential", {}), ("matern", {"smoothness": 1.0})):
+        assert rms_slope(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
+    for kind, curvature in (("gaussian", 2.0), ("exponential", np.inf)):
+        tried = IsotropicCovariance.curvature.fget(MODELS[kind](1.0, 1.0))
+        assert tried == pytest.approx(curvature, rel=1e-6)
+    with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
+        rms_slope(lambda x, y: x)
 
 
 def test_a_fitted_self_affine_model_has_the_cutoff_of_its_data_and_a_band():

@@ -14,10 +14,9 @@ from roughslip.probability import FamilyDistribution, translate
 from roughslip.surface.corrected_covariance import corrected, corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
-from roughslip.surface.endless_lay import EndlessLay
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import tapered
-from roughslip.surface.model import FractalModel, GaussianModel, gaussian_model, measured_model
+from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, gaussian_model, measured_model
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import warnings
 

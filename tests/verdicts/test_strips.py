@@ -13,7 +13,7 @@ from roughslip.compilation.source_hash import closure_hash
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import variance_margin
 from roughslip.verdicts import strips
-from roughslip.verdicts.bounds import EVERY, MEDIAN, TREND, Bound
+from roughslip.verdicts.finding import EVERY, MEDIAN, TREND, Bound
 from roughslip.verdicts.rules import BOUNDS
 from roughslip.verdicts.strips import ODDS, STEP, strips_from_pilot, strips_that_decide
 from tests.verdicts.claimed import LEVELS, friction, with_interval

@@ -8,7 +8,7 @@ import pytest
 
 from roughslip import store
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows, pad_at
+from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project
 
@@ -35,20 +35,19 @@ def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
     solutions lie between (Hyun et al., Phys. Rev. E 70 (2004) 026117), and so do these cells at light load.
     A pad of n correlation areas, of which the load touches the share A / A0, scatters as some n A / A0 contacts do.
     """
-    scene, path = shipped_scene(name), cases.path(f"results/{name}/friction/statistics.nc")
+    scene, path = shipped_scene(name), cases.path(f"results/{name}/friction/under_load.nc")
     found, case = store.read(path), scene_of(scene)
     load, roughness, material = scene["load"], scene["roughness"], scene["material"]
     slope = 2.0 * roughness["rms_height_m"] / roughness["correlation_length_m"]
     modulus = material["young_modulus_pa"] / (1.0 - material["poisson_ratio"] ** 2)
     x = load["nominal_pressure_pa"] / (modulus * slope)
-    windows = scene["oscillator"]["windows_in_parallel"]
-    share = pad_at(case, found, "pad_mean", windows) / found["shear_strength"] * load["nominal_pressure_pa"]
-    assert math.erf(math.sqrt(2.0) * x) < share < math.sqrt(2.0 * math.pi) * x
-    assert found["load_percentile_low"] < found["load_percentile"] < found["load_percentile_high"]
+    assert found["real_area_high"] > math.erf(math.sqrt(2.0) * x)
+    assert found["real_area_low"] < math.sqrt(2.0 * math.pi) * x
     numbers = friction_numbers(case, path)
     assert numbers.mean == load["mean_friction"]
     scatter = numbers.standard_deviation / numbers.mean / math.sqrt(independent_windows(case, path))
-    contacts = load["apparent_area_m2"] / roughness["correlation_length_m"] ** 2 * share
+    assert scatter == pytest.approx(found["load_std"] / numbers.mean, rel=1e-9)
+    contacts = load["apparent_area_m2"] / roughness["correlation_length_m"] ** 2 * float(found["real_area"])
     assert 0.05 < scatter * math.sqrt(contacts) < 2.0
 
 

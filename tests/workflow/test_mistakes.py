@@ -12,9 +12,8 @@ import pytest
 
 from roughslip.errors import InputError
 from tests.workflow.project import as_a_user
-from workflow.keys.names import Names
-from workflow.study.options import check_config, check_targets
-from workflow.study.scenes import RULES, Scenes, not_writable
+from workflow.keys import Names
+from workflow.study.scenes import RULES, Scenes, check_config, check_targets, not_writable
 
 ROOT = Path(__file__).resolve().parents[2]
 PROFILE = ("Using workflow specific profile ", "Config file ")  # what Snakemake prints first

@@ -10,9 +10,8 @@ import pytest
 
 from roughslip.compilation.source_hash import FRAME, closure
 from roughslip.errors import InputError
-from roughslip.stages.runtime import record
-from workflow.keys.code_hash import code_hash, departures, report
-from workflow.keys.names import Names
+from roughslip.stages.runtime import usage
+from workflow.keys import Names, code_hash, departures, report
 from workflow.study.scenes import Scenes
 from workflow.study.unused import unused
 
@@ -150,7 +149,7 @@ def test_a_run_keeps_the_syntax_of_all_that_it_hashed(finished):
     kept = finished.path(".cache/syntax.json").read_text()
     files = closure("roughslip.stages.oscillator", finished.path("src"), without=FRAME)
     assert len(files) > 30
-    assert [file for file in files if record.checksum(file) not in kept] == []
+    assert [file for file in files if usage.checksum(file) not in kept] == []
 
 
 def test_a_line_of_the_lock_that_pins_nothing_is_named():
@@ -160,7 +159,7 @@ def test_a_line_of_the_lock_that_pins_nothing_is_named():
 
 def test_other_packages_change_the_hash_under_the_same_lock(source, monkeypatch):
     pinned = code_hash("stage", source, source / "lock")
-    monkeypatch.setattr("workflow.keys.code_hash.departures", lambda text: ("numpy 0.1 in place of 2",))
+    monkeypatch.setattr("workflow.keys.departures", lambda text: ("numpy 0.1 in place of 2",))
     assert code_hash("stage", source, source / "lock") != pinned
 
 

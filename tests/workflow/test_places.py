@@ -1,18 +1,28 @@
-"""Where a project may lie and who may run it: any path, a source tree that is read-only, no home to write to."""
+"""Where a project may lie and who may run it: any path, a source tree that is read-only, no home to write to.
+
+Results do not depend on batches or on the number of jobs, and hold their configuration and code hash.
+"""
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
 import stat
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
+import netCDF4
 import pytest
 
 from roughslip import store
+from roughslip.scene.declarations import declarations
+from roughslip.scene.plan import stages_needed
 from tests.workflow.project import as_a_user, copy_project
+from workflow.study.scenes import Scenes
 
 pytestmark = pytest.mark.slow
 
@@ -91,3 +101,58 @@ def test_make_puts_caches_into_the_project_where_there_is_no_home(home, writable
         preexec_fn=as_a_user(),
     ).stdout.strip()
     assert found == ("|" if writable else f"{ROOT / '.cache'}|{ROOT / '.cache/matplotlib'}")
+
+
+# Strips two by two, so that those that train fall into two batches.
+SPLIT = """\
+extends: tiny
+jobs: 4
+"""
+BATCHED = {"contact/square-*": 12, "contact/strip-*": 4, "friction/expansion-*": 4, "oscillator/ensemble-*": 4}
+
+# What sums up batches; one figure, as figures draw what is stored in these.
+SUMMED_UP = (
+    *("chaos/square.nc", "chaos/strip.nc", "friction/statistics.nc", "summary.csv"),
+    *("oscillator/deterministic.nc", "oscillator/statistics.nc", "figure5.nc", "figure5.png", "figure5.svg"),
+    "claims.json",
+)
+
+
+@pytest.fixture(scope="module")
+def both(shared):
+    """The scene made in large batches by one job at a time, and in small ones by two: other names from there on."""
+    shared.scene("split", SPLIT)
+    shared.make("-j2", *(f"results/split/{name}" for name in SUMMED_UP))
+    return shared.path("results/tiny"), shared.path("results/split")
+
+
+def test_results_are_the_same_bit_for_bit(both):
+    """Each result that combines batches."""
+    tiny, split = both
+    assert [name for name in SUMMED_UP if (tiny / name).read_bytes() != (split / name).read_bytes()] == []
+
+
+def test_the_batches_were_others(both):
+    tiny, split = both
+    for pattern, count in BATCHED.items():
+        stored = split.parent.glob(f"store/*/*/{pattern}")
+        counts = sorted(Counter(path.parents[1].name for path in stored).values())
+        assert counts[-1] == count  # of `split`
+        assert len(list(tiny.glob(pattern))) < count
+
+
+def test_every_result_carries_what_made_it(shared):
+    folder, found = shared.path("results/tiny"), set()
+    for stage in stages_needed(Scenes(shared.folder, ["tiny"])["tiny"]):
+        key = json.loads((folder / f"keys/{stage}.json").read_text())
+        for path in folder.glob(re.sub(r"\{.*\}", "*", declarations()[stage].result)):
+            if path.suffix == ".nc":
+                found.add(path)
+                with netCDF4.Dataset(path) as result:
+                    assert json.loads(result.configuration) == key["configuration"]
+                    assert result.code_hash == key["code"]
+                    assert result.seed == str(key["configuration"].get("seed", "none used"))
+                    assert {"python", "numpy", "scipy", "numba"} <= set(json.loads(result.versions))
+                    labels = [variable.ncattrs() for variable in result.variables.values()]
+                    assert all({"units", "long_name"} <= set(names) for names in labels)
+    assert found == set(folder.rglob("*.nc"))

@@ -1,7 +1,11 @@
-"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, and random scenes."""
+"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, and random scenes.
+
+Memory of jobs: what a stage declares holds what was measured, and grows at each attempt.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -12,8 +16,9 @@ import yaml
 from hypothesis import HealthCheck, Phase, given, settings
 
 from roughslip.errors import InputError
-from tests.scene.fuzzed import overlays
-from tests.scene.shipped import SCENES
+from roughslip.scene.declarations import declarations
+from tests.scene.shipped import SCENES, overlays
+from workflow.study.commands import NODE_MB, asked_mb, machine_mb
 from workflow.study.scenes import Scenes, checked
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -227,3 +232,23 @@ def test_lists_of_rules_print_no_warnings(empty):
         run = empty.snakemake(option)
         assert run.returncode == 0
         assert "warning" not in run.stdout + run.stderr
+
+
+MIB = 1.048576  # MB
+
+
+@pytest.mark.parametrize("name", ["paper", "resolved"])
+def test_stages_declare_a_tenth_more_than_the_kept_runs_took(name):
+    for row in json.loads((ROOT / f"results/reference/{name}/costs.json").read_text()):
+        if row["stage"] != "all":
+            assert 1.1 * MIB * row["peak_memory_mib"] < declarations()[row["stage"]].memory_mb, row["stage"]
+
+
+def test_a_job_of_a_cluster_asks_for_more_at_each_attempt_and_never_for_more_than_a_node_has():
+    """The second attempt holds the peak of contact_square on 1024 x 1024 nodes in 95 modes, 1812 MB."""
+    once = declarations()["contact_square"].memory_mb + NODE_MB
+    assert [asked_mb("contact_square", attempt, 4000) for attempt in (1, 2, 3)] == [once, 4 * once, 4000]
+    assert [asked_mb("contact_square", attempt, 32_000) for attempt in (1, 2, 3)] == [once, 4 * once, 16 * once]
+    assert 4 * once > 1812
+    assert asked_mb("contact_square", 1, None) == once - NODE_MB
+    assert 500 < machine_mb() < 10_000_000

@@ -10,12 +10,13 @@ from roughslip.errors import InputError
 from roughslip.scene.plausibility import inherited, warnings
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
-from roughslip.surface.plausibility import rms_slope
+from roughslip.surface.plausibility import plasticity_index, rms_slope
 from tests.scene.shipped import CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
-from workflow.study.surface_check import scene_warnings, surface_mistake
+from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
+GAUSSIAN = {"covariance": "gaussian", "hurst": None, "bandwidth": None}
 
 
 def changed(name="resolved", **sections):
@@ -26,8 +27,9 @@ def changed(name="resolved", **sections):
 
 
 def rms(slope: float, cell: float = 1.25e-6) -> dict:
-    """Heights of that rms slope between the nodes of `resolved`: slope^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2."""
-    return {"rms_height_m": slope * cell / math.sqrt(-4 * math.expm1(-((cell / LENGTH) ** 2)))}
+    """Gaussian heights of that rms slope between nodes: slope^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2."""
+    height = slope * cell / math.sqrt(-4 * math.expm1(-((cell / LENGTH) ** 2)))
+    return {**GAUSSIAN, "correlation_length_m": LENGTH, "rms_height_m": height}
 
 
 def table(static: float) -> dict:
@@ -170,26 +172,67 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
 
 
 @pytest.mark.parametrize("hardness", [None, 1.0e8])
-def test_a_load_of_full_contact_and_one_of_none_are_named_before_a_strip_is_solved(hardness):
-    """`disc_brake` has E* = 2 GPa / (1 - 0.25^2) and h'^2 = 4 Sq^2 (1 - exp(-(h/l)^2)) / h^2.
+def test_a_load_of_full_contact_and_one_of_few_contacts_are_named_before_a_cell_is_solved(hardness):
+    """`disc_brake` has E* = 2 GPa / (1 - 0.25^2).
 
-    Contact is full from 2 E* h' or H on. There is none where 2 p / (E* h'), or p / H, is below a tenth of the 0.001 %
-    of the heights above the plane.
+    Contact is full from 2 E* h' or H on. There are few where sqrt(2 pi) p / (E* h'), or p / H, of 2^21 cells are fewer
+    than four correlation areas.
     """
     scene = shipped_scene("disc_brake")
-    cell, length = scene["strip"]["cell_m"], scene["roughness"]["correlation_length_m"]
-    slope = 2 * scene["roughness"]["rms_height_m"] * math.sqrt(-math.expm1(-((cell / length) ** 2))) / cell
-    scale = 2.0e9 / (1 - 0.25**2) * slope
+    cell, (covariance, lengths, _) = scene["strip"]["cell_m"], surface_of(scene)
+    scale = 2.0e9 / (1 - 0.25**2) * rms_slope(covariance, cell)
     hard = hardness or math.inf
 
     def said(pressure):
         load = {"nominal_pressure_pa": pressure}
         return surface_mistake(changed("disc_brake", load=load, material={"hardness_pa": hardness}))[1]
 
-    most, least = min(2 * scale, hard), 0.1 * 1e-5 * min(scale / 2, hard)
+    share = 4 * math.prod(lengths) / (2**21 * cell**2)
+    most, least = min(2 * scale, hard), share * min(scale / math.sqrt(2 * math.pi), hard)
     assert said(0.999 * most) == said(1.001 * least) == said(5e5) == ""
     assert "full contact" in said(1.001 * most)
-    assert "is no contact" in said(0.999 * least)
+    assert "is nearly no contact" in said(0.999 * least)
+
+
+def test_a_load_on_heights_without_slope_is_refused():
+    """Matern has a slope above nu = 1. Every self_affine one ends at its cut-off. Without a load all are allowed."""
+    for covariance, shapes in (
+        ("exponential", {}),
+        ("separable_exponential", {}),
+        ("matern", {"smoothness": 1.0}),
+    ):
+        key, text = surface_mistake(changed("disc_brake", roughness={**GAUSSIAN, "covariance": covariance, **shapes}))
+        assert key == "roughness.covariance"
+        assert text.startswith(f"{covariance} is not allowed with load: its rms slope is infinite")
+        assert "roughness.bandwidth" in text
+        assert surface_mistake(changed(roughness={**GAUSSIAN, "covariance": covariance, **shapes}))[1] == ""
+    for covariance, shapes in (("matern", {"smoothness": 1.2}), ("self_affine", {"hurst": 0.3, "bandwidth": 1e3})):
+        assert (
+            surface_mistake(changed("disc_brake", roughness={**GAUSSIAN, "covariance": covariance, **shapes}))[1] == ""
+        )
+
+
+@pytest.mark.parametrize(("young", "ratio"), [(1e8, 0.3), (9.9e9, 0.3), (1e10, 0.04), (2.1e11, 0.04)])
+def test_elastic_contact_that_the_hardest_solid_would_not_bear_is_warned_of(young, ratio):
+    """E* h' / H = 0.3 with H = 0.3 E of polymers and 0.04 E of metals; rubber, and a hardness, are not warned of."""
+    cell = shipped_scene("disc_brake")["strip"]["cell_m"]
+
+    def warned(slope, **material):
+        solid = {"young_modulus_pa": young, "poisson_ratio": 0.25, "hardness_pa": None, **material}
+        return scene_warnings(changed("disc_brake", material=solid, roughness=rms(slope, cell)))
+
+    limit = 0.3 * ratio * (1 - 0.25**2)
+    assert warned(0.999 * limit) == []
+    (line,) = warned(1.001 * limit)
+    assert line.startswith("material.hardness_pa is not given: elastic contact here has E* h' / H = 0.3 with the")
+    assert warned(1.001 * limit, hardness_pa=1e9) == []
+    assert warned(0.49, young_modulus_pa=0.99e8) == []
+
+
+def test_the_index_by_hand():
+    """Steel of 115 GPa on a slope of 0.04, 4 GPa hard."""
+    assert plasticity_index(1.15e11, 0.04, 4e9) == pytest.approx(1.15)
+    assert plasticity_index(1.15e11, 0.04, math.inf) == 0.0
 
 
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():

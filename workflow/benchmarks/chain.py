@@ -46,8 +46,7 @@ from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from workflow.benchmarks.chaos import KEPT_RESULTS, ROOT
-from workflow.benchmarks.contact import Mesh
-from workflow.benchmarks.contact_peers import PolonskyKeer, Problem, tune
+from workflow.benchmarks.contact import Mesh, PolonskyKeer, Problem, tune
 from workflow.benchmarks.runner import OURS, case, make_row
 
 SCENE = "resolved"
@@ -119,16 +118,20 @@ def is_judged(percentiles: np.ndarray) -> np.ndarray:
     return (percentiles >= PERCENTILES[0]) & (percentiles <= PERCENTILES[1])
 
 
-def find_true_error(found: Mapping[str, np.ndarray], reference: Mapping[str, np.ndarray]) -> tuple[float, float]:
+def find_true_error(friction: Mapping[str, np.ndarray], reference: Mapping[str, np.ndarray]) -> tuple[float, float]:
     """Return the largest relative difference from direct strips on the same cells, and their relative standard error.
 
-    found : of stage friction; reference : area over force [1/Pa], at all its penetrations
+    friction : of its stage; reference : area over force [1/Pa], at all its penetrations
     """
-    places, judged = np.searchsorted(reference["percentile"], found["percentile"]), is_judged(found["percentile"])
-    (median,) = np.flatnonzero(found["percentile"] == 50.0)
+    places, judged = np.searchsorted(reference["percentile"], friction["percentile"]), is_judged(friction["percentile"])
+    (median,) = np.flatnonzero(friction["percentile"] == 50.0)
     errors: list[tuple[float, float]] = []
     for name in ("mean", "std"):
-        ours = found[f"combined_{name}"] / (1.0 + found[f"mesh_change_of_{name}"]) / found["combined_mean"][median]
+        ours = (
+            friction[f"combined_{name}"]
+            / (1.0 + friction[f"mesh_change_of_{name}"])
+            / friction["combined_mean"][median]
+        )
         direct = reference[name][places] / reference["mean"][places[median]]
         known = (reference[f"{name}_standard_error"] / reference[name])[places]
         errors += zip(np.abs(ours / direct - 1.0)[judged].tolist(), known[judged].tolist(), strict=True)
@@ -151,32 +154,34 @@ def time_plain_strip(scene: Scene) -> float:
 
 def measure_scene(scene: Values, reference: Mapping[str, np.ndarray], asked: Sequence[float]) -> dict[str, Any]:
     """Return the summary and the rows."""
-    own = {one: with_own_cells(scene, one) for one in asked}
+    own = {accuracy: with_own_cells(scene, accuracy) for accuracy in asked}
     runs: dict[float, Run] = {}
     refused: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         few = changed(scene, strip={"penetration_percentiles": [20.0, 50.0, 95.0]})
         run_chain(with_own_cells(few, 0.3), Path(folder))  # compiles
-        for one in asked:
+        for accuracy in asked:
             try:
-                runs[one] = run_chain(own[one], Path(folder))
+                runs[accuracy] = run_chain(own[accuracy], Path(folder))
             except IllPosedError as error:
-                refused[case(scene=SCENE, asked=one)] = str(error)
+                refused[case(scene=SCENE, asked=accuracy)] = str(error)
     most = max(runs.values(), key=lambda run: run.strips)
     percentiles = most.friction["percentile"]
     of_strip = [influences(*windows) for windows in most.solved]  # by penetration
     of_median = of_strip[int(np.flatnonzero(percentiles == 50.0)[0])][:, :1]
-    judged = [one for one, counts in zip(of_strip, is_judged(percentiles), strict=True) if counts]
-    scatter = float(max((one - of_median).std(axis=0, ddof=1).max() for one in judged))
-    cells: dict[
-        float, tuple[float, float]
-    ] = {}  # error of the mesh and seconds of a plain strip; of the last run on it
-    for one, run in runs.items():
+    judged = [influence for influence, counts in zip(of_strip, is_judged(percentiles), strict=True) if counts]
+    scatter = float(max((influence - of_median).std(axis=0, ddof=1).max() for influence in judged))
+    # By cell the error of the mesh and seconds of a plain strip; of the last run on it.
+    cells: dict[float, tuple[float, float]] = {}
+    for accuracy, run in runs.items():
         changes = [run.friction[f"mesh_change_of_{name}"][is_judged(percentiles)] for name in ("mean", "std")]
-        cells[own[one]["strip"]["cell_m"]] = float(np.abs(changes).max()), time_plain_strip(scene_of(own[one]))
+        cells[own[accuracy]["strip"]["cell_m"]] = (
+            float(np.abs(changes).max()),
+            time_plain_strip(scene_of(own[accuracy])),
+        )
     rows, ratios = [], {}
-    for one, run in runs.items():
-        name, more = case(scene=SCENE, asked=one), {"cell_m": own[one]["strip"]["cell_m"]}
+    for accuracy, run in runs.items():
+        name, more = case(scene=SCENE, asked=accuracy), {"cell_m": own[accuracy]["strip"]["cell_m"]}
         if more["cell_m"] == scene["strip"]["cell_m"]:
             errors = find_true_error(run.friction, reference)
             more |= dict(zip(("true_error", "reference_error"), errors, strict=True))

@@ -146,8 +146,8 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, draw
         return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), draws)
     indices = multi_indices(square.scene.expansion.variables, square.degree)
     basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
-    one = Expansion(method, basis, solved.pressure[:, level, 0], indices)
-    return draw(one, one.fit().coefficients, draws, seed)
+    equation = Expansion(method, basis, solved.pressure[:, level, 0], indices)
+    return draw(equation, equation.fit().coefficients, draws, seed)
 
 
 def measure(quick: bool, _: bool) -> dict[str, Any]:
@@ -155,7 +155,7 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
 
     The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
     """
-    found: dict[tuple[str, int, str, int], list[tuple[float, float]]] = defaultdict(list)
+    results_of: dict[tuple[str, int, str, int], list[tuple[float, float]]] = defaultdict(list)
     refused, draws = {}, QUICK_DRAWS if quick else DRAWS
     for scene, plan in (QUICK if quick else USUAL).items():
         kept, square = store.read(KEPT_RESULTS / scene / "pressure.nc"), Square(scene)
@@ -168,10 +168,10 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
                 except IllPosedError as error:
                     refused[f"{case_of(scene, level)} {method} {samples} {number}"] = str(error)
                     continue
-                one = samples * solved.seconds + seconds, distance(kept, level, pressure)
-                found[scene, level, method, samples].append(one)
+                time_and_distance = samples * solved.seconds + seconds, distance(kept, level, pressure)
+                results_of[scene, level, method, samples].append(time_and_distance)
     rows = []
-    for (scene, level, method, samples), results in sorted(found.items()):
+    for (scene, level, method, samples), results in sorted(results_of.items()):
         turns, distances = (list(column) for column in zip(*results, strict=True))
         errors, name = {"distance": distances}, case_of(scene, level)
         rows.append(make_row(name, method, statistics.median(distances), turns, samples, errors=errors))

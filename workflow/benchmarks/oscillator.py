@@ -74,9 +74,9 @@ def choose_slips() -> tuple[Slip, Slip]:
     for number in range(1000):
         pieces = iter(paths.realisation([SEED, number]))
         path = np.concatenate([next(pieces) for _ in range(4)])
-        found = Slip(f"path-of-{NODES}-nodes", path, paths.spacing, 20.0)
-        if path[1] < path[0] and simulate_slip(found, "fehlberg45", 1e-6).backwards[1]:
-            return Slip("deterministic", np.zeros(2), 0.0, 1000.0), found
+        slip = Slip(f"path-of-{NODES}-nodes", path, paths.spacing, 20.0)
+        if path[1] < path[0] and simulate_slip(slip, "fehlberg45", 1e-6).backwards[1]:
+            return Slip("deterministic", np.zeros(2), 0.0, 1000.0), slip
     raise AssertionError("no path of a thousand has an ordinary slip")
 
 
@@ -114,8 +114,8 @@ def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> Found:
 
     at_belt.terminal, at_belt.direction = True, 1.0  # type: ignore[attr-defined]
     start = leave_belt(slip.start, 0.0, V)
-    found = solve_ivp(slope, (OFF, LONGEST), start, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
-    return float(found.y_events[0][0][0]), found.nfev, 1
+    solution = solve_ivp(slope, (OFF, LONGEST), start, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
+    return float(solution.y_events[0][0][0]), solution.nfev, 1
 
 
 def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[float], Found]:
@@ -155,8 +155,8 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
         control = diffrax.PIDController(rtol=tolerance, atol=tolerance * F)
         event = diffrax.Event(at_belt, optimistix.Newton(tolerance, tolerance * V))
         options = {"stepsize_controller": control, "event": event, "max_steps": MOST_STEPS}
-        found = diffrax.diffeqsolve(diffrax.ODETerm(slope), method, OFF, LONGEST, OFF, y, **options)
-        return found.ys[0][-1], found.stats["num_steps"]
+        solution = diffrax.diffeqsolve(diffrax.ODETerm(slope), method, OFF, LONGEST, OFF, y, **options)
+        return solution.ys[0][-1], solution.stats["num_steps"]
 
     every = jax.jit(jax.vmap(solve, in_axes=(0, None)))
     y = tuple(jax.numpy.full(lanes, value) for value in leave_belt(slip.start, 0.0, V))
@@ -189,7 +189,7 @@ def measure(quick: bool, peers: bool) -> dict[str, object]:
         for (method, tolerance), turns in seconds.items():
             place, evaluations, cycles = results[method, tolerance]
             name, error = case(motion=slip.name, asked=power(tolerance)), abs(place / exact - 1)
-            of_slip.append(make_row(name, method, error, [one / cycles for one in turns], evaluations // cycles))
+            of_slip.append(make_row(name, method, error, [turn / cycles for turn in turns], evaluations // cycles))
         ours = [row for row in of_slip if row["method"].startswith("roughslip")]
         for peer in (row for row in of_slip if row not in ours):
             if times := [row["seconds"] for row in ours if row["error"] <= peer["error"]]:

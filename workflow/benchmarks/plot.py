@@ -77,12 +77,12 @@ def plot_methods(axes: Axes, rows: Sequence[Row], x: Callable[[Row], float], y: 
 
 def by(rows: Iterable[Row], *keys: str) -> dict[str, list[Row]]:
     """Return the rows that have these keys, by their values."""
-    found: dict[str, list[Row]] = {}
+    groups: dict[str, list[Row]] = {}
     for row in rows:
         values = [of_case(row, key) for key in keys]
         if all(values):
-            found.setdefault(", ".join(values), []).append(row)
-    return found
+            groups.setdefault(", ".join(values), []).append(row)
+    return groups
 
 
 class Panel(NamedTuple):

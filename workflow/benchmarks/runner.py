@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import gc
 import importlib.metadata
+import json
 import math
 import os
 import platform
@@ -69,8 +70,10 @@ def race(
     """
     results = {name: call() for name, call in calls.items()}
     once = {name: timed(call)[0] for name, call in calls.items()}
-    turns = {name: 1 if quick else max(least, 5 if one < 1 else 3 if one < 3 else 1) for name, one in once.items()}
-    seconds: dict[Name, list[float]] = {name: [one] if one > LONG else [] for name, one in once.items()}
+    turns = {
+        name: 1 if quick else max(least, 5 if needed < 1 else 3 if needed < 3 else 1) for name, needed in once.items()
+    }
+    seconds: dict[Name, list[float]] = {name: [needed] if needed > LONG else [] for name, needed in once.items()}
     gc.collect()
     gc.disable()
     try:
@@ -109,13 +112,13 @@ def summarise_speed(rows: Iterable[Row]) -> dict[str, Any]:
             pairs = zip(row["turns"], ours[row["case"]], strict=False)
             ratios[row["method"]][row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
     summary = {}
-    for method, found in sorted(ratios.items()):
+    for method, of_case in sorted(ratios.items()):
         of: dict[str, list[float]] = defaultdict(list)
-        for name, ratio in found.items():
+        for name, ratio in of_case.items():
             of[fields(name)["tolerance"]].append(ratio)
-        worst = min(found, key=lambda name: found[name])
+        worst = min(of_case, key=lambda name: of_case[name])
         means = {tolerance: statistics.geometric_mean(some) for tolerance, some in of.items()}
-        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": found[worst]}}
+        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": of_case[worst]}}
     return summary
 
 
@@ -132,11 +135,11 @@ def main() -> None:
     lines = information.read_text().splitlines() if information.is_file() else []
     models = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
     processor = next(models, platform.processor() or platform.machine())
-    installed = {one.metadata["Name"]: one.version for one in importlib.metadata.distributions()}
+    installed = {package.metadata["Name"]: package.version for package in importlib.metadata.distributions()}
     versions = {name: installed[name] for name in PACKAGES if name in installed}
     head = {"machine": {"processor": processor, "cores": os.cpu_count()}}
     head["versions"] = {"python": platform.python_version(), **versions}
-    store.write_json(arguments.output, {**head, **measured})
+    store.write_text(arguments.output, json.dumps({**head, **measured}, separators=(",", ":"), allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -54,14 +54,14 @@ def covariance_of(name: str, grid: Grid) -> StationaryCovariance:
     return models.covariance_of(name, 1.0, LENGTH)  # type: ignore[arg-type]
 
 
-def residual(covariance: StationaryCovariance, found: KarhunenLoeve) -> float:
+def residual(covariance: StationaryCovariance, expansion: KarhunenLoeve) -> float:
     """Return the largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
-    n, cell, worst = found.grid.nx, found.grid.dx, 0.0
+    n, cell, worst = expansion.grid.nx, expansion.grid.dx, 0.0
     lags = np.arange(1 - n, n) * cell
     kernel = covariance(lags[:, None], lags)
-    for eigenvalue, mode in zip(found.eigenvalues, found.modes, strict=True):
+    for eigenvalue, mode in zip(expansion.eigenvalues, expansion.modes, strict=True):
         difference = fftconvolve(kernel, mode, mode="valid") - eigenvalue * mode
-        worst = max(worst, float(np.linalg.norm(difference) / np.linalg.norm(mode) / found.eigenvalues[0]))
+        worst = max(worst, float(np.linalg.norm(difference) / np.linalg.norm(mode) / expansion.eigenvalues[0]))
     return worst
 
 
@@ -128,9 +128,9 @@ def compare_samplers(name: str, n: int, most: int, budget: float, quick: bool, p
     for (method, setting), turns in race(calls, quick)[0].items():
         setup, draw = made[method, setting]
         count = int(min(max(budget / min(turns), 4), most))
-        found = np.array([sample_covariance(draw(number), i, j) - asked for number in range(1, count + 1)])
+        errors = np.array([sample_covariance(draw(number), i, j) - asked for number in range(1, count + 1)])
         for samples in (4**power for power in range((count.bit_length() + 1) // 2)):
-            sets = found[: count // samples * samples].reshape(-1, samples, *asked.shape).mean(axis=1)
+            sets = errors[: count // samples * samples].reshape(-1, samples, *asked.shape).mean(axis=1)
             whole, error = [setup + samples * seconds for seconds in turns], math.sqrt(np.mean(sets**2))
             more = {"setting": setting, "samples": samples, "setup_seconds": setup}
             rows.append(make_row(label, method, error, whole, samples, **more))

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.statistics import strip_weights, window_statistics

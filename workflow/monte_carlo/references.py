@@ -18,7 +18,7 @@ from pathlib import Path
 from roughslip import store
 from roughslip.errors import RoughslipError
 from roughslip.scene.loader import load
-from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages import die_with_parent
 from workflow.monte_carlo import friction, pressure
 
 KINDS = {"pressure": pressure, "friction": friction}

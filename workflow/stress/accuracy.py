@@ -64,9 +64,9 @@ def judge(
     trial: Trial, friction: dict, half_width: float, known: np.ndarray, error: np.ndarray, mesh: np.ndarray
 ) -> None:
     """Check results of stage friction; known, error, mesh : (levels, 2) T, its standard error, what its mesh leaves."""
-    found, percentile = np.log([friction["combined_mean"], friction["combined_std"]]).T, friction["percentile"]
+    claimed, percentile = np.log([friction["combined_mean"], friction["combined_std"]]).T, friction["percentile"]
     (median,) = np.flatnonzero(percentile == 50.0)
-    away = np.abs(found - found[median, 0] - known)
+    away = np.abs(claimed - claimed[median, 0] - known)
     limit = SIGMAS * np.hypot(half_width / NORMAL_95, error) + mesh
     for level in np.flatnonzero(is_judged(percentile)):
         for which, name in enumerate(("mean", "std")):
@@ -76,7 +76,7 @@ def judge(
 
 def draw_scene(rng: np.random.Generator) -> Values:
     """Draw a scene as a user writes it; all lengths are multiples of the cell."""
-    light, deep = (float(one) for one in (rng.integers(20, 40), rng.integers(60, 96)))
+    light, deep = (float(drawn) for drawn in (rng.integers(20, 40), rng.integers(60, 96)))
     cells, window = int(rng.integers(8, 15)), 4 * int(rng.integers(3, 9))
     kind, width = choose(rng, tuple(KINDS)), 2 * int(rng.integers(4, 13))
     windows = max(-(-SHORTEST * cells // window), FEWEST_WINDOWS) + int(rng.integers(0, 4))
@@ -96,10 +96,10 @@ def draw_scene(rng: np.random.Generator) -> Values:
 
 def independent(values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (levels, 2) T of plain runs, its standard error, and what the mesh leaves of it."""
-    scene, fine = (scene_of(one) for one in (values, changed(values, strip={"cell_m": values["strip"]["cell_m"] / 2})))
+    scene, fine = (scene_of(own) for own in (values, changed(values, strip={"cell_m": values["strip"]["cell_m"] / 2})))
     model, median = surface_model.surface_model(fine), scene.strip.penetration_percentiles.index(50.0)
     streams = (np.random.default_rng([scene.seed, STREAM, number]) for number in range(FEW + MANY))
-    sample, sample_fine = (model.sampler(geometry.strip_grid(one)) for one in (scene, fine))
+    sample, sample_fine = (model.sampler(geometry.strip_grid(own)) for own in (scene, fine))
     few = [sample_fine(next(streams)) for _ in range(FEW)]
     all_ = windows_of(scene, [*(field[1::2, 1::2] for field in few), *map(sample, streams)])
     on_few = [part[:FEW] for part in all_]
@@ -114,7 +114,9 @@ def independent(values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def windows_of(scene: Scene, fields: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Return (strips, levels, windows) friction over the shear strength, and where it is defined, by cold solves."""
     percentiles = scene.strip.penetration_percentiles
-    area, force = np.concatenate([solve_windows(scene, fields, [one], TOLERANCE) for one in percentiles], axis=2)
+    area, force = np.concatenate(
+        [solve_windows(scene, fields, [percentile], TOLERANCE) for percentile in percentiles], axis=2
+    )
     least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
     return friction_coefficient(area, force, 1.0, least)
 
@@ -122,6 +124,6 @@ def windows_of(scene: Scene, fields: Sequence[np.ndarray]) -> tuple[np.ndarray, 
 def statistics(mu: np.ndarray, valid: np.ndarray, median: int) -> tuple[np.ndarray, np.ndarray]:
     """Return T (levels, 2) and the influences g (levels, strips, 2) of its strips."""
     levels = [(mu[:, level], valid[:, level]) for level in range(mu.shape[1])]
-    t = np.array([np.log([one[counts].mean(), one[counts].std()]) for one, counts in levels])
-    g = np.array([influences(*one) for one in levels])
+    t = np.array([np.log([windows[counts].mean(), windows[counts].std()]) for windows, counts in levels])
+    g = np.array([influences(*windows) for windows in levels])
     return t - t[median, 0], g - g[median, :, :1]

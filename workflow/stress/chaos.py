@@ -92,16 +92,18 @@ def attempt_node(trial: Trial) -> None:
     trial.case |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
     clear = contact == "half" and copies == 1 and scatter >= 0.1 and count >= max(25 * terms, 200)
     trial.answers = () if clear else (IllPosedError, ConvergenceError)
-    found = fit_local(Samples(variables_, distance2, pressure, gap), degree, target)
+    expansion = fit_local(Samples(variables_, distance2, pressure, gap), degree, target)
     fresh = other.standard_normal((FRESH, variables))
     true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
-    drawn, means = found.draw(np.random.default_rng([trial.number, 4]), FRESH), found.mean_pressure_at(fresh)
-    assert all(np.isfinite(part).all() for part in (drawn, means, found.score, found.cross_validated)), "not finite"
+    drawn, means = expansion.draw(np.random.default_rng([trial.number, 4]), FRESH), expansion.mean_pressure_at(fresh)
+    assert all(np.isfinite(part).all() for part in (drawn, means, expansion.score, expansion.cross_validated)), (
+        "not finite"
+    )
     distance = float(ks_2samp(drawn, true, method="asymp").statistic)
     trial.check("the distribution", distance, sampling_error(distinct) + 2 * sampling_error(FRESH))
     trial.check("p >= 0", -min(drawn.min(), means.min()))
     trial.check("the largest pressure", drawn.max(), FAR * max(float(true.max()), float(pressure.max())))
-    trial.check("errors are not negative", -min(found.score, found.cross_validated))
+    trial.check("errors are not negative", -min(expansion.score, expansion.cross_validated))
 
 
 def response_of(form: str, slope: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -165,9 +167,9 @@ def attempt_strip(trial: Trial) -> None:
     well_posed = count >= 8 * TERMS[degree] and copies == 1 and rows >= 5 and max(np.abs(planes)) < 1.0
     trial.answers = () if well_posed else (IllPosedError, ConvergenceError)
     target = PressureTarget(kind, pressure_unit**power / height_unit)
-    found, quality = fit_strip(functionals, known, degree, STENCIL, target)
+    expansion, quality = fit_strip(functionals, known, degree, STENCIL, target)
     long, stated = heights(2, 1, LONG), quality["leave_one_out"]
-    pressure, true = found.pressure(long[0])[:, REACH:-REACH], values(long)[0]
+    pressure, true = expansion.pressure(long[0])[:, REACH:-REACH], values(long)[0]
     assert ((pressure >= 0) & (pressure < math.inf)).all(), "pressures that are negative or not finite"
     squares = ((pressure**power).transpose(1, 2, 0) - np.maximum(true, 0.0)) ** 2
     seen = math.ceil(RISK ** (1 / distinct) * len(squares))  # A share of the worst may be unknown to the samples.

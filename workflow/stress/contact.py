@@ -165,8 +165,8 @@ def over_cell(kernel: Callable, x: np.ndarray, y: np.ndarray, dx: float, dy: flo
 
 def love(x: np.ndarray, y: np.ndarray, dx: float, dy: float) -> np.ndarray:
     """Return the integral of 1/r over a cell at the origin, at points x (m, 1) and y (1, n) >= 0, in long doubles."""
-    closed, one = np.longdouble(0), np.longdouble(1)
-    for a, b in product((one * dx / 2, -one * dx / 2), (one * dy / 2, -one * dy / 2)):
+    closed, unit = np.longdouble(0), np.longdouble(1)
+    for a, b in product((unit * dx / 2, -unit * dx / 2), (unit * dy / 2, -unit * dy / 2)):
         u, v = x + a, y + b
         closed = closed + np.sign(a * b) * (u * np.arcsinh(v / np.abs(u)) + v * np.arcsinh(u / np.abs(v)))
     return np.where(np.hypot(x, y) > FAR * max(dx, dy), over_cell(lambda r: 1 / r, x, y, dx, dy), closed)

@@ -35,7 +35,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import RoughslipError
-from roughslip.stages.runtime.parent import die_with_parent
+from roughslip.stages import die_with_parent
 
 # Problems of a whole campaign; the slow ones first, so that processes end together. 36 accuracies take ten minutes on
 # two cores, all others twenty.
@@ -119,13 +119,13 @@ def summary(stage: str, rows: Sequence[Row], seconds: float) -> dict[str, Any]:
     return {"stage": stage, **counts, "worst_residual_over_tolerance": worst, **more}
 
 
-def line_of(found: dict[str, Any], seed: int) -> str:
+def line_of(summed: dict[str, Any], seed: int) -> str:
     """Return a summary as a line."""
-    outcomes = ", ".join(f"{count} {name}" for name, count in found["outcomes"].items())
-    worst = found["worst_residual_over_tolerance"]
+    outcomes = ", ".join(f"{count} {name}" for name, count in summed["outcomes"].items())
+    worst = summed["worst_residual_over_tolerance"]
     limit = "" if worst is None else f"; at most {worst:.2g} of what is allowed"
-    spent = f"{found['failures']} failures, {found['cpu_seconds']:.0f} CPU s"
-    return f"{found['stage']}, seed {seed}: {outcomes}{limit}; {spent}"
+    spent = f"{summed['failures']} failures, {summed['cpu_seconds']:.0f} CPU s"
+    return f"{summed['stage']}, seed {seed}: {outcomes}{limit}; {spent}"
 
 
 def main() -> int:
@@ -137,6 +137,7 @@ def main() -> int:
     parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="only the problems of these numbers")
     parser.add_argument("-j", "--jobs", type=int, default=1, help="processes")
     parser.add_argument("--output", type=Path, help="the JSON file")
+    parser.add_argument("--keep", type=Path, help="a JSON file of the summary alone, which git keeps")
     given = parser.parse_args()
     if unknown := set(given.campaigns) - set(CAMPAIGNS):
         parser.error(f"no campaign {', '.join(unknown)}: take some of {', '.join(CAMPAIGNS)}")
@@ -149,14 +150,16 @@ def main() -> int:
     with ProcessPoolExecutor(given.jobs, get_context("spawn"), die_with_parent) as pool:
         rows, seconds = zip(*pool.map(timed_row_of, *zip(*tasks, strict=True), chunksize=CHUNK), strict=True)
     spent = Counter[str]()
-    for (stage, _, _), one in zip(tasks, seconds, strict=True):
-        spent[stage] += one
-    found = [summary(stage, [row for row in rows if row["stage"] == stage], spent[stage]) for stage in stages]
+    for (stage, _, _), cpu_seconds in zip(tasks, seconds, strict=True):
+        spent[stage] += cpu_seconds
+    summaries = [summary(stage, [row for row in rows if row["stage"] == stage], spent[stage]) for stage in stages]
     wrong = [(task, row) for task, row in zip(tasks, rows, strict=True) if "why" in row]
     if given.output:
         head = {"seeds": dict.fromkeys(stages, seed), "problems": len(rows), "failures": len(wrong)}
-        store.write_json(given.output, {**head, "summary": found, "rows": rows})
-    print(*(line_of(one, seed) for one in found), sep="\n")
+        store.write_json(given.output, {**head, "summary": summaries, "rows": rows})
+    if given.keep:
+        store.write_json(given.keep, {"seeds": dict.fromkeys(stages, seed), "stages": summaries})
+    print(*(line_of(of_stage, seed) for of_stage in summaries), sep="\n")
     for (stage, _, number), row in wrong[:LISTED]:
         print(f"{row['outcome']}: {row['case']}: {row['why']}")
         print(f"    alone: python -m workflow.stress.runner {stage} --seed {seed} --only {number}")

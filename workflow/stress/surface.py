@@ -145,25 +145,29 @@ def judge_modes(
 
 
 def judge_expansion(
-    trial: Trial, covariance: Covariance, found: KarhunenLoeve, grid: Grid, order: int | None, share: float | None
+    trial: Trial, covariance: Covariance, expansion: KarhunenLoeve, grid: Grid, order: int | None, share: float | None
 ) -> None:
     """Check an expansion: its eigenpairs, its variance and its number of modes."""
-    rms, count = covariance.rms_height_m, len(found.eigenvalues)
-    assert (found.modes.shape, found.residuals.shape) == ((count, *grid.shape), (count,)), "fields of another shape"
-    assert all(np.isfinite(a).all() for a in (found.modes, found.eigenvalues, found.residuals)), "not finite"
-    eigenvalues, scaled = found.eigenvalues / rms**2, found.modes.reshape(count, -1) / rms
+    rms, count = covariance.rms_height_m, len(expansion.eigenvalues)
+    assert (expansion.modes.shape, expansion.residuals.shape) == ((count, *grid.shape), (count,)), (
+        "fields of another shape"
+    )
+    assert all(np.isfinite(a).all() for a in (expansion.modes, expansion.eigenvalues, expansion.residuals)), (
+        "not finite"
+    )
+    eigenvalues, scaled = expansion.eigenvalues / rms**2, expansion.modes.reshape(count, -1) / rms
     kept = eigenvalues > 0  # Eigenvalues within rounding may be stated as zero, and then have no vector.
     vectors = scaled[kept] / np.sqrt(eigenvalues[kept])[:, None]
     matrix, exact = spectrum(covariance, grid)
-    judge_modes(trial, matrix, exact, eigenvalues[kept], vectors, found.residuals[kept])
+    judge_modes(trial, matrix, exact, eigenvalues[kept], vectors, expansion.residuals[kept])
     exact, (i, j), rounding = np.maximum(exact, 0.0), grid.centre, MATRIX_ROUNDING * grid.size
     slack, carried = SHARE_ROUNDING + rounding, np.cumsum(exact) / grid.size
     at_centre = np.sum(scaled[:, i * grid.ny + j] ** 2)
-    variance = np.abs(found.variance().ravel() / rms**2 - np.sum(scaled**2, axis=0))
+    variance = np.abs(expansion.variance().ravel() / rms**2 - np.sum(scaled**2, axis=0))
     zero = np.max(exact[:count][~kept], initial=0.0)
     trial.check("modes stated as zero", zero, (TOLERANCE + rounding) * exact[0])
-    trial.check("captured variance", abs(found.captured_variance - carried[count - 1]), slack)
-    trial.check("captured at the centre", abs(found.captured_at((i, j)) - at_centre), slack)
+    trial.check("captured variance", abs(expansion.captured_variance - carried[count - 1]), slack)
+    trial.check("captured at the centre", abs(expansion.captured_at((i, j)) - at_centre), slack)
     trial.check("variance", variance.max(), 1e-12)
     trial.check("the largest entry is positive", np.max(-vectors.min(axis=1) - vectors.max(axis=1), initial=0.0), 1e-8)
     if order is not None:
@@ -196,10 +200,10 @@ def judge_embedding(trial: Trial, covariance: Covariance, grid: Grid) -> None:
     j = np.append(rng.integers(1 - grid.ny, grid.ny, LAGS), [0, grid.ny - 1, 0, grid.ny - 1, 1 - grid.ny])
     table = correlations(covariance, grid)
     asked = table[i + grid.nx - 1, j + grid.ny - 1]
-    found = np.array([np.sum(filter_ * np.roll(filter_, (k, m), (0, 1))) for k, m in zip(i, j, strict=True)])
+    covariances = np.array([np.sum(filter_ * np.roll(filter_, (k, m), (0, 1))) for k, m in zip(i, j, strict=True)])
     limit = LAG_ROUNDING * math.log2(filter_.size + 2) + 3 * embedding.clipped_variance
     limit += IMAGES * embedding.image_share * (1 - table.min())
-    trial.check("the covariance", np.abs(found - asked).max(), limit)
+    trial.check("the covariance", np.abs(covariances - asked).max(), limit)
     trial.check("the filtered noise", max(unlike), 1e-12 * math.sqrt(filter_.size))
     trial.check("clipped variance", embedding.clipped_variance, 1e-6)
     trial.check("image share", embedding.image_share, IMAGE_SHARE)
@@ -238,16 +242,16 @@ def attempt_fit(trial: Trial) -> None:
     short = min(truth.lengths_m) > 1.5 * float(np.min(np.hypot(data.x, data.y)))
     enough = short and int((data.correlation > 0.3).sum()) > 8 and float(data.correlation.min()) < 0.2
     trial.answers = () if determined and enough else (IllPosedError, ConvergenceError)
-    found = fit_covariance(kind, data, truth.rms_height_m, cutoff_wavelength_m=cutoff)
-    assert np.isfinite([*found.parameters.values(), found.misfit]).all(), "parameters that are not finite"
-    least = squares(data, found.covariance)
-    nearby = min((squares(data, near) for near in neighbours(found)), default=math.inf)
+    fit = fit_covariance(kind, data, truth.rms_height_m, cutoff_wavelength_m=cutoff)
+    assert np.isfinite([*fit.parameters.values(), fit.misfit]).all(), "parameters that are not finite"
+    least = squares(data, fit.covariance)
+    nearby = min((squares(data, near) for near in neighbours(fit)), default=math.inf)
     misfit = math.sqrt(least / len(data.x))
-    trial.check("its misfit", abs(found.misfit - misfit), 1e-6 * misfit + 1e-9)
-    trial.check("errors are not negative", -min(found.standard_errors.values()))
+    trial.check("its misfit", abs(fit.misfit - misfit), 1e-6 * misfit + 1e-9)
+    trial.check("errors are not negative", -min(fit.standard_errors.values()))
     trial.check("fewer squares nearby", least - nearby, STATIONARY * least + 1e-9)
-    if determined and not found.at_bound:
-        off = np.abs(correlation(found.covariance, data) - correlation(truth, data)).max()
+    if determined and not fit.at_bound:
+        off = np.abs(correlation(fit.covariance, data) - correlation(truth, data)).max()
         trial.check("the model comes back", off, 1e-5)
 
 
@@ -261,10 +265,10 @@ def squares(data: Estimates, model: Covariance) -> float:
     return float(np.sum(((correlation(model, data) - data.correlation) / data.standard_error) ** 2))
 
 
-def neighbours(found: CovarianceFit) -> list[Covariance]:
+def neighbours(fit: CovarianceFit) -> list[Covariance]:
     """Return models a step away in each free parameter; no model if a parameter is at its bound."""
-    model, near = found.covariance, list[Covariance]()
-    if found.at_bound or model.kind == "self_affine":  # Lengths, bandwidth and cut-off move together.
+    model, near = fit.covariance, list[Covariance]()
+    if fit.at_bound or model.kind == "self_affine":  # Lengths, bandwidth and cut-off move together.
         return near
     (along, across), both = model.lengths_m, ("correlation_length_m", "correlation_length_across_m")
     for step in STEPS:

@@ -16,13 +16,13 @@ from roughslip.scene import plausibility
 from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.types import get, scene_of
-from roughslip.stages.runtime.record import checksum
+from roughslip.stages.runtime.usage import checksum
 
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
-_CHECKS = " ".join(f"roughslip.{name}.plausibility" for name in ("scene", "scan", "surface"))
+_CHECKS = "roughslip.scene.plausibility roughslip.scan.topography roughslip.surface.plausibility"
 
 
 def check_surface(
@@ -41,7 +41,7 @@ def check_surface(
     try:
         section, text = surface_mistake(scene)
         if text:
-            return [line(scene_file, (section,), text)], []
+            return [line(scene_file, tuple(section.split(".")), text)], []
         warnings = scene_warnings(scene)
     except RoughslipError as error:
         return [line(scene_file, ("roughness",), str(error))], []
@@ -59,8 +59,7 @@ def check_surface(
 def _check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any]) -> tuple[list[str], list[str]]:
     """Mistakes and warnings of a scan: it cannot be read as the scene states, or is form alone."""
     from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography, for such scenes alone
-    from roughslip.scan.plausibility import warnings
-    from roughslip.scan.topography import remove_form
+    from roughslip.scan.topography import remove_form, slope_warnings
 
     *stated, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
     try:
@@ -69,7 +68,7 @@ def _check_scan(scene_file: Path, scan_file: Path, scene: dict[str, Any]) -> tup
         return [line(scene_file, ("roughness", "scan", "file"), text) for text in error.lines], []
     except ParameterError as error:
         return [line(scene_file, ("roughness", "scan", "form"), str(error))], []
-    return [], list(warnings(scan))
+    return [], list(slope_warnings(scan))
 
 
 def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | None:
@@ -105,7 +104,13 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
     covariance, lengths, key = surface
     if min(lengths) * FINEST < cell:
         return "roughness", _length_mistake(scene, min(lengths), key, cell)
-    return "load", _load_mistake(scene, covariance, cell) if scene.get("load") is not None else ""
+    if scene.get("load") is None:
+        return "load", ""
+    from roughslip.surface.plausibility import slope_mistake
+
+    if text := slope_mistake(covariance):
+        return "roughness.covariance", text
+    return "load", _load_mistake(scene, covariance, lengths, cell)
 
 
 def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
@@ -118,17 +123,24 @@ def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) 
     )
 
 
-def _load_mistake(scene: dict[str, Any], covariance: Any, cell: float) -> str:
-    """Of a load that the surface bears in full contact, or without contact."""
-    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
-    from roughslip.surface.plausibility import contact_mistake, rms_slope
+def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, float], cell: float) -> str:
+    """Of a load that the surface bears in full contact, or with too few contacts."""
+    from roughslip.stages.from_scene.periodic_cell import CONTACT
+    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope
 
-    solid, strip = get(scene, "material"), get(scene, "strip")
-    modulus = Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
+    solid, modulus = get(scene, "material"), _modulus(scene)
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
-    lowest = min([*(strip["light_percentiles"] or ()), *strip["penetration_percentiles"]]) / 100.0
+    least = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     slope = rms_slope(covariance, cell)
-    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, lowest)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, least)
+
+
+def _modulus(scene: dict[str, Any]) -> float:
+    """E* [Pa]."""
+    from roughslip.contact.influence import Material  # with numpy, for such scenes alone
+
+    solid = get(scene, "material")
+    return Material(solid["young_modulus_pa"], solid["poisson_ratio"]).plane_strain_modulus_pa
 
 
 def scene_warnings(scene: dict[str, Any]) -> list[str]:
@@ -136,7 +148,11 @@ def scene_warnings(scene: dict[str, Any]) -> list[str]:
     surface, cells = surface_of(scene), plausibility.cells_of(scene)
     if surface is None:
         return plausibility.warnings(scene)
-    from roughslip.surface.plausibility import warnings
+    from roughslip.surface.plausibility import rms_slope, warnings, yield_warning
 
     window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
-    return [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    found = [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    if scene.get("load") is not None and get(scene, "material.hardness_pa") is None and "strip.cell_m" in cells:
+        slope = rms_slope(surface[0], cells["strip.cell_m"])
+        found.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
+    return list(filter(None, found))

@@ -7,10 +7,9 @@ import sys
 from pathlib import Path
 
 from roughslip.errors import InputError
-from workflow.keys.names import STORE, Names
-from workflow.study.options import FOLDERS
+from workflow.keys import STORE, Names
 from workflow.study.publish import is_current
-from workflow.study.scenes import Scenes
+from workflow.study.scenes import FOLDERS, Scenes
 
 
 def unused(names: Names) -> list[Path]:

@@ -1,6 +1,6 @@
 """Polynomial chaos of the random contact pressure: expansions of responses in Gaussian variables.
 
-- design, monte_carlo, latin_hypercube, sobol: samples of the Gaussian variables; kolmogorov_distance compares results
+- monte_carlo, latin_hypercube, sobol: samples of the Gaussian variables; kolmogorov_distance compares results
 - multi_indices, hermite_basis, least_squares, sobol_indices: an expansion of any response, term by term
 - pressure_target, fit_in_contact: the smooth variable that is expanded; the paper's equations (8) and (9)
 - fit_local, fit_field, fit_strip: the pressure at the centre of the square, at each of its nodes, and along a strip

@@ -15,7 +15,6 @@ from roughslip.chaos.pressure import pressure_target as pressure_target
 from roughslip.chaos.pressure import summit_curvature as summit_curvature
 from roughslip.chaos.regression import Fit as Fit
 from roughslip.chaos.regression import least_squares as least_squares
-from roughslip.chaos.sampling import design as design
 from roughslip.chaos.sampling import kolmogorov_distance as kolmogorov_distance
 from roughslip.chaos.sampling import latin_hypercube as latin_hypercube
 from roughslip.chaos.sampling import monte_carlo as monte_carlo

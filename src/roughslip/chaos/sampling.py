@@ -60,8 +60,8 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
     _check(samples, variables)
     if variables > MOST_SOBOL_VARIABLES:
         raise ParameterError(
-            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take another design; "
-            "scene key: expansion.design"
+            f"a Sobol sequence has at most {MOST_SOBOL_VARIABLES} variables, not {variables}: take fewer modes; "
+            "scene key: square.modes"
         )
     if samples > 2**_SOBOL_BITS:
         raise ParameterError(f"a Sobol sequence has at most 2^{_SOBOL_BITS} samples, not {samples}: take fewer")
@@ -85,26 +85,6 @@ def sobol(generator: np.random.Generator, samples: int, variables: int) -> np.nd
     rows = [np.arange(1)]
     rows += [2**m + generator.permutation(2**m) for m in range(doublings)]
     return ndtri(places[np.concatenate(rows)[:samples]])
-
-
-@gate
-def design(kind: str, seed: list[int], samples: int, variables: int) -> np.ndarray:
-    """xi : (samples, variables) [-] of a kind: "monte_carlo", "latin_hypercube" or "sobol".
-
-    seed : with one seed, Monte Carlo and Sobol designs of any length begin with the same samples
-
-    Raises ParameterError as these functions, and for another kind.
-    """
-    generator = np.random.default_rng(seed)
-    match kind:
-        case "monte_carlo":
-            _check(samples, variables)
-            return np.stack([monte_carlo([*seed, number], variables) for number in range(samples)])
-        case "latin_hypercube":
-            return latin_hypercube(generator, samples, variables)
-        case "sobol":
-            return sobol(generator, samples, variables)
-    raise ParameterError(f"design {kind!r} is not known: monte_carlo, latin_hypercube or sobol")
 
 
 def _check(samples: int, variables: int) -> None:

@@ -158,10 +158,10 @@ class _Cache(caching.FunctionCache):
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """The compiled form for these types of arguments, None if it must be compiled."""
-        found = super().load_overload(sig, target_context)
-        if found is None:
+        compiled_form = super().load_overload(sig, target_context)
+        if compiled_form is None:
             _announce("compiling, once for this version of the code, about 10 s")
-        return found
+        return compiled_form
 
     def save_overload(self, sig: object, data: Any) -> None:
         """Store a compiled form. Without a lock two processes could give one name to two forms."""

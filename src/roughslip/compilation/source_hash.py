@@ -26,7 +26,7 @@ FRAME = (
     "roughslip.errors",
     "roughslip.public_names",
     "roughslip.validation",
-    *(f"roughslip.stages.runtime.{name}" for name in ("command", "parent", "record", "usage")),
+    *(f"roughslip.stages.runtime.{name}" for name in ("command", "usage")),
 )
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 
@@ -72,31 +72,31 @@ def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> l
     package that has no file.
     """
     package = modules.partition(".")[0]
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     pending = [(name, "the caller") for name in modules.split()]
     while pending:
         module, importer = pending.pop()
-        if module in found or f"{module}.".startswith(tuple(f"{name}." for name in without)):
+        if module in files or f"{module}.".startswith(tuple(f"{name}." for name in without)):
             continue
         file = _module_file(module, source_root)
         if file is None:
             raise ModuleNotFoundError(f"{importer} imports {module}, which has no file in {source_root}")
-        found[module] = file
+        files[module] = file
         parent = module.rpartition(".")[0]
         wanted = [*([parent] if parent else []), *imported_modules(file, module, package, source_root)]
         pending += [(name, str(file)) for name in wanted]
-    return sorted(found.values())
+    return sorted(files.values())
 
 
 def imported_modules(file: Path, module: str, package: str, source_root: Path) -> list[str]:
     """The modules of a package that the statements of a file import. module : its dotted name"""
-    found = []
+    modules = []
     for target, names in absolute_imports(file, module):
         if target.partition(".")[0] == package:
             submodules = [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
             listed = _public_names(target, source_root)
-            found += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]
-    return found
+            modules += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]
+    return modules
 
 
 @cache

@@ -1,4 +1,3 @@
-from roughslip.contact.area import contact_shares as contact_shares
 from roughslip.contact.at_nodes import NodePressures as NodePressures
 from roughslip.contact.at_nodes import solve_at as solve_at
 from roughslip.contact.closed_forms import CircularPunch as CircularPunch
@@ -6,7 +5,8 @@ from roughslip.contact.closed_forms import CrossedWaves as CrossedWaves
 from roughslip.contact.closed_forms import HertzSphere as HertzSphere
 from roughslip.contact.closed_forms import SineWave as SineWave
 from roughslip.contact.closed_forms import square_punch_force_n as square_punch_force_n
-from roughslip.contact.edge_pressure import point_pressures as point_pressures
+from roughslip.contact.edge import contact_shares as contact_shares
+from roughslip.contact.edge import point_pressures as point_pressures
 from roughslip.contact.influence import Influence as Influence
 from roughslip.contact.influence import Material as Material
 from roughslip.contact.kernels import relative_residual as relative_residual

@@ -25,7 +25,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.contact import conjugate_gradients, kernels, nested
 from roughslip.contact.conjugate_gradients import Problem
-from roughslip.contact.edge_pressure import check_nodes, point_pressures
+from roughslip.contact.edge import check_nodes, point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import dense_pays, solve
 from roughslip.errors import ParameterError

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
-from roughslip.contact.area import contact_shares
 from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import gap_errors, relative_residual
 from roughslip.errors import ConvergenceError, ParameterError, real
@@ -90,6 +90,12 @@ class ContactSolution:
     def shares(self) -> np.ndarray:
         """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
         return contact_shares(self.pressure, self.hardness_pa, self.periodic)
+
+    @property
+    def yielded_share(self) -> float:
+        """Share [-] of the real area that bears the hardness; zero without contact."""
+        yielded = self.pressure == self.hardness_pa
+        return float(np.count_nonzero(yielded) / self.shares.sum()) if yielded.any() else 0.0
 
     @property
     def mean_pressure(self) -> float:

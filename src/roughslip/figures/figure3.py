@@ -20,7 +20,7 @@ from roughslip.figures.style import (
     with_ends,
     with_interval_names,
 )
-from roughslip.probability.nearest import nearest_level
+from roughslip.probability.distributions import nearest_level
 
 DRAWN = {
     "figure3": [

@@ -19,7 +19,7 @@ CYCLE = [
     "nominal_damping",
     "deterministic_reattachment",
 ]
-DRAWN = {"figure_chain": ["x", "y", "height", "pressure", "penetration", "path", "friction", "friction_mean", *CYCLE]}
+DRAWN = {"figure_chain": ["x", "y", "height", "pressure", "pressed_by", "path", "friction", "friction_mean", *CYCLE]}
 
 
 def figure_chain(result: Arrays) -> Figure:
@@ -45,12 +45,8 @@ def figure_chain(result: Arrays) -> Figure:
 
 def pressure_title(result: Arrays) -> str:
     """Title of the map of pressure; it says so where the piece shown has no contact."""
-    title = f"contact pressure, penetration {float(result['penetration']):.3g} %"
-    return (
-        title
-        if result["pressure"].max() > 0.0
-        else f"no contact here, penetration {float(result['penetration']):.3g} %"
-    )
+    contact = "contact pressure" if result["pressure"].max() > 0.0 else "no contact here"
+    return f"{contact}, {result['pressed_by'][0]}"
 
 
 def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from scipy.special import ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.bowden_tabor import window_sums
@@ -27,7 +26,6 @@ from roughslip.friction.statistics import resampled
 
 POWERS = (1, 2, 4, 8)  # of rho; those between are nearly sums of them
 WINDOWS = 4.0 ** np.arange(11)  # of a pad, at which its scatter is given
-ADJACENT = (1, 2, 4)  # windows one behind the other whose mean is measured too
 NODE, WEIGHT = np.polynomial.legendre.leggauss(8)  # in a panel
 FINEST = 8.0  # panels in a correlation length next to no distance
 LEAST_SHARE = 1e-6  # of 1 / windows: the variance of a mean without long waves may be zero but for rounding
@@ -171,42 +169,3 @@ def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:
     low = np.clip(place.astype(int), 0, len(WINDOWS) - 2)
     rows, share, logs = np.arange(len(place)), place - low, np.log(variance)
     return np.exp(logs[rows, low] * (1.0 - share) + logs[rows, low + 1] * share)
-
-
-def percentile_of_pressure(percentiles: np.ndarray, pressure: np.ndarray, wanted_pa: float) -> np.ndarray:
-    """Penetration (1 + R,) [%] at which the mean pressure is the nominal one: the curve of the strips, inverted.
-
-    percentiles : (L,) [%] increasing, at least two; pressure : (1 + R, L) [Pa] mean of each level and its replicates
-
-    The height of the plane, as the normal score of the percentile, is a monotone cubic of the logarithm of the pressure
-    (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 1984), and nearly a line for light loads. Replicates whose
-    pressures do not reach so far end at their last level. Raises IllPosedError, with the range and the percentiles to
-    add, where the sample itself does not.
-    """
-    carried = (pressure > 0.0).all(axis=0)
-    q, log_p, wanted = percentiles[carried], np.log(pressure[:, carried]), math.log(wanted_pa)
-    if len(q) < 2:
-        raise IllPosedError("penetration at a nominal pressure needs two strip.penetration_percentiles that carry load")
-    score = ndtri(q / 100.0)
-    if not (np.diff(log_p, axis=1) > 0.0).all():
-        raise IllPosedError("the mean pressure of the strips does not rise with penetration: solve more strips")
-    if not log_p[0, 0] <= wanted <= log_p[0, -1]:
-        deeper = wanted > log_p[0, -1]
-        near, next_to = (-1, -2) if deeper else (0, 1)
-        slope = (score[near] - score[next_to]) / (log_p[0, near] - log_p[0, next_to])
-        beyond = score[near] + 1.2 * slope * (wanted - log_p[0, near])
-        steps = max(math.ceil(abs(beyond - score[near]) / 0.5), 1)
-        add = np.sort(100.0 * ndtr(np.linspace(score[near], beyond, steps + 1)[1:]))
-        raise IllPosedError(
-            f"load.nominal_pressure_pa = {wanted_pa:.4g} lies outside the solved penetrations, "
-            f"{math.exp(log_p[0, 0]):.4g} to {math.exp(log_p[0, -1]):.4g} Pa at "
-            f"penetrations from {q[0]:g} to {q[-1]:g} %: add about {', '.join(f'{level:.3g}' for level in add)} to "
-            + ("strip.penetration_percentiles" if deeper else "strip.light_percentiles, solve more strips")
-            + ", or change the load"
-        )
-    return np.array(
-        [
-            100.0 * ndtr(scipy.interpolate.PchipInterpolator(row, score)(np.clip(wanted, row[0], row[-1])))
-            for row in log_p
-        ]
-    )

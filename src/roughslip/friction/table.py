@@ -3,24 +3,60 @@
 Three estimates of a statistic stand side by side. Solved windows alone have all of them. From all levels together,
 `combination` gives those with the smallest error. The expansion alone has mean and scatter. All resample whole strips,
 with the same draws at every penetration, so that differences between penetrations have intervals too. The friction
-coefficient is in units in which the combined mean at the median is as given, in each resampled set.
+coefficient is in units in which the combined mean at the median is as given, in each resampled set. `describe` has the
+statistics of the windows of one penetration that need no other level.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.combination import Combined, mesh_factors
-from roughslip.friction.description import describe
+from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.level import Level, Windows, group_weights
-from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, scaled_beta, set_beta
 from roughslip.friction.over_penetration import calibrated_levels, combined_estimates
-from roughslip.friction.statistics import estimate_of, ratio_of_sums
+from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
 from roughslip.probability import Estimate
+
+FITTED = ("misfit_exponential", "misfit_triangle", "misfit_difference")
+LENGTHS = ("least_squares", "half_window", "one_over_e", "integral")
+
+
+def describe(
+    windows: Windows, weights: np.ndarray, lags: np.ndarray, window: float, sets: np.random.Generator
+) -> dict[str, Estimate]:
+    """Moments, quantiles, autocorrelation with its lengths, and Beta distributions, by name.
+
+    windows : mu and valid, each (S, W), friction coefficient and bool
+    weights : (1 + R, S) counts from `strip_weights`
+    lags : (W,) [m] distances of two windows; window : [m] length of one
+    sets : draws the sets of windows that `set_beta` scales by their extremes
+
+    Raises IllPosedError where too few windows have a friction coefficient, or all have the same.
+    """
+    statistics = window_statistics(*windows, weights)
+    estimates = {
+        f.name: getattr(statistics, f.name) for f in fields(statistics) if f.name not in ("windows", "missing")
+    }
+    estimates["autocorrelation"] = autocorrelation(*windows, len(lags), weights)
+    fit = correlation_fit(lags, estimates["autocorrelation"], window)
+    estimates |= {f"length_{name}": getattr(fit, name) for name in LENGTHS}
+    estimates |= {name: getattr(fit, name) for name in FITTED}
+    beta, scaled = fit_beta(*windows, weights), scaled_beta(*windows, weights)
+    for shape in ("a", "b", "lower", "upper"):
+        estimates[f"beta_{shape}"], estimates[f"scaled_beta_{shape}"] = getattr(beta, shape), getattr(scaled, shape)
+    estimates["beta_misfit"] = beta.distance
+    estimates["set_beta_a"], estimates["set_beta_b"] = set_beta(*windows, sets)
+    distance = distance_to_beta(*windows, weights)
+    estimates["beta_distance_standardised"] = distance.standardised
+    estimates["beta_distance_scaled"] = distance.scaled
+    return estimates
+
 
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 

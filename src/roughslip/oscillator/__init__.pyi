@@ -1,6 +1,5 @@
 from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.counts import Counts as Counts
-from roughslip.oscillator.counts import counts_by_period as counts_by_period
 from roughslip.oscillator.counts import ensemble_counts as ensemble_counts
 from roughslip.oscillator.cycles import CycleCounts as CycleCounts
 from roughslip.oscillator.cycles import Reattachment as Reattachment

@@ -8,11 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import departure_point, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
 from roughslip.validation import gate
@@ -29,7 +26,6 @@ class Counts:
         state, and with excitation
     cuts : (dampings,) of negative friction, as in Motion
     steps, evaluations : in all, as in Motion
-    periods : natural periods followed in all
     """
 
     damping_ratios: np.ndarray
@@ -40,7 +36,6 @@ class Counts:
     cuts: np.ndarray
     steps: int
     evaluations: int
-    periods: float
 
 
 @gate
@@ -70,7 +65,6 @@ def ensemble_counts(
         cuts=np.array([motion.cuts for motion in motions]),
         steps=sum(motion.steps for motion in motions),
         evaluations=sum(motion.evaluations for motion in motions),
-        periods=duration_periods * ratios.size,
     )
 
 
@@ -79,64 +73,3 @@ def _share(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> float:
     if oscillator.q > 0.0 or oscillator.V == 0.0:
         return math.nan
     return states_of(motion, longest_slip(oscillator, law)).share()
-
-
-@gate
-def counts_by_period(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    duration_periods: float,
-    damping_ratios: Sequence[float] | np.ndarray,
-    options: MotionOptions = DEFAULTS,
-) -> Counts:
-    """Cycles and micro-slips of the free oscillator without scatter, as `ensemble_counts` gives them without a path.
-
-    Every run ends with its second departure, or with a slip whose first loop misses the belt. The next loops lie within
-    that loop, because trajectories of the plane do not cross. The period of the cycle gives the other counts. Raises
-    ParameterError with excitation, and as `simulate` does.
-    """
-    if oscillator.q > 0.0:
-        raise ParameterError(
-            f"an excitation of {oscillator.excitation_force_n:g} N does not let cycles repeat: count them by "
-            "ensemble_counts, or without excitation; scene keys: ensemble.count_by_period, "
-            "oscillator.excitation_force_n"
-        )
-    ratios = np.atleast_1d(np.asarray(damping_ratios, dtype=np.float64))
-    runs = [
-        _of_one(replace(oscillator, damping_ratio=float(ratio)), law, duration_periods, options) for ratio in ratios
-    ]
-    motions, cycles, micro_slips, last = zip(*runs, strict=True)
-    return Counts(
-        damping_ratios=ratios,
-        cycles=np.array(cycles),
-        micro_slips=np.array(micro_slips),
-        last_cycle=np.array(last),
-        stick_slip=np.where(
-            np.array(cycles) > 0, 1.0, np.where([motion.kind.size > 0 for motion in motions], 0.0, np.nan)
-        ),
-        cuts=np.zeros(ratios.size, dtype=np.int64),
-        steps=sum(motion.steps for motion in motions),
-        evaluations=sum(motion.evaluations for motion in motions),
-        periods=sum(motion.duration for motion in motions) / (2.0 * math.pi),
-    )
-
-
-def _of_one(
-    oscillator: Oscillator, law: FrictionLaw, periods: float, options: MotionOptions
-) -> tuple[Motion, int, int, float]:
-    """The motion up to the second departure at most, cycles, micro-slips and the end of the last cycle [periods]."""
-    turn, belt_moves = 2.0 * math.pi, oscillator.V > 0.0
-    depart = max(departure_point(oscillator, law), 0.0)
-    first = depart / oscillator.V / turn if belt_moves else math.inf
-    loop = slip_loop(oscillator, law).periods if belt_moves else 0.0
-    motion = simulate(oscillator, law, None, 0.0, min(periods, first + 1.1 * loop + 1.0), options)
-    back = np.flatnonzero(motion.kind == REATTACHMENT)
-    if back.size == 0:
-        return motion, 0, 0, 0.0
-    leave, again = motion.time[motion.kind == DEPARTURE][0], motion.time[back[0]]
-    # stick lasts from where the mass has stuck again to the point of departure
-    period = again - leave + (depart - motion.position[back[0]]) / oscillator.V
-    count = math.floor((turn * periods - again) / period) + 1
-    if not motion.backwards[back[0]]:
-        return motion, 0, count, 0.0
-    return motion, count, 0, (again + (count - 1) * period) / turn

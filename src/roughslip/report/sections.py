@@ -107,6 +107,11 @@ SECTIONS = {
             "mu-beta-any-depth": "largest distance of the distributions",
         },
     ),
+    "friction_against_load": Section(
+        "Friction against load",
+        "Four panels over the nominal pressure, with the load of the scene as a line: the real area of contact rises "
+        "nearly in proportion; mean friction, its scatter and the share of windows without contact fall.",
+    ),
     "figure5": Section(
         "Figure 5: the mass on the belt",
         "Panels a to c are those of the paper. In a, loops of displacement and velocity: a black one without scatter, "

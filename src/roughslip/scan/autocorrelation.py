@@ -18,9 +18,8 @@ import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.scan.high_pass import FEWEST_CELLS, high_pass
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
-from roughslip.scan.topography import Topography, remove_form
+from roughslip.scan.topography import FEWEST_CELLS, Topography, high_pass, remove_form
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180

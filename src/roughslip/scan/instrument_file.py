@@ -21,10 +21,22 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
-from roughslip.scan.limits import check_hdf5, check_points, check_size, check_text, first_line
-from roughslip.scan.named_arrays import ARRAYS, read_arrays
-from roughslip.scan.netcdf_map import read_netcdf
-from roughslip.scan.reading import ARRAY_KEY, METRES, MOST_LISTED, Reading, by_name, metres, no_length, settled
+from roughslip.scan.named_arrays import ARRAYS, read_arrays, read_netcdf
+from roughslip.scan.reading import (
+    ARRAY_KEY,
+    METRES,
+    MOST_LISTED,
+    Reading,
+    by_name,
+    check_hdf5,
+    check_points,
+    check_size,
+    check_text,
+    first_line,
+    metres,
+    no_length,
+    settled,
+)
 from roughslip.scan.text_table import STATED_UNIT, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate

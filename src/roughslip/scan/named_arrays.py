@@ -1,18 +1,76 @@
-"""Files of named arrays, which say nothing of what they hold: HDF5, MATLAB and numpy."""
+"""Files of named arrays: HDF5, MATLAB and numpy, which say nothing of what they hold, and netCDF maps with units.
+
+Tags of MATLAB's files of version 5, checked before they are read: SciPy follows damaged ones out of its memory.
+
+Layout after The MathWorks, MAT-File Format (2019): 128 bytes of header, then elements. Each has a tag of 8
+bytes, its kind and its size, and fills 8 bytes or a multiple of them. One of at most 4 bytes may have a tag of 4.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import struct
+import zlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import h5py
+import netCDF4
 import numpy as np
 import scipy
 
 from roughslip.errors import InputError
-from roughslip.scan.limits import check_points, first_line
-from roughslip.scan.matlab import check_matlab
-from roughslip.scan.reading import Reading, array_of_heights, metres, settled
+from roughslip.scan.reading import MOST_BYTES, Reading, array_of_heights, check_points, first_line, metres, settled
+
+_ORDER = {b"IM": "<", b"MI": ">"}
+_MATRIX, _PACKED = 14, 15  # kinds of element
+_NUMBERS = frozenset((1, 2, 3, 4, 5, 6, 7, 9, 12, 13))  # kinds that hold integers, single and double precision
+_ARRAY_CLASSES = range(6, 16)  # arrays of numbers and truth values
+_COMPLEX = 0x800
+
+
+def check_matlab(path: Path) -> None:
+    """Refuses a file of version 5 in which an element leaves its file or its array, or an array has other parts."""
+    content = path.read_bytes()
+    order = _ORDER.get(content[126:128])
+    if order is None or b"\0" in content[:4]:  # of version 4, or no such file
+        return
+    try:
+        for kind, part in _elements(content[128:], order):
+            unpacked = part
+            if kind == _PACKED:
+                whole = zlib.decompressobj().decompress(part, MOST_BYTES)
+                kind, unpacked = next(_elements(whole, order), (0, b""))
+            if kind != _MATRIX:
+                raise ValueError(f"an element of kind {kind} instead of an array")
+            _check_array(unpacked, order)
+    except (ValueError, struct.error, zlib.error) as error:
+        raise InputError(f"{path}: truncated or damaged ({error}); export it again") from error
+
+
+def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """Kind and content of each element."""
+    at = 0
+    while at < len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        short = kind >> 16
+        start, size = (at + 4, short) if short else (at + 8, size)
+        if size > (4 if short else len(content) - start):
+            raise ValueError(f"an element of {size} bytes does not fit")
+        kind &= 0xFFFF
+        yield kind, content[start : start + size]
+        at = at + 8 if short else start + size + (0 if kind == _PACKED else -size % 8)
+
+
+def _check_array(content: bytes, order: str) -> None:
+    """An array of numbers is its flags, shape, name, real parts and, of complex numbers, imaginary parts."""
+    parts = list(_elements(content, order))
+    (flags,) = struct.unpack_from(f"{order}I", parts[0][1] if parts else b"")
+    kinds = [kind for kind, _ in parts[3:]]
+    if flags & 0xFF in _ARRAY_CLASSES and (
+        len(kinds) != (2 if flags & _COMPLEX else 1) or not _NUMBERS.issuperset(kinds)
+    ):
+        raise ValueError(f"an array with parts of kinds {kinds} instead of its numbers")
+
 
 ARRAYS = (".h5", ".hdf5", ".mat", ".npz", ".npy")
 # Classes of numbers in MATLAB files; truth values are masks.
@@ -99,3 +157,65 @@ def _real(path: Path, values: np.ndarray) -> np.ndarray:
     if np.iscomplexobj(values):
         raise InputError(f"{path}: complex numbers; export heights, their real part")
     return values
+
+
+def read_netcdf(path: Path, spacing: tuple[float, float] | None, unit: str | None, wanted: str | None) -> Reading:
+    """A variable `heights(x, y)` with attribute `units`, and coordinates x, y with theirs.
+
+    The variable may have another name that `array_of_heights` chooses. `mask` is 1 at missing points.
+    """
+    try:
+        with netCDF4.Dataset(path) as file:
+            numbers = {
+                name: variable.shape
+                for name, variable in file.variables.items()
+                if name not in ("mask", "x", "y") and variable.dtype is not str and variable.dtype.kind in "iuf"
+            }
+            if "heights" in numbers:
+                check_points(path, numbers["heights"])
+            name = array_of_heights(path, numbers, wanted=wanted)
+            heights = file.variables[name]
+            check_points(path, heights.shape)
+            if sorted(heights.dimensions) != ["x", "y"]:
+                raise InputError(f"{path}: {name} over {', '.join(heights.dimensions)}; a map is over x and y")
+            axes = [file.variables[axis] for axis in "xy" if axis in file.variables]
+            for other in (*axes, *(file.variables[own] for own in ("mask",) if own in file.variables)):
+                _check_shape(path, other, heights)
+            steps = [_spacing(path, axis) for axis in axes]
+            stored = (steps[0], steps[1]) if len(steps) == 2 else None
+            unit, spacing = settled(path, (_units(heights), stored), (unit, spacing))
+            scale = metres(path, unit)
+            values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
+            if "mask" in file.variables:  # of missing points, as SurfaceTopography writes it
+                values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
+            values = values if heights.dimensions == ("x", "y") else values.T
+    except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: truncated or not netCDF ({first_line(error)}); export it again") from error
+    return Reading(values * scale, spacing, f"variable '{name}' in {unit}")
+
+
+def _check_shape(path: Path, other: netCDF4.Variable, heights: netCDF4.Variable) -> None:
+    """Refuse coordinates and masks of another shape than the heights, before they are read."""
+    points = {axis: heights.shape[heights.dimensions.index(axis)] for axis in "xy"}
+    wanted = heights.shape if other.name == "mask" else (points[other.name],)
+    if other.shape != wanted:
+        raise InputError(
+            f"{path}: {other.name} has the shape {other.shape}; heights of {heights.shape} go with {wanted}"
+        )
+
+
+def _units(variable: netCDF4.Variable) -> str | None:
+    """Attribute `units`, or `unit` as SurfaceTopography writes it."""
+    units = next((getattr(variable, name) for name in ("units", "unit") if hasattr(variable, name)), None)
+    return None if units is None else str(units)
+
+
+def _spacing(path: Path, axis: netCDF4.Variable) -> float:
+    if axis.ndim != 1 or len(axis) < 2 or _units(axis) is None:
+        raise InputError(f"{path}: coordinate {axis.name} needs at least two points and an attribute 'units'")
+    steps = np.diff(np.asarray(axis[:], dtype=np.float64)) * metres(path, str(_units(axis)))
+    if not (steps[0] > 0.0 and np.allclose(steps, steps[0], rtol=1e-3, atol=0.0)):
+        raise InputError(
+            f"{path}: coordinate {axis.name} does not increase in equal steps; a scan has one spacing an axis"
+        )
+    return float(np.mean(steps))

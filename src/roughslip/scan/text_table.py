@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from roughslip.errors import InputError
-from roughslip.scan.limits import MOST_POINTS, SMALLER, check_points
-from roughslip.scan.reading import METRES
+from roughslip.scan.reading import METRES, MOST_POINTS, SMALLER, check_points
 from roughslip.scan.topography import FEWEST_NODES
 
 MISSING = frozenset(

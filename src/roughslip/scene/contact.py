@@ -17,8 +17,6 @@ from roughslip.scene.mistakes import (
     increasing,
     missing,
     not_together,
-    refused,
-    strictly_increasing,
 )
 
 MOST_NODES = 1024  # along an edge of a square: 8 MB a field
@@ -118,15 +116,9 @@ class Strip(Section):
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
         at_most=99,
     )
-    light_percentiles: tuple[float, ...] | None = many(
-        "Further penetrations, below those, strictly increasing, at which load and scatter of pads alone are taken: "
-        "few windows touch there. With load, from 0.001 on where not given",
-        number("A penetration, as square.penetration_percentile", "%", above=0, below=50),
-        at_most=20,
-        default=None,
-    )
     samples: Auto[int] = integer(
-        "Strips that are solved; a bootstrap over strips needs at least 8. With auto, as many as accuracy takes",
+        "Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells, or fewer of as "
+        "much area where they are large, at least 16. With auto, as many as accuracy takes",
         at_least=8,
         at_most=100_000,
         or_auto=True,
@@ -152,7 +144,7 @@ class Strip(Section):
     )
 
 
-LIGHT, LEVELS = "strip.light_percentiles", "strip.penetration_percentiles"
+LEVELS = "strip.penetration_percentiles"
 MODES, SHARE = "square.modes", "square.variance_share"
 EXTRAPOLATE, LENGTHS = "numerics.extrapolate_mesh", "length_m margin_m width_m window_m window_spacing_m"
 CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
@@ -269,12 +261,8 @@ RULES = (
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """The square ends at an order or at a share of the variance, one of them. Light levels lie below the others."""
-    strip, square = scene.get("strip") or {}, scene.get("square")
-    light, levels = strip.get("light_percentiles"), strip.get("penetration_percentiles")
-    if light and levels and not strictly_increasing([*light, levels[0]]):
-        allowed = f"strictly increasing, below the first of {LEVELS} = {levels[0]}"
-        yield refused(light, allowed, LIGHT, LEVELS)
+    """The square ends at an order or at a share of the variance, one of them."""
+    square = scene.get("square")
     if not isinstance(square, dict):
         return
     if "modes" not in square and "variance_share" not in square:

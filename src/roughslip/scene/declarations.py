@@ -52,7 +52,8 @@ class Stage:
     batches : how its samples are split into jobs
     target : the target of a scene that needs this stage, or EVERY_SCENE; other stages run as inputs of these
     comes_with : stages that this one accompanies, where its condition holds
-    runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value"
+    runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", "key = value", or
+        several of them with " and " between
     caption : of its figure; the stage then writes a PNG and an SVG file as well
     memory_mb : [MB] that a job asks for: a fifth above the peaks in costs.json; far larger scenes take more
     """

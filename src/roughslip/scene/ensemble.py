@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from roughslip.limits import MOST_NUMBERS
-from roughslip.scene.fields import AUTO, Auto, Section, choice, flag, integer, many, number, section
+from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, many, number, section
 from roughslip.scene.friction import STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, increasing, refused
 
@@ -64,11 +64,6 @@ class Ensemble(Section):
         at_most=1000,
         or_auto=True,
         default=AUTO,
-    )
-    count_by_period: bool = flag(
-        "Whether the runs without scatter end with their first cycle, which all later ones repeat, and are counted by "
-        "its period; not with excitation",
-        default=False,
     )
     damping_ratios: Auto[tuple[float, ...]] = many(
         "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
@@ -194,11 +189,6 @@ RULES = (
         f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
     ),
     Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
-    Rule(
-        ("ensemble.count_by_period", "oscillator.excitation_force_n"),
-        lambda by_period, force: not by_period or force == 0,
-        "false where oscillator.excitation_force_n is not 0, because no cycle repeats the last there",
-    ),
     Rule(
         ("ensemble.marginal", STATISTICS),
         lambda marginal, _: marginal != "empirical",

@@ -18,7 +18,6 @@ from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, section
 from roughslip.scene.mistakes import MEMORY, Rule
 
 Target = Literal["trial_pressure", "squared_pressure"]
-Design = Literal["latin_hypercube", "sobol", "monte_carlo"]
 
 
 @section
@@ -45,11 +44,6 @@ class Expansion(Section):
         or_auto=True,
         default=AUTO,
     )
-    design: Design | None = choice(
-        "Design of the variables of these surfaces; where not given, sobol with samples auto and else latin_hypercube",
-        Design,
-        default=None,
-    )
     draws: int = integer(
         "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=10_000_000
     )
@@ -62,7 +56,6 @@ def terms(variables: int, degree: int) -> int:
 
 _TERMS = ("expansion.variables", "expansion.degree")
 _DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
-_EXTENDED = ("sobol", "monte_carlo")  # designs
 
 
 def designs_fit(samples: str) -> Rule:
@@ -107,12 +100,6 @@ RULES = (
         ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
         lambda draws, error, _, targets: "figure2" not in targets or draws * error**2 >= _DRAWS,
         f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
-        of_auto=("expansion.samples",),
-    ),
-    Rule(
-        ("expansion.design", "expansion.samples"),
-        lambda design, _: design in _EXTENDED,
-        f"{' or '.join(_EXTENDED)} with expansion.samples = {AUTO}, to be extended",
         of_auto=("expansion.samples",),
     ),
     Rule(

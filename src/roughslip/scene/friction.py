@@ -9,7 +9,6 @@ from roughslip.scene.mistakes import Mistake, Values, given, missing, not_togeth
 
 SCATTERS = ("additive", "multiplicative")
 MOST_WINDOWS = 1_000_000_000
-LIGHT = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # [%] penetrations that are solved for the load alone
 
 
 @section
@@ -31,7 +30,11 @@ class Friction(Section):
     """Friction coefficient from solved pressures (mean_at_median, least_contact_fraction), or given as statistics."""
 
     mean_at_median: float = number(
-        "Mean friction coefficient at median penetration; sets the shear strength", above=0, at_most=10, default=None
+        "Mean friction coefficient at median penetration, or of the pad with a load without load.mean_friction; sets "
+        "the shear strength",
+        above=0,
+        at_most=10,
+        default=None,
     )
     least_contact_fraction: float = number(
         "A window with a smaller fraction of its area in contact has no friction coefficient",
@@ -52,15 +55,15 @@ class Friction(Section):
 class Load(Section):
     """Load of the pad: two of force, nominal pressure and apparent area.
 
-    Penetration follows from the nominal pressure by the solved strips, the number of windows from the apparent area.
+    Periodic cells of the surface are solved under the nominal pressure; the number of windows follows from the area.
     """
 
     force_n: float = number("Normal force on the pad", "N", above=0, at_most=1e9, default=None)
     nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, at_most=1e13, default=None)
     apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, at_most=1e4, default=None)
     mean_friction: float | None = number(
-        "Mean friction coefficient of the pad as measured under this load, in place of the one that follows from "
-        "friction.mean_at_median; the scatter changes in proportion",
+        "Mean friction coefficient of the pad as measured under this load, in place of friction.mean_at_median; sets "
+        "the shear strength, so the scatter changes in proportion",
         above=0,
         at_most=10,
         default=None,
@@ -72,7 +75,7 @@ STATISTICS = "friction.statistics"
 PARTS = ("force_n", "nominal_pressure_pa", "apparent_area_m2")
 FORCE = "oscillator.normal_force_n"
 BY_HAND = (FORCE, "oscillator.penetration_percentile", "oscillator.windows_in_parallel")
-NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical"}
+NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical", "roughness.fractal": None}  # not periodic
 
 REPLACES: dict[str, tuple[str, ...]] = {
     "load": BY_HAND,
@@ -129,8 +132,13 @@ def complete(load: Values) -> Values:
     return third | load
 
 
+def targets_under_load(targets: list[str]) -> list[str]:
+    """Targets of a scene with a load: friction over penetration is that over loads."""
+    return list(dict.fromkeys("friction_against_load" if target == "figure3" else target for target in targets))
+
+
 def with_load(scene: Values) -> Values:
-    """The scene with what follows from its load; the penetration, None, follows when the strips are solved."""
+    """The scene with what follows from its load, which needs no penetration: None."""
     if scene.get("load") is None:
         return scene
     load, strip = complete(scene["load"]), scene.get("strip", {})
@@ -138,8 +146,6 @@ def with_load(scene: Values) -> Values:
     if strip:
         windows = load["apparent_area_m2"] / (strip["window_m"] * strip["width_m"])
         oscillator["windows_in_parallel"] = round(windows)
-        light = [percentile for percentile in LIGHT if percentile < strip["penetration_percentiles"][0]]
-        scene = {**scene, "strip": {**strip, "light_percentiles": strip.get("light_percentiles") or light or None}}
     if isinstance(scene.get("friction"), dict):
         scene = {**scene, "friction": {"scatter": "multiplicative", **scene["friction"]}}
     return {**scene, "load": load, "oscillator": oscillator}

@@ -62,6 +62,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
 
     if merged.file_of(("targets",)) != chain[0] and isinstance(merged.values["targets"], list):
         merged.values["targets"] = plan.default_targets(merged.values)
+    if merged.values.get("load") is not None and isinstance(merged.values.get("targets"), list):
+        merged.values["targets"] = friction.targets_under_load(merged.values["targets"])
     faulty = set()
     for path, text, is_refused in refusals(merged.values, schema):
         if is_refused:

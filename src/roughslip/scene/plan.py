@@ -64,7 +64,7 @@ def _needs(stage: str) -> list[str]:
 def sections_not_read(scene: Values) -> set[str]:
     """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
     stages = stages_needed(scene)
-    unread = set() if "friction" in stages else {"strip"}
+    unread = set() if stages & {"friction", "contact_periodic"} else {"strip"}
     return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
 
 
@@ -85,11 +85,18 @@ def stages_of_several_scenes() -> tuple[str, ...]:
 
 
 def runs(scene: Values, stage: Stage) -> bool:
-    """Whether the condition of a stage holds in the scene."""
-    key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
-    if value:
-        return bool(get(scene, key) == value)
-    return not key or (get(scene, key) is not None) != stage.runs_if.startswith("not ")
+    """Whether the conditions of a stage hold in the scene."""
+    return not _failing(scene, stage)
+
+
+def _failing(scene: Values, stage: Stage) -> str:
+    """The first condition of a stage that does not hold in the scene; "" where all do."""
+    for condition in filter(None, stage.runs_if.split(" and ")):
+        key, _, value = condition.removeprefix("not ").partition(" = ")
+        found = get(scene, key)
+        if not (found == value if value else (found is not None) != condition.startswith("not ")):
+            return condition
+    return ""
 
 
 def _needed(scene: Values, wanted: tuple[str, ...]) -> set[str]:
@@ -112,15 +119,15 @@ def _reached(scene: Values | None, wanted: tuple[str, ...]) -> dict[str, str]:
         reached[name] = reason
         for other, is_always in (*_edges(name), *((companion, False) for companion in _companions(name))):
             stage = declarations()[other]
-            holds = is_always or scene is None or runs(scene, stage)
-            pending.append((other, reason or ("" if holds else _reason(stage))))
+            failing = "" if is_always or scene is None else _failing(scene, stage)
+            pending.append((other, reason or (_reason(failing) if failing else "")))
     return reached
 
 
-def _reason(stage: Stage) -> str:
-    """Why a stage does not run whose condition does not hold."""
-    key, _, value = stage.runs_if.removeprefix("not ").partition(" = ")
-    return f"{key} is {'given' if value or stage.runs_if.startswith('not ') else 'not given'}"
+def _reason(condition: str) -> str:
+    """Why a stage does not run whose condition this is."""
+    key, _, value = condition.removeprefix("not ").partition(" = ")
+    return f"{key} is {'given' if value or condition.startswith('not ') else 'not given'}"
 
 
 def makers(stage: str, stages: Set[str]) -> list[str]:

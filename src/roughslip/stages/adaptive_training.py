@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.enrichment import enrich
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
-from roughslip.chaos.sampling import design
+from roughslip.chaos.sampling import sobol
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.accuracy import EXPANSION_SHARE
 from roughslip.scene.declarations import Stage
@@ -21,14 +21,13 @@ STAGE = Stage(
     name="adaptive_training",
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "expansion.variables expansion.degree expansion.target expansion.samples",
-    reads_if_given="accuracy.pressure expansion.design",
+    reads_if_given="accuracy.pressure",
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
     result="contact/training.nc",
     runs_if="expansion.samples = auto",
 )
 
-DESIGN = "sobol"  # where the scene names none: it can be extended
 LEAST = 128  # solves to begin with: six in each of the groups that are left out
 MOST = 2**14  # sixteen times what an error of 0.005 takes on the resolved square
 
@@ -51,7 +50,7 @@ def work(job: Job) -> None:
         target = expansion.target(job.scene, problem.model, problem.grid)
 
         def solve(first: int, last: int) -> Samples:
-            xi = design(asked.design or DESIGN, seed, last, len(problem.modes))[first:]
+            xi = sobol(np.random.default_rng(seed), last, len(problem.modes))[first:]  # it can be extended
             solves = solved(problem, xi, last - first, nodes, job)
             title = "standard normal variables of the samples"
             batches.append({**solves, "xi": store.Variable(("sample", "mode"), xi, "1", title)})

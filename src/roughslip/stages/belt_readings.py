@@ -15,7 +15,7 @@ from roughslip.oscillator.counts import ensemble_counts
 from roughslip.oscillator.limits import limit_cycle, limits_or_nan
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
-from roughslip.probability.nearest import nearest_level
+from roughslip.probability.distributions import nearest_level
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene, scene_of
@@ -28,7 +28,7 @@ STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/readings.nc",
     target="readings",
     memory_mb=620,

@@ -11,7 +11,6 @@ STAGE = Stage(
     "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
     "strip.window_m strip.window_spacing_m strip.training_samples "
     "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
-    reads_if_given="strip.light_percentiles",
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="contact/strip-{first}-{last}.nc",
     batches=Batches(totals={"": "strip.samples"}, asked="accuracy.friction_mean"),

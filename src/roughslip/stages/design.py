@@ -3,7 +3,7 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import design
+from roughslip.chaos.sampling import latin_hypercube
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
 from roughslip.scene.declarations import Stage
@@ -15,7 +15,6 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="design",
     reads="seed square.latin_hypercube_samples expansion.samples",
-    reads_if_given="expansion.design",
     inputs={"surface": "karhunen_loeve"},
     result="surface/design.nc",
 )
@@ -47,19 +46,16 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
 def work(job: Job) -> None:
     """Write the designs of the paper's fits, one after another, and the smaller one of ours: a variable a mode."""
     modes = len(store.read(job.arguments.surface)["eigenvalue"])
-    expansion = job.scene.expansion
     variables = {}
     with job.usage.core():
         for name, samples in samples_of(job.scene, modes).items():
             seed = [job.scene.seed, STREAMS[name]]
-            if name == "latin_hypercube":  # the first as where there is one only
-                parts = [
-                    design(name, [*seed, number] if number else seed, part.stop - part.start, modes)
-                    for number, part in enumerate(designs_of(samples))
-                ]
-                xi = np.concatenate(parts)
-            else:
-                xi = design(expansion.design or "latin_hypercube", seed, samples, modes)
+            parts = designs_of(samples) if name == "latin_hypercube" else [slice(0, samples)]
+            seeds = [[*seed, number] if number else seed for number in range(len(parts))]  # the first as of one alone
+            drawn = [
+                latin_hypercube(np.random.default_rng(own), part.stop - part.start, modes)
+                for own, part in zip(seeds, parts, strict=True)
+            ]
             title = f"standard normal variables of the {name} design"
-            variables[name] = store.Variable((f"{name}_sample", "mode"), xi, "1", title)
+            variables[name] = store.Variable((f"{name}_sample", "mode"), np.concatenate(drawn), "1", title)
     store.write(job.arguments.output, variables, job.key)

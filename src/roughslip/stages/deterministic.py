@@ -11,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.counts import Counts, counts_by_period, ensemble_counts
+from roughslip.oscillator.counts import Counts, ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
@@ -26,7 +26,7 @@ STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/deterministic.nc",
     memory_mb=620,
 )
@@ -70,10 +70,7 @@ def work(job: Job) -> None:
             cycle = where_it_exists(limit_cycle, belt, law, job)
         options = MotionOptions(mass_on_belt.TOLERANCE)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
-        if ensemble.count_by_period:
-            counts = counts_by_period(belt, law, duration, dampings, options)
-        else:
-            counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
+        counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
         periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
@@ -83,9 +80,7 @@ def work(job: Job) -> None:
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
     job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
-    sticks = 0 if ensemble.count_by_period else np.sum(counts.cycles + counts.micro_slips)
-    spared = round(duration * len(counts.cycles) - counts.periods)
-    job.usage.skip({skip_reasons.STICK: sticks, skip_reasons.BY_PERIOD: spared})
+    job.usage.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
     variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
     store.write(job.arguments.output, variables, job.key)
 
@@ -115,16 +110,14 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, path))
     title = "standard deviation of the friction coefficient of all windows in parallel"
     variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
-    if path is not None:
-        statistics = store.read(path)
-        percentile = mass_on_belt.penetration_percentile(scene, statistics)
+    if path is not None and not mass_on_belt.is_under_load(statistics := store.read(path)):
         title = (
             "what the same scatter moves the limit by with the autocorrelation of the load's windows, over that here"
         )
         variables["load_response"] = store.Variable((), load_response(scene, numbers, path), "1", title)
+        percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
-        if scene.oscillator.penetration_percentile is not None:  # else it follows from the load, as the windows do
-            warn_of_load(job, statistics, scatter)
+        warn_of_load(job, statistics, scatter)
     for name, value in asdict(numbers).items():
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
@@ -156,7 +149,7 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     )
     force, given = section.normal_force_n, section.windows_in_parallel
     if max(needed / given, given / needed) > MISSED:
-        percentile = mass_on_belt.penetration_percentile(job.scene, statistics)
+        percentile = job.scene.oscillator.penetration_percentile
         job.usage.warn(
             f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {percentile:g} a window bears "
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "

@@ -7,7 +7,7 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.field import FieldExpansion, draw_pressure, fit_field, mode_shares
 from roughslip.chaos.sampling import monte_carlo
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.errors import InputError
 from roughslip.grid import Grid
 from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FIELD_SAMPLES

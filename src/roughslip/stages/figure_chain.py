@@ -8,15 +8,17 @@ from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, shares, surface_model
+from roughslip.stages.from_scene.periodic_cell import Cells
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
 STAGE = Stage(
     name="figure_chain",
     reads="description seed material roughness oscillator ensemble strip.cell_m numerics.contact_tolerance",
-    reads_if_given="friction.statistics friction.scatter",
-    inputs={"friction": "friction", "cycles": "cycles"},
-    optional={"scan": "scan", "allocation": "ensemble_pilot"},
+    reads_if_given="friction.statistics friction.scatter load.nominal_pressure_pa numerics.contact_area "
+    "strip.window_m strip.width_m strip.window_spacing_m",
+    inputs={"cycles": "cycles"},
+    optional={"friction": "friction friction_under_load", "scan": "scan", "allocation": "ensemble_pilot"},
     result="figure_chain.nc",
     target="figure_chain",
     comes_with="figure5",
@@ -31,8 +33,8 @@ PATHS = 4
 LENGTHS = 10  # correlation lengths of a path that are drawn
 
 
-def surface_and_pressure(job: Job, percentile: float) -> dict[str, store.Variable]:
-    """The middle of a square of the surface, on the cells of the strips, and the pressure on it.
+def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
+    """Heights [m] and pressure [Pa] of the middle of a square of the surface, on the cells of the strips.
 
     Of the first PIECES squares, the first that has contact in its middle; of none, the one with the highest summit.
     """
@@ -50,16 +52,38 @@ def surface_and_pressure(job: Job, percentile: float) -> dict[str, store.Variabl
         if summit > plane:
             break
     tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
+    solution = solve(elastic.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
+    return heights[middle, middle], solution.pressure[middle, middle]
+
+
+def under_the_load(job: Job, pressure_pa: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same around the highest summit of a periodic cell under its load."""
+    cells = Cells(job, pressure_pa)
+    heights, solution = cells.heights(0), cells.solutions(0, [pressure_pa])[0]
+    summit = np.unravel_index(heights.argmax(), heights.shape)
+    turned = (np.roll(part, [SHOWN // 2 - place for place in summit], (0, 1)) for part in (heights, solution.pressure))
+    heights, pressure = (np.tile(part, [-(-SHOWN // n) for n in part.shape])[:SHOWN, :SHOWN] for part in turned)
+    return heights, pressure
+
+
+def surface_and_pressure(job: Job, cycles: store.Result) -> dict[str, store.Variable]:
+    """A piece of the surface, and the pressure on it."""
     with job.usage.core():
-        solution = solve(elastic.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
+        if job.scene.load is not None:
+            heights, pressure = under_the_load(job, job.scene.load.nominal_pressure_pa)
+            pressed_by = f"nominal pressure {1e-6 * job.scene.load.nominal_pressure_pa:.3g} MPa"
+        else:
+            percentile = float(cycles["friction_percentile"])
+            heights, pressure = under_a_plane(job, percentile)
+            pressed_by = f"penetration {percentile:.3g} %"
     job.usage.count(solves=1)
-    place = cell * (np.arange(SHOWN) + 0.5)
+    place = job.scene.strip.cell_m * (np.arange(SHOWN) + 0.5)
     return {
+        "pressed_by": store.Variable(("how",), np.array([pressed_by]), "1", "what presses the surface"),
         "x": store.Variable(("x",), place, "m", "place along the path"),
         "y": store.Variable(("y",), place, "m", "place across the path"),
-        "height": store.Variable(("x", "y"), heights[middle, middle], "m", "height of the surface"),
-        "pressure": store.Variable(("x", "y"), solution.pressure[middle, middle], "Pa", "contact pressure"),
-        "penetration": store.Variable((), percentile, "percent", "share of the heights that is penetrated"),
+        "height": store.Variable(("x", "y"), heights, "m", "height of the surface"),
+        "pressure": store.Variable(("x", "y"), pressure, "Pa", "contact pressure"),
     }
 
 
@@ -86,6 +110,6 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
 def work(job: Job) -> None:
     """Draw the chain and write the numbers in it."""
     cycles = store.read(job.arguments.cycles)
-    variables = surface_and_pressure(job, float(cycles["friction_percentile"])) | friction_along_paths(job)
+    variables = surface_and_pressure(job, cycles) | friction_along_paths(job)
     variables |= {name: cycles.variable(name) for name in CYCLE}
     save_with_numbers(job, figure_chain({name: variables[name].values for name in DRAWN[STAGE.name]}), variables)

@@ -26,12 +26,12 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="friction",
     reads="seed roughness strip friction.mean_at_median",
-    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n strip.light_percentiles",
+    reads_if_given="friction.least_contact_fraction oscillator.normal_force_n",
     many={"contact": "strip_pilot contact_strip", "expansion": "expansion_strip"},
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
-    runs_if="not friction.statistics",
+    runs_if="not friction.statistics and not load",
     memory_mb=620,
 )
 
@@ -49,16 +49,13 @@ def work(job: Job) -> None:
         levels = levels_of_sums(geometry.least_contact_area(scene), sums, expanded, coarse_sums(batches))
         draws, mean = [seed, geometry.STREAM_BOOTSTRAP], scene.friction.mean_at_median
         table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
-        loads, light = (
-            of_load(job, batches, (table.solved, table.combined), table.shear, table.weights)
-            for of_load in (load_table.load_table, load_table.light_table)
-        )
+        loads = load_table.load_table(job, batches, (table.solved, table.combined), table.shear, table.weights)
         law = law_variables(table, np.random.default_rng([seed, geometry.STREAM_WHITE]))
     job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
     got = reached(job.arguments.allocation, percentiles, table.combined)
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
     variables = table_variables(table) | law | error_variables(table)
-    variables |= load_table.load_variables(scene, loads, light) | windows_variables(table)
+    variables |= load_table.load_variables(loads) | windows_variables(table)
     variables |= load_table.correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
     attributes = {"strips": levels[0].strips} if job.arguments.allocation else None

@@ -34,7 +34,7 @@ STAGE = Stage(
     name="lifetimes",
     reads="seed oscillator survival",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction"},
+    optional={"friction": "friction friction_under_load"},
     result="oscillator/lifetimes.nc",
     memory_mb=620,
 )

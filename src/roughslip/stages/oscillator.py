@@ -19,7 +19,7 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction", "allocation": "ensemble_pilot"},
+    optional={"friction": "friction friction_under_load", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
     memory_mb=620,

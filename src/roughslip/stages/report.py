@@ -99,6 +99,11 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = files["surface/scan.nc"] if "scan" in stages else None
         sentences[figure] = strips_represented(scene, scan)
+    if "contact_periodic" in stages:
+        figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
+        sentences[figure] = [
+            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure."
+        ]
     return sentences
 
 

@@ -1,24 +1,29 @@
-"""Stage scan: statistics of a scan with their intervals, and the models fitted to it, or why there is none."""
+"""Stage scan: statistics of a scan with their intervals, and the models fitted to it, or why there is none.
+
+The best of the models fitted to a scan whose surfaces can be sampled on the meshes of the scene.
+"""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, FamilyDistribution, translate
 from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
-from roughslip.scan.high_pass import high_pass
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.statistics import ScanStatistics, fitted_marginal, scan_statistics
-from roughslip.scan.topography import Topography, remove_form
+from roughslip.scan.topography import Topography, high_pass, remove_form
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import sampled_fit, surface_model
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job
+from roughslip.surface import model as surface
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
@@ -34,6 +39,52 @@ STAGE = Stage(
 
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
+UNSAMPLED = {"figure_scan", "figure2", "figure_field"}  # targets that draw no strips; squares are expanded in modes
+
+
+def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:
+    """On which surfaces of the scene are sampled, by name. scan : the mesh of the scan, on which its twins are"""
+    if UNSAMPLED.issuperset(scene.targets) or scene.strip.cell_m is None:
+        return {"scan": scan}
+    return {"scan": scan, "strip": geometry.strip_grid(scene), "expansion of a strip": geometry.lattice(scene).grid}
+
+
+def best_sampled(
+    fits: Sequence[CovarianceFit],
+    marginal: FamilyDistribution | EmpiricalDistribution | None,
+    correct_correlation: bool,
+    on: dict[str, Grid],
+    endless: int | None = None,
+) -> tuple[CovarianceFit, list[str]]:
+    """The first of the fits whose surfaces can be sampled on every mesh, and a line for each one before it.
+
+    on : meshes by name
+    endless : axis of a lay that is taken as infinitely long
+
+    Raises IllPosedError, which names the keys, where none of them can be.
+    """
+    left: list[str] = []
+    for fit in fits:
+        kind = fit.covariance.kind
+        try:
+            model = surface.gaussian_model(fit.covariance, None, marginal, correct_correlation=correct_correlation)
+            model = surface_model.with_lay(model, endless, model.lengths_m[0])
+        except IllPosedError as error:
+            left.append(f"{kind} cannot have these heights ({error})")
+            continue
+        for name, grid in on.items():
+            try:
+                model.sampler(grid)
+            except (IllPosedError, ParameterError) as error:
+                reason = str(error).partition(";")[0]
+                left.append(f"{kind} cannot be sampled on the mesh of the {name}, {grid.nx} x {grid.ny} ({reason})")
+                break
+        else:
+            return fit, left
+    raise IllPosedError(
+        f"no surface of this model of the scan can be sampled: {'; '.join(left)}. Take roughness.scan.covariance: "
+        f"{'best or ' if len(fits) == 1 else ''}measured, or a high-pass roughness.scan.cutoff_m"
+    )
 
 
 def work(job: Job) -> None:
@@ -87,8 +138,8 @@ def fitted_model(
     if kind != "measured":
         kinds = KINDS if kind == "best" else (kind,)
         fitted, refused = fitted_covariances(kinds, scan, statistics)
-        on = sampled_fit.meshes(job.scene, scan.grid)
-        best, left = sampled_fit.best_sampled(fitted, marginal, correct, on, endless)
+        on = meshes(job.scene, scan.grid)
+        best, left = best_sampled(fitted, marginal, correct, on, endless)
         covariance, fits = best.covariance, len(fitted) - len(left)
         job.usage.warn(*(f"a better model, {model}: {covariance.kind} is taken, or try measured" for model in left))
         for reason in refused:

@@ -32,7 +32,7 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job
-from roughslip.verdicts.bounds import Bound
+from roughslip.verdicts.finding import Bound
 from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(

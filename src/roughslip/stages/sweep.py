@@ -21,10 +21,13 @@ STAGE = Stage(
 )
 
 _FRICTION, _MOTION, _LIMITS = "friction/statistics.nc", "oscillator/statistics.nc", "oscillator/deterministic.nc"
+_LOAD = "friction/under_load.nc"
 # By name of a column: its heading, its unit, and the file and variable of the number.
 NUMBERS = {
     "mean_friction": ("Mean friction, median penetration", "1", _FRICTION, "combined_mean"),
     "std_friction": ("Standard deviation of friction, median penetration", "1", _FRICTION, "combined_std"),
+    "std_friction_of_pad": ("Standard deviation of friction of the pad under its load", "1", _LOAD, "load_std"),
+    "real_area": ("Real area of contact over the apparent area", "1", _LOAD, "real_area"),
     "mean_cycles": ("Mean cycles, where the damping of the scene is in its list", "1", _MOTION, "mean_cycles"),
     "hopf_damping": ("Damping below which sliding is unstable, no scatter", "1", _LIMITS, "hopf_damping"),
     "existence_limit": ("Damping above which no cycle exists, no scatter", "1", _LIMITS, "existence_limit"),

@@ -7,7 +7,7 @@ from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job
-from roughslip.stages.runtime.record import checksum
+from roughslip.stages.runtime.usage import checksum
 from roughslip.verdicts.kept_results import Compared, compared_claims, compared_friction, compared_summaries
 
 STAGE = Stage(

@@ -119,6 +119,11 @@ class Covariance:
         return 1 / math.hypot(cos / along, sin / across), 1 / math.hypot(sin / along, cos / across)
 
     @property
+    def rms_slope(self) -> float:
+        """h' [-], the root mean square of the gradient, over both directions; infinite where heights have no slope."""
+        raise NotImplementedError
+
+    @property
     def mirror_symmetric(self) -> bool:
         """Whether C(-x, y) = C(x, y)."""
         return 0.0 in direction(self.lay_rad)
@@ -195,6 +200,18 @@ class IsotropicCovariance(Covariance):
     def reach(self) -> float:
         """Correlation lengths beyond which the correlation is below 1e-15."""
         return _distance_of(self._unit, NEGLIGIBLE) / self.scale
+
+    @property
+    def curvature(self) -> float:
+        """-profile''(0) [-], infinite where it grows without end. A model whose slope comes late gives it itself."""
+        near, nearer = (2 * (1 - float(self.profile(np.array(u)))) / u**2 for u in (1e-3, 1e-4))
+        return nearer if nearer < 1.01 * near else math.inf
+
+    @property
+    def rms_slope(self) -> float:
+        """h' [-], the root mean square of the gradient: Sq s (curvature (1/l^2 + 1/l'^2))^(1/2), s being `scale`."""
+        along, across = self.lengths_m
+        return self.rms_height_m * self.scale * math.sqrt(self.curvature) * math.hypot(1 / along, 1 / across)
 
     @property
     def mirror_symmetric(self) -> bool:

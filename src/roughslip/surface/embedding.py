@@ -20,6 +20,7 @@ MOST_NODES = 2**25  # of the torus: a few arrays of 0.3 GB
 IMAGE_SHARE = 5e-3  # of the largest decorrelation on the mesh: what periodic images may add to a lag
 PROBED_LAGS = 64  # on an axis, where images are looked for
 MOST_FOLDS = 16  # of the spectrum at the Nyquist wave number of an axis
+CLIPPED = 0.01  # of the variance of a periodic cell, in eigenvalues below zero
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,29 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
         "largest; use a shorter correlation length, larger cells or another model; scene keys: "
         "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
     )
+
+
+@gate
+def embed_cell(covariance: StationaryCovariance, grid: Grid) -> Embedding:
+    """The mesh as a torus of its own: surfaces that are periodic over it, for periodic cells.
+
+    Lags are those of the nearest image, so the covariance is exact where it ends within half a cell. What lies below
+    zero is clipped, and the variance kept. Raises IllPosedError where that is more than CLIPPED of it.
+    """
+    if isinstance(covariance, SelfAffine):
+        eigenvalues = _folded_spectrum(covariance, grid, grid.shape) / grid.cell_area
+    else:
+        eigenvalues = circulant_eigenvalues(covariance, grid, grid.shape)
+    positive = np.maximum(eigenvalues, 0.0)
+    clipped = float(np.abs(positive - eigenvalues).sum() / np.abs(eigenvalues).sum())
+    if clipped > CLIPPED:
+        raise IllPosedError(
+            f"a periodic cell of {grid.nx} x {grid.ny} nodes has {clipped:.1e} of the variance below zero: its edges "
+            "are short against the correlation; use a shorter correlation length or another model; scene keys: "
+            "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
+        )
+    variance = fft.c2r(positive + 0j, lastsize=grid.ny, forward=False, inorm=2)[0, 0]
+    return Embedding(grid, grid.shape, covariance.rms_height_m * np.sqrt(positive / variance), clipped)
 
 
 def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:

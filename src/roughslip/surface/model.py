@@ -18,10 +18,43 @@ from roughslip.grid import Grid
 from roughslip.probability import Distribution, Translation, translate
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import StationaryCovariance, plane_height
-from roughslip.surface.embedding import embed
+from roughslip.surface.embedding import embed, embed_cell
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
 from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.validation import gate
+
+
+@dataclass(frozen=True, eq=False)
+class EndlessLay:
+    """The covariance of a surface with an infinitely long lay.
+
+    Heights are equal along the axis of the lay; across it they have the covariance of the profile.
+
+    profile : any covariance, of which the lags across the lay count alone
+    axis : of the lay, 0 for x and 1 for y
+    """
+
+    profile: StationaryCovariance
+    axis: int
+    separable = mirror_symmetric = True
+
+    @property
+    def rms_height_m(self) -> float:
+        """Sq [m]."""
+        return self.profile.rms_height_m
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """[m] of the profile across the lay. Along it the covariance has any period."""
+        x, y = self.profile.reach_m
+        return (x, 0.0) if self.axis else (0.0, y)
+
+    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
+        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        zero = np.zeros(1)
+        return self.profile(x, zero) if self.axis else self.profile(zero, y)
+
 
 Sampler = Callable[[np.random.Generator], np.ndarray]
 
@@ -83,6 +116,11 @@ class GaussianModel:
     def sampler(self, grid: Grid) -> Sampler:
         """Exact sampling by circulant embedding."""
         return embed(self.covariance, grid).sample
+
+    @gate
+    def cell_sampler(self, grid: Grid) -> Sampler:
+        """The same of a periodic cell, which the mesh is; raises as `embed_cell`."""
+        return embed_cell(self.covariance, grid).sample
 
     @gate
     def heights(self, field: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ class Gaussian(IsotropicCovariance):
     kind = "gaussian"
     is_product = True
     quadratic_power = 1.0
-    scale, reach = 1.0, 6.0
+    scale, reach, curvature = 1.0, 6.0, 2.0
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         return np.exp(-(u**2))
@@ -43,7 +43,7 @@ class Exponential(IsotropicCovariance):
 
     kind = "exponential"
     quadratic_power = 2.0
-    scale, reach = 1.0, 36.0
+    scale, reach, curvature = 1.0, 36.0, math.inf
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         return np.exp(-u)
@@ -60,6 +60,7 @@ class SeparableExponential(Covariance):
     kind = "separable_exponential"
     is_product = True
     quadratic_power = 2.0
+    rms_slope = math.inf
     is_fitted_with_lay = False  # its axes are those of the mesh, else it would not be separable
 
     @gate
@@ -107,6 +108,11 @@ class Matern(IsotropicCovariance):
         log = (1 - nu) * math.log(2) - gamma + nu * np.log(positive) + np.log(bessel) - positive
         return np.where(u > 0, np.exp(log), 1.0)
 
+    @property
+    def curvature(self) -> float:
+        """1 / (2 nu - 2): heights have a slope above nu = 1."""
+        return 0.5 / (self.smoothness - 1) if self.smoothness > 1 else math.inf
+
     def transform(self, k: np.ndarray) -> np.ndarray:
         return 4 * math.pi * self.smoothness * (1 + k**2) ** (-self.smoothness - 1)
 
@@ -146,6 +152,13 @@ class SelfAffine(IsotropicCovariance):
         """2 pi / q_s [m] along and across the lay."""
         along, across = self.rolloff_wavelengths_m
         return along / self.bandwidth, across / self.bandwidth
+
+    @property
+    def curvature(self) -> float:
+        """int k^3 S(k) / S(0) dk / 2 over the mass of the spectrum."""
+        log = (2 - 2 * self.hurst) * math.log(self.bandwidth)
+        slopes = 0.25 + math.log(self.bandwidth) * float(scipy.special.exprel(log))
+        return slopes / (2 * self_affine_transform.mass(self.hurst, self.bandwidth))
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         return self_affine_transform.profile(u, self.hurst, self.bandwidth)

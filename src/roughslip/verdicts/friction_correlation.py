@@ -6,8 +6,19 @@ from dataclasses import replace
 from functools import partial
 
 from roughslip.friction.correlation import LOG_LINE_WINDOWS
-from roughslip.verdicts.bounds import MEDIAN, TREND, Bound, at_median, judged, judged_at, median
-from roughslip.verdicts.finding import Arrays, Finding, judged_inside, number
+from roughslip.verdicts.finding import (
+    MEDIAN,
+    TREND,
+    Arrays,
+    Bound,
+    Finding,
+    at_median,
+    judged,
+    judged_at,
+    judged_inside,
+    median,
+    number,
+)
 from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
 from roughslip.verdicts.turning import Unit
 

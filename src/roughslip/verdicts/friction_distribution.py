@@ -9,20 +9,25 @@ import numpy as np
 
 from roughslip.friction.marginal import SET_WINDOWS
 from roughslip.probability import beta_moments
-from roughslip.probability.nearest import SAME_SKEWNESS, nearest_level
-from roughslip.verdicts.bounds import (
+from roughslip.probability.distributions import SAME_SKEWNESS, nearest_level
+from roughslip.verdicts.centre_pressure import shown
+from roughslip.verdicts.finding import (
     EVERY,
     MEDIAN,
+    Arrays,
     Bound,
+    Finding,
+    Interval,
     at_median,
     farthest,
+    inside,
     judged,
     judged_at,
+    judged_inside,
     median,
+    number,
     say_of_levels,
 )
-from roughslip.verdicts.centre_pressure import shown
-from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.friction_correlation import ONE_LEVEL, window
 from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
 

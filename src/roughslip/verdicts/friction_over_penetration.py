@@ -7,8 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from roughslip.verdicts.bounds import TREND, Bound, Bounds, judged
-from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside
+from roughslip.verdicts.finding import TREND, Arrays, Bound, Bounds, Finding, Interval, inside, judged, judged_inside
 from roughslip.verdicts.reading import PValue, Reading, Statement
 
 ONE_LEVEL = "the scene has one penetration only"

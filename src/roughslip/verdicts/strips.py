@@ -17,8 +17,7 @@ import numpy as np
 
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import variance_margin
-from roughslip.verdicts.bounds import Bounds, judged
-from roughslip.verdicts.finding import Arrays, Finding
+from roughslip.verdicts.finding import Arrays, Bounds, Finding, judged
 
 ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips decide a statement
 STEP = 1.1  # of one number of strips over the one before

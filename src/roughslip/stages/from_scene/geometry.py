@@ -22,7 +22,7 @@ STREAM_ENRICHMENT, STREAM_PILOT, STREAM_WHITE = 10, 11, 12
 STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
-STREAM_ANSWER = 18
+STREAM_ANSWER, STREAM_CELL = 18, 19
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
 
 
@@ -130,6 +130,11 @@ def window_coordinates(scene: Scene, numbers: range, count: int) -> dict[str, st
 def least_contact_area(scene: Scene) -> float:
     """[m2] below which a window has no friction coefficient."""
     return scene.friction.least_contact_fraction * (scene.strip.window_m * scene.strip.width_m)
+
+
+def block_sizes(scene: Scene) -> tuple[float, float, float]:
+    """[m] length and width of a block of a periodic cell, and length of a window."""
+    return scene.strip.window_spacing_m, scene.strip.width_m, scene.strip.window_m
 
 
 def training_columns(middle: slice) -> np.ndarray:

@@ -50,13 +50,14 @@ class FrictionNumbers:
 
 
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
-    """The numbers that the scene gives, or else those of the statistics file at its penetration, by default the median.
+    """The numbers that the scene gives, or else those of the statistics file, at a penetration or under the load.
 
     They are those of one window, but for the mean of several windows in parallel: it is that of their areas over that
     of their forces. The mean is mu_fit(d). Mean, scatter and length come from the solved windows with the expansion as
     control, the shapes from the solved windows alone. Between two penetrations numbers are interpolated
     (`friction.penetration`). Shapes that the windows do not determine (`beta_at_bound`) are arbitrary there: prefer
-    `ensemble.marginal: paper`.
+    `ensemble.marginal: paper`. Under a load, windows without contact have no coefficient. Where there are such, the
+    scatter is that of the first-order influence of all windows.
     """
     given = scene.friction.statistics
     if given is not None:
@@ -64,57 +65,44 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    windows = scene.oscillator.windows_in_parallel
-    columns = {
-        "mean": result["combined_mean"],
-        "standard_deviation": result["combined_std"],
-        "correlation_length_m": result["combined_length_least_squares"],
-        "beta_a": result["beta_a"],
-        "beta_b": result["beta_b"],
-    }
+    names = {"mean": "mean", "standard_deviation": "std", "correlation_length_m": "length_least_squares"}
+    combined = "" if is_under_load(result) else "combined_"
+    columns = {key: result[combined + name] for key, name in names.items()}
+    columns |= {name: result[name] for name in ("beta_a", "beta_b")}
     numbers = {name: at_penetration(scene, result, values) for name, values in columns.items()}
-    if windows > 1 or below_first_level(scene, result):
-        numbers["mean"] = pad_at(scene, result, "pad_mean", windows)
-    if below_first_level(scene, result):  # few windows touch there, and a small pad may scatter more
-        numbers["standard_deviation"] = max(numbers["standard_deviation"], pad_at(scene, result, "pad_std", windows))
-    if "load_mean_friction" in result:
-        numbers["standard_deviation"] *= float(result["load_mean_friction"]) / numbers["mean"]
-        numbers["mean"] = float(result["load_mean_friction"])
+    windows = scene.oscillator.windows_in_parallel
+    if is_under_load(result):
+        numbers |= {"mean": float(result["load_mean"]), "standard_deviation": float(window_scatter(result))}
+    elif windows > 1:
+        numbers["mean"] = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
     return FrictionNumbers(**numbers)
 
 
+def is_under_load(result: store.Result) -> bool:
+    """Whether statistics of friction are those under the load of the scene, and not over penetration."""
+    return "load_mean" in result
+
+
 def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
-    """Values : (levels,) of the friction statistics at the penetration of the windows, or at the first level above."""
-    percentile = max(penetration_percentile(scene, result), float(result["percentile"][0]))
-    return between(result["percentile"], values, percentile)
+    """Values : (levels,) of the friction statistics at the penetration of the windows, or () under the load."""
+    if is_under_load(result):
+        return float(values)
+    return between(result["percentile"], values, penetration(scene))
 
 
-def below_first_level(scene: Scene, result: store.Result) -> bool:
-    """Whether the load penetrates less than the levels at which windows have statistics of their own."""
-    return bool(penetration_percentile(scene, result) < result["percentile"][0])
-
-
-def pad_at(scene: Scene, result: store.Result, name: str, windows: float) -> float:
-    """Mean or scatter of a pad at the penetration of its load, light levels among those that are interpolated."""
-    percentiles, values = result["percentile"], of_pad(result, name, windows)
-    if below_first_level(scene, result):
-        percentiles = np.concatenate((result["light_percentile"], percentiles))
-        values = np.concatenate((of_pad(result, f"light_{name}", windows), values))
-    return between(percentiles, values, penetration_percentile(scene, result))
-
-
-def penetration_percentile(scene: Scene, result: store.Result) -> float:
-    """[%] that the scene gives, or that at which the strips bear its load."""
-    given = scene.oscillator.penetration_percentile
-    return float(result["load_percentile"] if given is None else given)
+def penetration(scene: Scene) -> float:
+    """[%] of the windows of a scene without a load."""
+    percentile = scene.oscillator.penetration_percentile
+    assert percentile is not None
+    return percentile
 
 
 def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
-    """(levels,) a positive number of pads, at so many windows : power laws between the stored ones, and beyond."""
+    """(levels,) or () a positive number of pads of so many windows : power laws between the stored ones, and beyond."""
     places, values = np.log(result["pad_windows"]), np.log(result[name])
     low = min(int(np.searchsorted(places, math.log(windows), side="right")), len(places) - 1) - 1
     share = (math.log(windows) - places[low]) / (places[low + 1] - places[low])
-    return np.asarray(np.exp((1.0 - share) * values[:, low] + share * values[:, low + 1]))
+    return np.asarray(np.exp((1.0 - share) * values[..., low] + share * values[..., low + 1]))
 
 
 def correlation(
@@ -130,24 +118,22 @@ def correlation(
     if count == 1 or statistics is None:
         return length, None
     result = store.read(statistics)
-    own = at_penetration(scene, result, result["combined_length_least_squares"])  # a map may have others
+    name = "length_least_squares" if is_under_load(result) else "combined_length_least_squares"
+    own = at_penetration(scene, result, result[name])  # a map may have others
     of_pad, shape = pad_correlation(scene, result, count)
     return of_pad * length / own, shape
 
 
 def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple[float, CorrelationShape]:
-    """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows, at its penetration."""
-    percentiles, parts = result["percentile"], result["pad_parts"]
-    if below_first_level(scene, result):
-        percentiles = np.concatenate((result["light_percentile"], percentiles))
-        parts = np.concatenate((result["light_pad_parts"], parts))
+    """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows."""
     place, last = math.log(windows, result["pad_windows"][1]), len(result["pad_windows"]) - 1
     low = min(int(place), last - 1)
     share, near = place - low, min(place - low, 1.0)  # beyond the largest pad the curve stays and the lags grow
-    curves = result["pad_means"][low : low + 2] @ parts.T
+    curves = result["pad_means"][low : low + 2] @ result["pad_parts"].T
     curves /= curves[:, :1]
-    between_pads, percentile = (1.0 - near) * curves[0] + near * curves[1], penetration_percentile(scene, result)
-    curve = np.array([np.interp(percentile, percentiles, row) for row in between_pads])
+    curve = (1.0 - near) * curves[0] + near * curves[1]
+    if not is_under_load(result):
+        curve = np.array([np.interp(penetration(scene), result["percentile"], row) for row in curve])
     lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
     return CorrelationShape.of_lags(lags, curve)
 
@@ -157,20 +143,20 @@ def independent_windows(scene: Scene, statistics: Path | None, windows: int | No
 
     windows : in place of the scene's number
 
-    From strips it holds the correlation of windows along and across the belt (`friction.pad`). Windows of which the
+    From contacts it holds the correlation of windows along and across the belt (`friction.pad`). Windows of which the
     scene gives the statistics are independent.
     """
     count = scene.oscillator.windows_in_parallel if windows is None else windows
     if count == 1 or statistics is None:
         return float(count)
     result = store.read(statistics)
-    if below_first_level(scene, result):
-        numbers = friction_numbers(scene, statistics)
-        pads = {name: pad_at(scene, result, name, count) for name in ("pad_mean", "pad_std")}
-        ratio = numbers.standard_deviation / numbers.mean * pads["pad_mean"] / pads["pad_std"]
-    else:
-        ratio = at_penetration(scene, result, result["combined_std"] / of_pad(result, "pad_std", count))
-    return max(ratio**2, 1.0)
+    own = window_scatter(result) if is_under_load(result) else result["combined_std"]
+    return max(at_penetration(scene, result, own / of_pad(result, "pad_std", count)) ** 2, 1.0)
+
+
+def window_scatter(result: store.Result) -> np.ndarray:
+    """() standard deviation of a window under the load: its own, or of first order where some have no contact."""
+    return np.asarray(result["std"] if result["missing_share"] == 0.0 else result["pad_std"][0])
 
 
 def oscillator(scene: Scene) -> Oscillator:

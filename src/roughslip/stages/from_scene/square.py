@@ -8,7 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.at_nodes import NodePressures, solve_at
-from roughslip.contact.edge_pressure import point_pressures
+from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import SMALL, ContactSolution, solve
 from roughslip.grid import Grid

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.area import contact_shares
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, sweep
 from roughslip.grid import Grid
@@ -58,17 +58,15 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
     if scene.numerics.extrapolate_mesh:
         meshes[COARSE] = Mesh(influence.coarser, geometry.windows(scene, 2), 2)
     blocks = replace(fine.windows, length=fine.windows.spacing)
-    light = len(scene.strip.light_percentiles or ())  # levels of which blocks alone are kept, the first ones
-    percentiles = [*(scene.strip.light_percentiles or ()), *scene.strip.penetration_percentiles]
-    planes = model.plane_height(np.array(percentiles)).tolist()
+    planes = model.plane_height(np.array(scene.strip.penetration_percentiles)).tolist()
     middle = geometry.middle(scene)
-    count, levels = len(numbers), len(planes) - light
+    count, levels = len(numbers), len(planes)
     columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     strips = dict.fromkeys(meshes, count) | ({OTHERS: len(others)} if others else {})
     shape = levels, fine.windows.count
     sums = {place + name: np.empty((size, *shape)) for place, size in strips.items() for name in WINDOWS}
-    in_blocks = {name: np.empty((count, light + levels, blocks.count)) for name in WINDOWS}
+    in_blocks = {name: np.empty((count, levels, blocks.count)) for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
@@ -79,17 +77,13 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
         for done, (row, number, places) in enumerate(rows, 1):
             heights = heights_of(number)
             for place, mesh in places.items():
-                solutions = mesh.solve(scene, heights, planes if place == FINE else planes[light:])
-                for level, (solution, shares) in enumerate(solutions, -light if place == FINE else 0):
+                for level, (solution, shares) in enumerate(mesh.solve(scene, heights, planes)):
                     elastic.count_solve(skipped, solution)
                     cells = shares if elastic.counts_shares(scene) else solution.contact
                     for name, field in (("area", cells), ("force", solution.pressure)):
                         if place == FINE:
-                            in_blocks[name][row, light + level] = grid.cell_area * blocks.sums(field)
-                        if level >= 0:
-                            sums[place + name][row, level] = mesh.influence.grid.cell_area * mesh.windows.sums(field)
-                    if level < 0:
-                        continue
+                            in_blocks[name][row, level] = grid.cell_area * blocks.sums(field)
+                        sums[place + name][row, level] = mesh.influence.grid.cell_area * mesh.windows.sums(field)
                     products += solution.work
                     if place == OTHERS:
                         continue
@@ -149,10 +143,10 @@ def window_variables(places: Iterable[str], sums: dict[str, np.ndarray]) -> dict
 
 
 def block_variables(sums: dict[str, np.ndarray]) -> dict[str, store.Variable]:
-    """Sums over blocks, of which the first levels are the light ones."""
+    """Sums over blocks."""
     variables = {}
     for name, values in sums.items():
         unit, title = WINDOWS[name]
         of_block = title.replace("the window", "a block as long as the distance of two windows")
-        variables[f"block_{name}"] = store.Variable(("sample", "block_level", "block"), values, unit, of_block)
+        variables[f"block_{name}"] = store.Variable(("sample", "level", "block"), values, unit, of_block)
     return variables

@@ -2,7 +2,7 @@
 
 Strips are numbered as in contact_strip and drawn from the same streams. The first are the solved strips, for
 which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
-given its prediction (`chaos/left_out.py`), at a plane that far contacts move (`contact/far_field.py`).
+given its prediction (`chaos/left_out.py`), at a plane that far contacts move (`contact/influence.py`).
 """
 
 import math
@@ -12,7 +12,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.chaos.strip import ConditionalMeans, StripExpansion
-from roughslip.contact.far_field import at_displaced_planes, column_influence, displacement
+from roughslip.contact.influence import at_displaced_planes, column_influence, displacement
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene

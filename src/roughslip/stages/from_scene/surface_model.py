@@ -18,9 +18,8 @@ from roughslip.stages.from_scene import geometry
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.endless_lay import EndlessLay
 from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
-from roughslip.surface.model import FractalModel, GaussianModel, SurfaceModel
+from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
@@ -38,7 +37,11 @@ def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
 def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
     """The surface of a scene that is Gaussian or translated from a Gaussian one."""
     if scan is not None:
-        return restored_model(store.read(scan))
+        result = store.read(scan)
+        fitted = fitted_covariance(result)
+        if scene.load is not None and fitted is not None and (text := plausibility.slope_mistake(fitted)):
+            raise IllPosedError(f"roughness.scan.covariance: {text}. Of a scan, measured ends at its spacing")
+        return restored_model(result)
     roughness = scene.roughness
     options = {name: value for name in OPTIONS if (value := getattr(roughness, name)) is not None}
     field = covariance_of(roughness.covariance, roughness.rms_height_m, roughness.correlation_length_m, **options)
@@ -121,6 +124,12 @@ def what_helps(scan: Scan | None = None, keys: Sequence[str] = tuple(HELPS)) -> 
     return f"What may help: {' or '.join(others)}" if others else "What helps: a larger scan in roughness.scan.file"
 
 
+def fitted_covariance(result: store.Result) -> Covariance | None:
+    """The model of the autocorrelation of a scan; None where it is the measured one, or where there is no model."""
+    given = json.loads(result.attributes.get("model", "{}")).get("covariance")
+    return None if given is None else covariance_of(**given)
+
+
 def restored_model(result: store.Result) -> GaussianModel:
     """The model of a scan. Raises IllPosedError, which names the keys that help, where stage `scan` found none."""
     if "no_model" in result.attributes:
@@ -134,8 +143,7 @@ def restored_model(result: store.Result) -> GaussianModel:
         marginal = FamilyDistribution(**{**law, "shapes": tuple(law["shapes"])})
     correct, endless = model["correct_correlation"], model["endless_lay"]
     edge = 1.0 if endless is None else float(result["points"][endless] * result["spacing"][endless])
-    if model["covariance"] is not None:
-        field = covariance_of(**model["covariance"])
+    if (field := fitted_covariance(result)) is not None:
         profile = surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
         return with_lay(profile, endless, edge)
     steps = (float(np.diff(result["lag_x"][:2])[0]), float(np.diff(result["lag_y"][:2])[0]))

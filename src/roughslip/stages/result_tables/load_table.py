@@ -6,7 +6,6 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.pad import (
-    ADJACENT,
     WINDOWS,
     Surface,
     adjacent_variance,
@@ -16,7 +15,6 @@ from roughslip.friction.pad import (
     pad_edges,
     pad_means,
     pad_scatter,
-    percentile_of_pressure,
 )
 from roughslip.friction.statistics import estimate_of, resampled
 from roughslip.probability import Estimate
@@ -33,19 +31,10 @@ TITLES = {
 OF_PADS = {  # of a square of so many windows, or of a row of them as long as one
     "pad_mean": ("1", "mean friction coefficient of a pad, shear strength times area over force of all its windows"),
     "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
-    "pad_independent_windows": ("1", "independent windows whose mean scatters as the pad does"),
 }
 PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
-OF_LIGHT = {
-    "light_percentile": ("percent", "share of heights above the plane, of levels taken for the load alone"),
-    "light_pressure": ("Pa", "mean normal force over the area of the strips"),
-    "light_pad_mean": OF_PADS["pad_mean"],
-    "light_pad_std": OF_PADS["pad_std"],
-    "light_pad_parts": PARTS,
-}
 LAGS = 49  # slipped distances of the autocorrelation of a pad
 BEYOND = 6.0  # correlation lengths of the heights by which it reaches over the length of the pad
-FEWEST = 8  # strips in contact, below which resampled strips do not show the error of a light level
 Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
 
@@ -64,21 +53,19 @@ def load_table(
     scene, (solved, _) = job.scene, statistics
     strip, surface = scene.strip, correlated(scene, job.arguments.scan)
     forces, *blocks = (store.join(batches, name).swapaxes(0, 1) for name in ("force", "block_area", "block_force"))
-    blocks = [part[len(scene.strip.light_percentiles or ()) :] for part in blocks]
     window = round(strip.window_m / strip.window_spacing_m)
-    counts = [count for count in ADJACENT if count * window <= blocks[0].shape[2]]
     table: Table = {}
     for level, of_level in enumerate(forces):
         totals = resampled(weights, np.stack((of_level.sum(axis=1), np.ones(len(of_level))), axis=1)).T
         each = totals[0] / totals[1] / of_level.shape[1]
         area, force = (part[level] for part in blocks)
-        adjacent = [adjacent_variance(area, force, weights, count * window) for count in counts]
+        adjacent = adjacent_variance(area, force, weights, window)
         covariance = influence_covariance(area, force, weights)
         sizes = strip.window_spacing_m, strip.width_m, strip.window_m
         parts = mehler_parts(covariance, surface, *sizes[:2])
-        variance = pad_scatter(parts, adjacent[0], surface, *sizes)
+        variance = pad_scatter(parts, adjacent, surface, *sizes)
         of_window = shear.value / solved["std"][level].rows[:, None]  # to shares of the scatter of a window
-        std, independent = of_window * np.sqrt(variance), variance[:, :1] / variance
+        std = of_window * np.sqrt(variance)
         together = solved["ratio_of_sums"][level].rows / solved["mean"][level].rows - 1.0
         mean = 1.0 + together[:, None] * (1.0 - np.minimum(std, 1.0) ** 2)
         own_mean, own_std = (of_all(name, level, statistics)[:, None] for name in ("mean", "std"))
@@ -87,9 +74,7 @@ def load_table(
             "nominal_pressure": each / (strip.window_m * strip.width_m),
             "pad_mean": own_mean * mean,
             "pad_std": own_std * std,
-            "pad_independent_windows": independent,
             "pad_parts": parts,
-            "adjacent_std": own_std * of_window * np.sqrt(np.stack(adjacent, axis=1)),
         }
         if scene.oscillator.normal_force_n is not None:
             windows = scene.oscillator.normal_force_n / each
@@ -118,45 +103,6 @@ def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray
     return solved[name][level].rows * best[name][full].rows / solved[name][full].rows
 
 
-def light_table(
-    job: Job, batches: list[store.Result], statistics: tuple[Table, Table], shear: Estimate, weights: np.ndarray
-) -> Table:
-    """Penetration, nominal pressure, mean and scatter of pads at the light levels; arguments as `load_table`.
-
-    Few windows touch there, so blocks of all strips are taken, with and without contact. The second mesh and the other
-    strips change mean and scatter as they change the mean of windows at the first level with windows. A level is left
-    out where fewer than FEWEST strips touch, or fewer than two in a resampled set: they would not show its error.
-    """
-    scene, (solved, _) = job.scene, statistics
-    strip, surface = scene.strip, correlated(scene, job.arguments.scan)
-    area, force = (store.join(batches, f"block_{name}").swapaxes(0, 1) for name in ("area", "force"))
-    window = round(strip.window_m / strip.window_spacing_m)
-    block = strip.window_spacing_m * strip.width_m
-    scale = shear.value * of_all("mean", 0, statistics) / solved["mean"][0].rows
-    table: Table = {}
-    for percentile, a, f in zip(strip.light_percentiles or (), area, force, strict=False):
-        touching = (f > 0.0).any(axis=1)
-        if (
-            touching.sum() < FEWEST or ((weights[:, touching] > 0).sum(axis=1) < 2).any()
-        ):  # one strip alone need not scatter
-            continue
-        totals = resampled(weights, np.stack((a.sum(axis=1), f.sum(axis=1), np.full(len(f), f.shape[1])), axis=1)).T
-        covariance, adjacent = influence_covariance(a, f, weights), adjacent_variance(a, f, weights, window)
-        sizes = strip.window_spacing_m, strip.width_m, strip.window_m
-        parts = mehler_parts(covariance, surface, *sizes[:2])
-        variance = pad_scatter(parts, adjacent, surface, *sizes)
-        columns = {
-            "light_percentile": np.full(len(weights), percentile),
-            "light_pressure": totals[1] / totals[2] / block,
-            "light_pad_mean": np.repeat((scale * totals[0] / totals[1])[:, None], len(WINDOWS), axis=1),
-            "light_pad_std": scale[:, None] * np.sqrt(variance),
-            "light_pad_parts": parts,
-        }
-        for name, rows in columns.items():
-            table.setdefault(name, []).append(estimate_of(_kind(name), rows, weights.shape[1]))
-    return table
-
-
 def correlation_variables(scene: Scene, scan: Path | None) -> dict[str, store.Variable]:
     """What with `pad_parts` gives the autocorrelation of the friction of a pad over the slipped distance."""
     strip, surface = scene.strip, correlated(scene, scan)
@@ -171,38 +117,16 @@ def correlation_variables(scene: Scene, scan: Path | None) -> dict[str, store.Va
     }
 
 
-def load_variables(scene: Scene, table: Table, light: Table) -> dict[str, store.Variable]:
-    """Load tables with their units, and the penetration of the scene's nominal pressure where it gives one."""
-    count = table["adjacent_std"][0].value.size
-    variables = {
-        "pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad"),
-        "adjacent_windows": store.Variable(("adjacent",), np.array(ADJACENT[:count]), "1", "windows along a strip"),
-    }
-    title = "standard deviation of the friction coefficient of adjacent windows together, as measured along the strips"
+def load_variables(table: Table) -> dict[str, store.Variable]:
+    """Load tables with their units."""
+    variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
     titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *title) for name, title in TITLES.items()}
     titles |= {name: (("level", "pad"), *title) for name, title in OF_PADS.items()}
-    titles["adjacent_std"] = (("level", "adjacent"), "1", title)
-    titles |= {name: (("light", "pad")[: 1 + ("pad" in name)], *title) for name, title in OF_LIGHT.items()}
-    titles |= {"pad_parts": (("level", "part"), *PARTS), "light_pad_parts": (("light", "part"), *PARTS)}
-    for name, estimates in (table | light).items():
+    titles["pad_parts"] = ("level", "part"), *PARTS
+    for name, estimates in table.items():
         dimensions, unit, title = titles[name]
         columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
         variables |= store.with_interval(name, dimensions, columns, unit, title)
-    wanted = None if scene.load is None else scene.load.nominal_pressure_pa
-    if wanted is not None:
-        pressures = [*light.get("light_pressure", ()), *table["nominal_pressure"]]
-        pressure = np.stack([each.rows for each in pressures], axis=1)
-        levels = np.array(
-            [float(percentile.value) for percentile in light.get("light_percentile", ())]
-            + [*scene.strip.penetration_percentiles]
-        )
-        percentile = Estimate.from_rows(percentile_of_pressure(levels, pressure, wanted))
-        title = "penetration at which the mean pressure of the strips is the scene's nominal pressure"
-        ends = [percentile.value, percentile.low, percentile.high]
-        if scene.load.mean_friction is not None:
-            measured = "mean friction coefficient of the pad as measured under its load"
-            variables["load_mean_friction"] = store.Variable((), scene.load.mean_friction, "1", measured)
-        variables |= store.with_interval("load_percentile", (), ends, "percent", title)
     return variables
 
 

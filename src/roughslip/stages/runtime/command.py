@@ -16,8 +16,7 @@ from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.declarations import RANGE, Stage
 from roughslip.scene.types import Scene, scene_of
 from roughslip.stages import IS_JOB
-from roughslip.stages.runtime.record import checksum
-from roughslip.stages.runtime.usage import Usage
+from roughslip.stages.runtime.usage import Usage, checksum
 from roughslip.store import Key, read_key
 
 SOURCE = Path(__file__).resolve().parents[3]

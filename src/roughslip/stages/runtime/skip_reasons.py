@@ -26,7 +26,6 @@ STICK = "stick phases integrated: their end is known from the friction path"
 KEPT = "friction paths: kept for other runs"
 BETWEEN = "runs: the probability is smooth between the points"
 UNREAD = "nodes of friction paths: slip came to its end before them"
-BY_PERIOD = "natural periods: cycles repeat the first"
 
 
 def forbidden_terms(kept: np.ndarray, degree: int) -> int:

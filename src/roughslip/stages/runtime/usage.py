@@ -1,8 +1,13 @@
-"""The record of a job: what it cost and what it did. costs.json sums the records of a scene."""
+"""The record of a job: what it cost and what it did. costs.json sums the records of a scene.
+
+A record also has size and checksum of the files that its job made. Every start of Snakemake imports this module, so it
+imports little.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
 import sys
@@ -12,7 +17,35 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.atomic_write import replacing
-from roughslip.stages.runtime.record import describe
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of the bytes of a file."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def describe(record: Path, made: Iterable[Path]) -> dict[str, dict[str, Any]]:
+    """Size [B] and checksum of files, by their names from the folder above that of their record of cost."""
+    folder = record.parent.parent
+    return {
+        os.path.relpath(path, folder): {"bytes": path.stat().st_size, "sha256": checksum(path)}
+        for path in sorted(made)
+        if path.is_file()
+    }
+
+
+def is_whole(record: Path) -> bool:
+    """Whether a job has ended: its record is there, and each of its files has the size that the record says.
+
+    A job writes its record last.
+    """
+    try:
+        made = json.loads(record.read_text(encoding="utf-8"))["made"]
+        return all((record.parent.parent / name).stat().st_size == file["bytes"] for name, file in made.items())
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return False
+
 
 _IMPORTED = time.perf_counter()
 _LINES_APART = 5.0  # seconds between two lines of progress

@@ -1,0 +1,44 @@
+"""Friction of a pad against its load: real area, mean, scatter, and windows without contact."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from roughslip.figures.style import (
+    Arrays,
+    despine,
+    draw_curve,
+    heads,
+    panels,
+    pressure_unit,
+    with_ends,
+    with_interval_names,
+)
+
+PANELS = {
+    "real_area": ("real area over apparent area", "real area of contact"),
+    "mean": ("mean of $\\mu$", "mean friction coefficient"),
+    "variation": ("standard deviation over mean", "scatter of the pad"),
+    "no_contact": ("share of windows", "windows without contact"),
+}
+DRAWN = {"friction_against_load": ["nominal_pressure", "own_pressure", *with_interval_names(*PANELS)]}
+
+
+def friction_against_load(result: Arrays) -> Figure:
+    """Four panels over the nominal pressure, on a logarithmic axis; the scene's load is a line in each."""
+    figure, axes = panels(4, 1, 3.4)
+    own = float(result["own_pressure"])
+    factor, unit = pressure_unit(own)
+    for panel, (name, (label, _)) in zip(axes, PANELS.items(), strict=True):
+        ends = with_ends(result, name)
+        draw_curve(panel, factor * result["nominal_pressure"], ends, {"color": "C0", "marker": "o", "ms": 4})
+        panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
+        panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)
+        if name in ("real_area", "variation"):
+            panel.set_yscale("log")
+        else:
+            panel.set_ylim(0, 1.0 if name == "no_contact" else None)
+    axes[0].legend(loc="lower right", fontsize="small")
+    heads(axes, *(title for _, title in PANELS.values()))
+    despine(*axes)
+    return figure

@@ -1,0 +1,110 @@
+"""Periodic cells of a scene's surface under a load: their size, their number, and sums over blocks of their contact.
+
+A cell has whole windows along and across the belt, at least WINDOWS of them and EDGE correlation lengths. All of it
+bears the nominal pressure. So it also needs many contacts: the real area that is expected, sqrt(2 pi) p / (E* h') of it
+at light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87), is at least CONTACT correlation areas, some 20 contacts.
+What the period itself does is measured in docs/notebook/contact.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from roughslip.contact.influence import Influence
+from roughslip.contact.loads import solve_loads
+from roughslip.contact.periodic import cell_heights
+from roughslip.contact.solve import ContactSolution
+from roughslip.grid import Grid
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.surface_model import gaussian_model, scan_warnings
+from roughslip.stages.runtime.command import Job
+from roughslip.surface.plausibility import LIGHT_AREA, MOST_CELL_NODES, contact_mistake, rms_slope
+
+WINDOWS = 6, 4  # along and across, at least: lags of three windows are within half a period
+EDGE = 8.0  # correlation lengths of an edge, at least
+CONTACT = 4.0  # correlation areas in contact in a cell, at least
+FEWEST = 16  # cells that are resampled, at least
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One period of the surface.
+
+    grid : its mesh
+    block : nodes of a block along and across: the distance of two windows, and their width
+    """
+
+    grid: Grid
+    block: tuple[int, int]
+
+    def sums(self, field: np.ndarray) -> np.ndarray:
+        """Integral (X, Y) over blocks of a field (nx, ny)."""
+        (nx, ny), (x, y) = self.grid.shape, self.block
+        return self.grid.cell_area * field.reshape(nx // x, x, ny // y, y).sum(axis=(1, 3))
+
+
+def cell(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Cell:
+    """The smallest cell that serves, or one of at most MOST_CELL_NODES nodes. Its shorter edge doubles until it serves.
+
+    lengths_m : 1/e lengths of the heights along and across
+    light_area : [-] share of the cell in contact that is expected
+    """
+    strip = scene.strip
+    window, width = strip.window_m, strip.width_m
+    along, across = (
+        2 * math.ceil(max(least, EDGE * length / edge) / 2)
+        for least, length, edge in zip(WINDOWS, lengths_m, (window, width), strict=True)
+    )
+    needed = CONTACT * math.prod(lengths_m) / light_area
+    most = MOST_CELL_NODES * strip.cell_m**2
+    while along * window * across * width < min(needed, most / 2):
+        along, across = (2 * along, across) if along * window <= across * width else (along, 2 * across)
+    x, y, spacing = (round(size / strip.cell_m) for size in (window, width, strip.window_spacing_m))
+    return Cell(Grid(along * x, across * y, strip.cell_m, strip.cell_m), (spacing, y))
+
+
+class Cells:
+    """The periodic cells of a scene at a nominal pressure, by number. mistake : of a pressure too high or too low"""
+
+    def __init__(self, job: Job, pressure_pa: float) -> None:
+        scene, scan = job.scene, job.arguments.scan
+        self.scene = scene
+        model = gaussian_model(scene, scan)
+        modulus, hardness = elastic.material(scene).plane_strain_modulus_pa, elastic.hardness_pa(scene)
+        slope = rms_slope(model.covariance, scene.strip.cell_m)
+        share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
+        least = CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
+        self.mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
+        self.cell = cell(scene, model.lengths_m, share)
+        self.influence = Influence(self.cell.grid, modulus, periodic=True)
+        self._sample: Callable[[np.random.Generator], np.ndarray] = model.cell_sampler(self.cell.grid)
+        self._heights = model.heights
+        if scan is not None:
+            job.usage.warn(*scan_warnings(scene, model))
+
+    def count(self, samples: int, fewest: int = FEWEST) -> int:
+        """Cells of the area of so many that have WINDOWS, and at least the fewest."""
+        grid, strip = self.cell.grid, self.scene.strip
+        windows = grid.size * grid.cell_area / (strip.window_m * strip.width_m)
+        return max(round(samples * math.prod(WINDOWS) / windows), fewest)
+
+    def heights(self, number: int) -> np.ndarray:
+        """Heights (nx, ny) [m] of a cell, as cells of constant pressure need them where edges of contacts count."""
+        seed = [self.scene.seed, geometry.STREAM_CELL, number]
+        drawn = self._heights(self._sample(np.random.default_rng(seed)))
+        return cell_heights(drawn, self.cell.grid) if elastic.counts_shares(self.scene) else drawn
+
+    def solutions(self, number: int, pressures_pa: Sequence[float]) -> list[ContactSolution]:
+        """The contact of a cell at each pressure."""
+        tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
+        return solve_loads(self.influence, self.heights(number), pressures_pa, tolerance, hardness)
+
+    def block_sums(self, solution: ContactSolution) -> tuple[np.ndarray, np.ndarray]:
+        """Contact area [m2] and force [N] of the blocks (X, Y)."""
+        touched = solution.shares if elastic.counts_shares(self.scene) else solution.contact
+        return self.cell.sums(touched), self.cell.sums(solution.pressure)

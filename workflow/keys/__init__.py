@@ -1,1 +1,0 @@
-"""Key files: what the results of a stage depend on."""

@@ -1,1 +1,0 @@
-"""What the rules ask of the scenes."""

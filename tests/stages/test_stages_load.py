@@ -5,7 +5,12 @@ import pytest
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.pad import WINDOWS
+from roughslip.scene.types import scene_of
 from roughslip.stages import contact_periodic, contact_strip, friction, friction_under_load
+from roughslip.stages.from_scene import periodic_cell
+from roughslip.stages.from_scene.periodic_cell import yielding
+from roughslip.surface.models import covariance_of
+from roughslip.surface.plausibility import rms_slope
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY = 12, 20
@@ -74,6 +79,21 @@ def test_every_cell_bears_the_nominal_pressure_and_is_the_same_alone(run):
         np.testing.assert_array_equal(many[:16], few)
 
 
+def test_a_cell_follows_from_windows_correlation_and_contacts():
+    """Six windows of 100 um and two of 25 um, 8 L = 120 um: 600 x 150 um. A light load doubles the shorter edge."""
+    scene = scene_of(CELLS)
+    for light_area, lengths, edges in (
+        (1.0, (15e-6, 15e-6), (600e-6, 150e-6)),
+        (1.0, (15e-6, 1e-6), (600e-6, 50e-6)),
+        (1.0, (150e-6, 15e-6), (1200e-6, 150e-6)),
+        (4 * 15e-6**2 / (600e-6 * 300e-6), (15e-6, 15e-6), (600e-6, 300e-6)),
+        (4 * 15e-6**2 / (1200e-6 * 600e-6), (15e-6, 15e-6), (1200e-6, 600e-6)),
+        (1e-9, (15e-6, 15e-6), (9600e-6, 4800e-6)),  # twice as many nodes would be more than 2^21
+    ):
+        grid = periodic_cell.cell(scene, lengths, light_area).grid
+        assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx(edges)
+
+
 def test_friction_under_the_load_by_hand(run, folder):
     """All windows of five blocks, around the period too. Their first-order influence has the variance of a pad of one.
 
@@ -118,3 +138,65 @@ def test_cells_are_solved_until_friction_is_as_accurate_as_asked(run, folder):
     limited = asked | {"friction_std": 0.01, "cost_limit_cpu_s": 3.6e-3 * 40}
     with pytest.raises(IllPosedError, match=r"nearest is .*friction_std: 0\.0"):
         run(contact_periodic, CELLS | {"strip": strip, "accuracy": limited}, "limited")
+
+
+def test_a_soft_surface_touches_on_the_load_over_its_hardness(run):
+    """An index of 30 by hand; nearly all of the real area bears the hardness, and the log says both."""
+    material, roughness = CONTACT["material"], CONTACT["roughness"]
+    modulus = material["young_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
+    covariance = covariance_of(*(roughness[key] for key in ("covariance", "rms_height_m", "correlation_length_m")))
+    hardness = modulus * rms_slope(covariance, CONTACT["strip"]["cell_m"]) / 30
+    load = {"nominal_pressure_pa": 0.1 * hardness, "force_n": 0.1 * hardness * AREA}
+    found = run(contact_periodic, changed(CELLS, material={"hardness_pa": hardness}, load=load), "soft")
+    assert found["plasticity_index"] == pytest.approx(30)
+    assert 0.9 < found["yielded_share"] < 1
+    real = found["block_area"].sum() / (found["block_area"].size * 20e-6 * 25e-6)
+    assert real == pytest.approx(0.1, rel=0.05)
+    elastic = run(contact_periodic, CELLS, "elastic")
+    assert elastic["plasticity_index"] == elastic["yielded_share"] == 0
+    assert yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
+    assert "material.hardness_pa is not given" in yielding(0.0, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("load", "area", "variation"),
+    [(0.018, 2.35, None), (0.031, 2.30, 0.150), (0.066, 2.20, 0.112), (0.109, 2.11, 0.094)],
+)
+def test_real_area_and_scatter_of_windows_over_the_load(run, folder, load, area, variation):
+    """A E* h' / N and the coefficient of variation of 25 x 600 um windows, as belts of cells half as long had them.
+
+    1536 windows know the area to 0.6 % and the variation to 2 %; the belts knew theirs to as much.
+    """
+    rms, length = 5e-8, 1.416e-5
+    pressure = load * 2.1e11 / (1 - 0.3**2) * 2 * rms / length
+    scene = changed(
+        CELLS,
+        roughness={"rms_height_m": rms, "correlation_length_m": length},
+        strip={"cell_m": 2.5e-6, "window_m": 6e-4, "window_spacing_m": 1.5e-5, "samples": 64},
+        numerics={"contact_tolerance": 1e-4},
+        load={"nominal_pressure_pa": pressure},
+    )
+    run(contact_periodic, scene)
+    found = run(friction_under_load, scene, contact=folder / "contact_periodic.nc")
+    assert found["real_area"] / load == pytest.approx(area, rel=0.012)
+    assert variation is None or found["variation"] == pytest.approx(variation, rel=0.06)
+
+
+@pytest.mark.slow
+def test_a_pad_of_many_windows_scatters_as_one_that_is_cut_out(run, folder):
+    """Squares of 6 windows along and 24 across, by the powers of the correlation, and cut out of cells of four of them.
+
+    256 of them know their scatter to 4.4 %. That of the model comes from lags along single rows of blocks.
+    """
+    scene = changed(CELLS, strip={"samples": 1536}, load={"nominal_pressure_pa": 1.5e8})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(periodic_cell, "WINDOWS", (24, 24))
+        patch.setattr(contact_periodic.Cells, "count", lambda *_: 64)
+        area, force = blocks_of(run(contact_periodic, scene, "large"))
+    found = run(friction_under_load, scene, "pads", contact=folder / "large.nc")
+    mean = area.sum() / force.sum()
+    influence = (area - mean * force).reshape(64, 4, 30, 1, 24).sum(axis=(2, 4)) / (force.mean() * 30 * 24)
+    scatter = MEAN / mean * np.sqrt(np.mean(influence**2))
+    at = np.interp(np.log(6 * 24), np.log(WINDOWS), np.log(found["pad_std"]))
+    assert scatter == pytest.approx(np.exp(at), rel=0.1)

@@ -1,8 +1,8 @@
 """Periodic cells of a scene's surface under a load: their size, their number, and sums over blocks of their contact.
 
 A cell has whole windows along and across the belt, at least WINDOWS of them and EDGE correlation lengths. All of it
-bears the nominal pressure. So it also needs many contacts: the real area that is expected, sqrt(2 pi) p / (E* h') of it
-at light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87), is at least CONTACT correlation areas, some 20 contacts.
+bears the nominal pressure, so it also needs many contacts. The expected real area is sqrt(2 pi) p / (E* h') of it at
+light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87). It is at least CONTACT correlation areas, some 20 contacts.
 What the period itself does is measured in docs/notebook/contact.md.
 """
 
@@ -18,14 +18,23 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import ContactSolution
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.surface_model import gaussian_model, scan_warnings
 from roughslip.stages.runtime.command import Job
-from roughslip.surface.plausibility import LIGHT_AREA, MOST_CELL_NODES, contact_mistake, rms_slope
+from roughslip.surface.plausibility import (
+    LIGHT_AREA,
+    MOST_CELL_NODES,
+    contact_mistake,
+    plasticity_index,
+    rms_slope,
+    yield_warning,
+)
 
-WINDOWS = 6, 4  # along and across, at least: lags of three windows are within half a period
+WINDOWS = 6, 2  # along and across, at least: lags of three windows are within half a period
+SAMPLE = 24  # windows that stand for a sample of the scene
 EDGE = 8.0  # correlation lengths of an edge, at least
 CONTACT = 4.0  # correlation areas in contact in a cell, at least
 FEWEST = 16  # cells that are resampled, at least
@@ -69,7 +78,10 @@ def cell(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Cel
 
 
 class Cells:
-    """The periodic cells of a scene at a nominal pressure, by number. mistake : of a pressure too high or too low"""
+    """The periodic cells of a scene at a nominal pressure, by number.
+
+    mistake : of a pressure too high or too low; plasticity_index : E* h' / H [-], zero in elastic contact
+    """
 
     def __init__(self, job: Job, pressure_pa: float) -> None:
         scene, scan = job.scene, job.arguments.scan
@@ -80,18 +92,27 @@ class Cells:
         share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
         least = CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
         self.mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
+        self.plasticity_index = plasticity_index(modulus, slope, hardness)
         self.cell = cell(scene, model.lengths_m, share)
+        if self.cell.grid.size > MOST_CELL_NODES:
+            raise IllPosedError(
+                f"a periodic cell of {WINDOWS[0]} x {WINDOWS[1]} windows and {EDGE:g} correlation lengths takes "
+                f"{self.cell.grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows; scene "
+                "keys: strip.cell_m, strip.window_m, strip.width_m"
+            )
         self.influence = Influence(self.cell.grid, modulus, periodic=True)
         self._sample: Callable[[np.random.Generator], np.ndarray] = model.cell_sampler(self.cell.grid)
         self._heights = model.heights
         if scan is not None:
             job.usage.warn(*scan_warnings(scene, model))
+            if math.isinf(hardness) and (text := yield_warning(scene.material.young_modulus_pa, modulus, slope)):
+                job.usage.warn(text)
 
     def count(self, samples: int, fewest: int = FEWEST) -> int:
-        """Cells of the area of so many that have WINDOWS, and at least the fewest."""
+        """Cells that have SAMPLE windows a sample together, and at least the fewest."""
         grid, strip = self.cell.grid, self.scene.strip
         windows = grid.size * grid.cell_area / (strip.window_m * strip.width_m)
-        return max(round(samples * math.prod(WINDOWS) / windows), fewest)
+        return max(round(samples * SAMPLE / windows), fewest)
 
     def heights(self, number: int) -> np.ndarray:
         """Heights (nx, ny) [m] of a cell, as cells of constant pressure need them where edges of contacts count."""
@@ -108,3 +129,13 @@ class Cells:
         """Contact area [m2] and force [N] of the blocks (X, Y)."""
         touched = solution.shares if elastic.counts_shares(self.scene) else solution.contact
         return self.cell.sums(touched), self.cell.sums(solution.pressure)
+
+
+def yielding(index: float, share: float) -> str:
+    """Whether the contact of a load yields, as the log and the page say it.
+
+    index : E* h' / H, zero in elastic contact; share : of the real area that bears the hardness
+    """
+    if not index:
+        return "The contact is elastic: material.hardness_pa is not given."
+    return f"The plasticity index E* h' / H is {index:.2g}; {100 * share:.2g} % of the real area bears the hardness."

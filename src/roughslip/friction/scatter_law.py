@@ -89,7 +89,9 @@ def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
         )
     rough = Roughness(slope, 1.0, step)
     wide = 4.0 * step  # m4 = h'^2 times minus the Laplacian of rho
-    m4 = slope**2 * float(_bend(lambda x, y: correlation_of_slopes(covariance, rough, x, y), *np.zeros((2, 1)), wide)[0])
+    m4 = slope**2 * float(
+        _bend(lambda x, y: correlation_of_slopes(covariance, rough, x, y), *np.zeros((2, 1)), wide)[0]
+    )
     variance = float(covariance(np.zeros(1), np.zeros(1))[0])
     return Roughness(slope, variance * m4 / slope**4, step)
 

@@ -117,7 +117,7 @@ class Strip(Section):
         at_most=99,
     )
     samples: Auto[int] = integer(
-        "Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells of 24 "
+        "Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells of 8 "
         "windows, or fewer of as many in all, at least 16. With auto, as many as accuracy takes",
         at_least=8,
         at_most=100_000,

@@ -23,7 +23,7 @@ STAGE = Stage(
 )
 
 FACTORS = tuple(10.0 ** np.array([-1.0, -0.5, 0.5, 1.0]))  # of the nominal pressure of the load
-SAMPLES, FEWEST = 16, 8  # cells of the least size, and of any
+SAMPLES, FEWEST = 24, 8  # samples, as of strip.samples, and cells at least
 
 
 def work(job: Job) -> None:

@@ -34,7 +34,7 @@ from roughslip.surface.plausibility import (
 )
 
 WINDOWS = 6, 2  # along and across, at least: lags of three windows are within half a period
-SAMPLE = 24  # windows that stand for a sample of the scene
+SAMPLE = 8  # windows that stand for a sample of the scene
 EDGE = 8.0  # correlation lengths of an edge, at least
 CONTACT = 4.0  # correlation areas in contact in a cell, at least
 FEWEST = 16  # cells that are resampled, at least

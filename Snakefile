@@ -83,11 +83,6 @@ if workflow.is_main_process and "memory_mb" not in config and "mem_mb" not in wo
     workflow.register_resource("mem_mb", machine_mb())
 
 
-onstart:
-    if workflow.non_local_exec:
-        earlier_runs.mark_slurm(STATE)
-
-
 onsuccess:
     print_closing(workflow, workflow.dag.jobs)
 

@@ -35,6 +35,8 @@ STORE = "results/store"
 KEY = "[0-9a-f]{16}"
 _NOT_HASHED = ("inputs", "awaited", "files", "outputs", "scene")
 JOINT = ""  # in place of a scene: what belongs to several
+_SHOWN = 3  # packages in a line for the user
+_INFO = ".dist-info"
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
 
 
@@ -297,10 +299,6 @@ class Names:
 @cache
 def _content(file: Path) -> str:
     return checksum(file)
-
-
-_SHOWN = 3
-_INFO = ".dist-info"
 
 
 def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:

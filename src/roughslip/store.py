@@ -31,12 +31,10 @@ if TYPE_CHECKING:
 # xarray selects by them: `sel(damping=0.1)`.
 COORDINATES = {
     "damping": ("damping_ratio",),
-    "level": ("percentile", "band_level"),
+    "level": ("percentile",),
     "penetration": ("fit_percentile",),
     "probability": ("quantile_probability",),
     "scatter": ("scatter_factor",),
-    "start": ("band_start",),
-    "time": ("survival_time",),
     "velocity": ("belt_velocity",),
 }
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")

@@ -273,28 +273,23 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
     return found | with_interval("probability", share, 0.1)
 
 
-def lifetimes_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
-    """Made up: lifetimes that cross near the limit."""
+def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
+    """Made up: durations that cross near the limit; some states were not seen to end."""
     deviation = 0.05 * np.array(scatters)
     grid = 0.32 + deviation[:, None] * np.linspace(-3, 3, points)
-    time = np.linspace(0, 50, 9)
-    lifetime, waiting = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
+    stick_slip, sliding = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
     found = {
         "scatter_factor": np.array(scatters),
         "friction_deviation": deviation,
-        "survival_damping": grid,
-        "survival_time": time,
-        "survival_limit": np.array(0.3244),
-        "survival_hopf": np.array(0.2311),
-        "band_level": np.array([0.9, 0.5, 0.1]),
-        "band_start": np.array(["from rest on the belt", "from steady sliding"]),
+        "residence_damping": grid,
+        "residence_limit": np.array(0.3244),
+        "residence_hopf": np.array(0.2311),
     }
-    curve = np.exp(-time / lifetime[..., None])
-    found |= with_interval("survival_curve", curve, 0.02) | with_interval("waiting", waiting, 0.2 * waiting)
-    found |= with_interval("lifetime", np.where(lifetime > 1e3, np.nan, lifetime), 0.2 * lifetime)
-    found["lifetime_low"] = 0.8 * lifetime
-    band = 0.3 + deviation[:, None, None] * np.array([[-1, 0, 1], [-1.5, -0.5, 0.5]])
-    return found | with_interval("band", band, 0.01)
+    curves = {"stick_slip": stick_slip, "sliding": sliding, "share": stick_slip / (stick_slip + sliding)}
+    for name, curve in curves.items():
+        known = np.where(curve > 1e3, np.nan, curve)
+        found |= with_interval(name, known, 0.2 * known) | {f"{name}_by_theory": curve}
+    return found | with_interval("half", 0.32 + 0.1 * deviation, 0.01)
 
 
 def loads_result(most=1.0):

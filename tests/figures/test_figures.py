@@ -20,10 +20,10 @@ from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
-from roughslip.figures.figure_lifetimes import DRAWN as LIFETIMES_DRAWN
-from roughslip.figures.figure_lifetimes import figure_lifetimes
 from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
 from roughslip.figures.figure_map import figure_map
+from roughslip.figures.figure_residence import DRAWN as RESIDENCE_DRAWN
+from roughslip.figures.figure_residence import figure_residence
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
 from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
@@ -38,11 +38,11 @@ from tests.figures.drawn import (
     chain_result,
     field_result,
     friction,
-    lifetimes_result,
     loads_result,
     map_result,
     oscillator,
     refused,
+    residence_result,
     scan_alone,
     scan_result,
     square,
@@ -59,7 +59,7 @@ FIGURES = {
     "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
     "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
     "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
-    "lifetimes": (figure_lifetimes, LIFETIMES_DRAWN["figure_lifetimes"], lifetimes_result()),
+    "residence": (figure_residence, RESIDENCE_DRAWN["figure_residence"], residence_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
 LAID_OUT = ("figure2", "figure3_law", "field")  # in the fast tests: legends, most panels, maps with colour bars
@@ -109,10 +109,10 @@ CASES = {
         "stick-slip everywhere": map_result() | {"probability": np.ones((12, 12))},
         "no limits": map_result(9, ("mass", "load"), 0.02) | {name: np.full(9, np.nan) for name in LIMITS},
     },
-    "lifetimes": {
-        "four scatters": lifetimes_result(),
-        "one scatter": lifetimes_result(5, (1.0,)),
-        "nothing decided": lifetimes_result() | {"survival_curve": np.ones((4, 12, 9))},
+    "residence": {
+        "four scatters": residence_result(),
+        "one scatter": residence_result(5, (1.0,)),
+        "no theory": residence_result() | {"sliding_by_theory": np.full((4, 12), np.nan)},
     },
     "loads": {"heavy": loads_result(), "light": loads_result(0.01)},
 }
@@ -390,21 +390,15 @@ def test_the_map_draws_the_stored_numbers():
     assert (own.get_xdata()[0], own.get_ydata()[0]) == (0.17, 0.948)
 
 
-def test_the_lifetimes_draw_the_stored_numbers():
-    arrays = lifetimes_result()
-    curves, lifetimes, band = figure_lifetimes(arrays).axes
-    *labels, scatter = [text.get_text() for text in curves.get_legend().get_texts()]
-    assert scatter == f"std {arrays['friction_deviation'][2]:.3g}"
-    places = [float(label.removeprefix("$D$ = ")) for label in labels]
-    assert places == sorted(places)
-    for line, place in zip(curves.lines[:-1], places, strict=True):
-        column = np.argmin(np.abs(arrays["survival_damping"][2] - place))  # at the scene's own scatter
-        np.testing.assert_allclose(line.get_ydata(), arrays["survival_curve"][2, column])
-    np.testing.assert_allclose(lifetimes.lines[2].get_ydata(), arrays["waiting"][0])
-    drawn = [line for line in band.lines if line.get_label().startswith(("from", "_"))]
-    middles = [line.get_ydata() for line in drawn if len(line.get_ydata()) == 4 and line.get_marker() in "os"]
-    for start, middle in enumerate(middles):
-        np.testing.assert_allclose(middle, arrays["band"][:, start, 1])
+def test_the_residence_draws_the_stored_numbers():
+    arrays = residence_result()
+    for axes, name in zip(figure_residence(arrays).axes, ("stick_slip", "sliding", "share"), strict=True):
+        theory = [line for line in axes.lines if line.get_label().startswith("std")]
+        np.testing.assert_allclose([line.get_ydata() for line in theory], arrays[f"{name}_by_theory"])
+        np.testing.assert_allclose(theory[2].get_xdata(), arrays["residence_damping"][2])
+        points = [line.get_ydata() for line in axes.lines if line.get_marker() == "o"]
+        for drawn_points, stored in zip(points, arrays[name], strict=True):
+            np.testing.assert_allclose(drawn_points, stored[np.isfinite(stored)])
 
 
 def test_the_chain_draws_the_stored_numbers():
@@ -420,7 +414,7 @@ def test_the_chain_draws_the_stored_numbers():
 def compared(count):
     """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
     results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
-    results |= {"figure3": friction(), "figure3_law": friction(), "figure_lifetimes": lifetimes_result()}
+    results |= {"figure3": friction(), "figure3_law": friction(), "figure_residence": residence_result()}
     results |= {"figure_field": field_result(), "figure_scan": scan_result()}
     return {
         figure: {
@@ -454,7 +448,7 @@ def test_every_scene_is_drawn_from_what_is_stored():
     np.testing.assert_allclose(y, 1 - np.exp(-x), atol=0.01)  # exponential pressures, over their mean
     np.testing.assert_array_equal(panels["Figure 5: cycles lost"].lines[0].get_ydata(), oscillator()["difference"])
     np.testing.assert_array_equal(
-        panels["lifetimes: 50 % at the end"].lines[0].get_ydata(), lifetimes_result()["band"][:, 0, 1]
+        panels["residence: half of the time in stick-slip"].lines[0].get_ydata(), residence_result()["half"]
     )
     lengths = panels["Figure 3: correlation length"].lines[0].get_ydata()
     np.testing.assert_allclose(lengths, 1e6 * friction()["combined_length_least_squares"])

@@ -14,7 +14,6 @@ from roughslip.oscillator.survival import (
     damping_band,
     falling_share,
     mean_lifetime,
-    surviving_share,
 )
 
 
@@ -40,32 +39,6 @@ def test_the_interval_of_the_mean_covers_it_as_often_as_it_says():
         held += low <= 40 <= high
     assert held / trials >= 0.95 - 4 * math.sqrt(0.95 * 0.05 / trials)
     assert held / trials <= 0.985
-
-
-def test_the_surviving_share_of_a_textbook():
-    """Remissions of leukaemia under 6-MP, in weeks (E. J. Freireich et al., Blood 21 (1963) 699); as texts have it."""
-    ended = [6, 6, 6, 7, 10, 13, 16, 22, 23]
-    cut_off = [6, 9, 10, 11, 17, 19, 20, 25, 32, 32, 34, 35]
-    remissions = Spells(np.array([*ended, *cut_off], float), np.arange(21) < len(ended))
-    weeks = [5.9, 6, 7, 10, 13, 16, 22, 23, 35]
-    found = surviving_share(remissions, np.array(weeks))
-    assert found[:, 0] == pytest.approx([1, 0.8571, 0.8067, 0.7529, 0.6902, 0.6275, 0.5378, 0.4482, 0.4482], abs=5e-5)
-    # Greenwood's standard error at 10 weeks is 0.0963 there; on the scale of log(-log S) it is divided by S log S
-    spread = 1.959964 * 0.0963 / (0.7529 * -math.log(0.7529))
-    assert found[3, 1:] == pytest.approx([0.7529 ** math.exp(spread), 0.7529 ** math.exp(-spread)], abs=2e-4)
-    assert found[0, 1:] == pytest.approx([0.05 ** (1 / 21), 1])
-    with pytest.raises(IllPosedError, match="run longer"):
-        surviving_share(remissions, np.array([35.1]))
-
-
-def test_when_all_have_ended_nothing_survives():
-    """The upper end is that of the last share above zero, 0.5 with the variance 1 / 2 of S log S; at once, the rule of
-    three's."""
-    value, low, high = surviving_share(Spells(np.array([2.0, 5.0]), np.array([True, True])), np.array([9.0]))[0]
-    assert (value, low) == (0, 0)
-    assert high == pytest.approx(0.5 ** math.exp(-1.959964 * math.sqrt(0.5) / math.log(2)), rel=1e-6)
-    found = surviving_share(Spells(np.full(10, 2.0), np.full(10, True)), np.array([1.0, 3.0]))
-    assert found == pytest.approx(np.array([[1, 0.05**0.1, 1], [0, 0, 1 - 0.05**0.1]]), rel=1e-12)
 
 
 def test_falling_share_is_the_isotonic_regression():

@@ -16,6 +16,8 @@ import pytest
 
 from roughslip import store
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
+from roughslip.report.sweep_page import Row, sweep_page
+from roughslip.stages.sweep import TITLES, of_answer
 from tests.report.test_report_answer import MACHINE, machine_scene
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
@@ -107,14 +109,16 @@ def probe(text, folder, width, height, back, place=""):
 
 
 @pytest.mark.parametrize("window", WINDOWS)
-@pytest.mark.parametrize("likely", [True, False])
-def test_the_page_of_a_machine_is_read_anywhere(likely, window, tmp_path):
+@pytest.mark.parametrize("shown", ["likely", "unlikely", "variants"])
+def test_the_pages_of_machines_are_read_anywhere(shown, window, tmp_path):
     """Text of every verdict and drawing stands out, nothing is wider than the window, every link leads somewhere."""
-    share = {"value": float(likely), "interval": [0.0, 1.0], "unit": "1"}
+    answer = MACHINE | {"probability": {"value": float(shown == "likely"), "interval": [0.0, 1.0], "unit": "1"}}
     figures = {name: (REFERENCE / "paper" / "figure2.png").read_bytes() for name in ("figure2", "figure_map")}
-    captions = dict.fromkeys(figures, "A caption.")
-    shown = machine_scene(MACHINE | {"probability": share}, figures=figures, captions=captions)
-    found = probe(page([shown], {}), tmp_path, *WINDOWS[window])
+    text = page([machine_scene(answer, figures=figures, captions=dict.fromkeys(figures, "A caption."))], {})
+    if shown == "variants":
+        rows = [Row(name, {"load.force_n": 9.0}, of_answer(MACHINE), MACHINE) for name in ("mine", "mine-1")]
+        text = sweep_page(rows, "Of mine", TITLES)
+    found = probe(text, tmp_path, *WINDOWS[window])
     assert found["wrong"] == found["faint"] == []
     assert found["back"] == found["asked"]
     assert all(there for _, there in found["links"])

@@ -27,7 +27,7 @@ FIGURES = {
     "figure_map",
 } | {
     "figure_chain",
-    "figure_lifetimes",
+    "figure_residence",
     "friction_against_load",
 }
 CELLS = {"contact_periodic", "contact_over_loads"}
@@ -61,7 +61,7 @@ RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figur
         ("ensemble.damping_ratios", [0.1, 0.2], RUNS),
         ("jobs", 7, set()),
         ("map.points", 9, {"stick_slip_map"}),
-        ("survival.points", 7, {"lifetimes"}),
+        ("survival.points", 7, {"residence"}),
         ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
         ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, *CELLS, "figure_chain"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction", "contact_periodic"}),
@@ -120,6 +120,6 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_lifetimes, figure_map, readings"
+        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_map, figure_residence, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"

@@ -8,6 +8,9 @@ from roughslip.friction.pad import WINDOWS
 from roughslip.scene.types import scene_of
 from roughslip.stages import contact_periodic, contact_strip, friction, friction_under_load
 from roughslip.stages.from_scene import periodic_cell
+from roughslip.stages.from_scene.periodic_cell import yielding
+from roughslip.surface.models import covariance_of
+from roughslip.surface.plausibility import rms_slope
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY = 12, 20
@@ -136,6 +139,24 @@ def test_cells_are_solved_until_friction_is_as_accurate_as_asked(run, folder):
     limited = asked | {"friction_std": 0.01, "cost_limit_cpu_s": 3.6e-3 * 40}
     with pytest.raises(IllPosedError, match=r"nearest is .*friction_std: 0\.0"):
         run(contact_periodic, CELLS | {"strip": strip, "accuracy": limited}, "limited")
+
+
+def test_a_soft_surface_touches_on_the_load_over_its_hardness(run):
+    """An index of 30 by hand; nearly all of the real area bears the hardness, and the log says both."""
+    material, roughness = CONTACT["material"], CONTACT["roughness"]
+    modulus = material["young_modulus_pa"] / (1 - material["poisson_ratio"] ** 2)
+    covariance = covariance_of(*(roughness[key] for key in ("covariance", "rms_height_m", "correlation_length_m")))
+    hardness = modulus * rms_slope(covariance, CONTACT["strip"]["cell_m"]) / 30
+    load = {"nominal_pressure_pa": 0.1 * hardness, "force_n": 0.1 * hardness * AREA}
+    found = run(contact_periodic, changed(CELLS, material={"hardness_pa": hardness}, load=load), "soft")
+    assert found["plasticity_index"] == pytest.approx(30)
+    assert 0.9 < found["yielded_share"] < 1
+    real = found["block_area"].sum() / (found["block_area"].size * 20e-6 * 25e-6)
+    assert real == pytest.approx(0.1, rel=0.05)
+    elastic = run(contact_periodic, CELLS, "elastic")
+    assert elastic["plasticity_index"] == elastic["yielded_share"] == 0
+    assert yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
+    assert "material.hardness_pa is not given" in yielding(0.0, 0.0)
 
 
 @pytest.mark.slow

@@ -99,8 +99,6 @@ def test_queued_jobs_of_an_earlier_run_are_refused(lines, queued, tmp_path, monk
     (here / ".snakemake").mkdir(parents=True)
     answer = "\n".join(lines).format(here=here)
     monkeypatch.setenv("PATH", squeue(tmp_path / "bin", f"/bin/cat <<'END'\n{answer}\nEND"))
-    earlier_runs.refuse_queued_jobs(here / ".snakemake")  # no run in this folder has used Slurm
-    earlier_runs.mark_slurm(here / ".snakemake")
     if queued:
         with pytest.raises(
             InputError, match=re.escape(f"{here}: jobs of an interrupted run") + f".*: scancel {queued}$"

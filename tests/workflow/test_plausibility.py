@@ -11,7 +11,7 @@ from roughslip.scene.plausibility import inherited, warnings
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import plasticity_index, rms_slope
-from tests.scene.shipped import CONFIG, shipped_scene
+from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
 from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
 
@@ -233,6 +233,22 @@ def test_the_index_by_hand():
     """Steel of 115 GPa on a slope of 0.04, 4 GPa hard."""
     assert plasticity_index(1.15e11, 0.04, 4e9) == pytest.approx(1.15)
     assert plasticity_index(1.15e11, 0.04, math.inf) == 0.0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_case_has_a_hardness_both_cutoffs_and_a_variant_of_waves_ten_times_as_long(name):
+    """Of one rms slope within 3 %, so that the long waves alone differ; eight cells a shortest wave, no warning."""
+    case, long = shipped_scene(name), shipped_scene(f"{name}_long")
+    assert case["material"]["hardness_pa"] == long["material"]["hardness_pa"] > 0
+    assert scene_warnings(case) == scene_warnings(long) == []
+    fields = [surface_of(scene)[0] for scene in (case, long) if surface_of(scene)]
+    for field, scene in zip(fields, (case, long)[-len(fields) :], strict=True):
+        assert field.cutoff_wavelengths_m[0] / scene["strip"]["cell_m"] == pytest.approx(8, rel=0.02)
+    if case["roughness"].get("scan"):
+        return
+    short, longer = fields
+    assert longer.rolloff_wavelengths_m[0] == pytest.approx(10 * short.rolloff_wavelengths_m[0], rel=0.02)
+    assert rms_slope(longer) == pytest.approx(rms_slope(short), rel=0.03)
 
 
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():

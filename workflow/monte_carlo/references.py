@@ -54,7 +54,7 @@ def _solve(file: Path, name: str, kind: str) -> Path:
     return file
 
 
-def main() -> int:
+def main() -> None:
     """Make what is missing; exit 1 with a line where a scene is refused or a solve fails."""
     parser = argparse.ArgumentParser(prog="python -m workflow.monte_carlo.references", description=__doc__)
     parser.add_argument("-j", "--jobs", type=int, default=2, help="batches at a time (2)")
@@ -66,10 +66,8 @@ def main() -> int:
                 if not reference_file(name, kind).is_file():
                     make(name, kind, arguments.samples, arguments.jobs)
     except RoughslipError as error:
-        print(f"references: error: {error}", file=sys.stderr)
-        return 1
-    return 0
+        sys.exit(f"references: error: {error}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

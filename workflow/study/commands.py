@@ -19,6 +19,9 @@ from roughslip.stages.runtime.usage import is_whole
 from workflow.keys import STORE, Entry, Names
 from workflow.study.publish import LISTED, is_current, is_published
 
+CAPTION = "../report/caption.rst"  # from a file of rules
+NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
+MORE = 4  # times the memory at each further attempt: the largest meshes take some six times what a stage declares
 Waits = Callable[[Any], list[str]]
 
 
@@ -96,11 +99,6 @@ class Inputs:
 def _not_ended(records: list[str]) -> list[str]:
     """Those of jobs that have not ended. The others are no inputs: their times may lie in the future."""
     return [record for record in records if not is_whole(Path(record))]
-
-
-CAPTION = "../report/caption.rst"  # from a file of rules
-NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
-MORE = 4  # times the memory at each further attempt: the largest meshes take some six times what a stage declares
 
 
 def command(stage: str) -> str:

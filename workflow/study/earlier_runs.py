@@ -5,7 +5,7 @@ each Snakemake process also holds a shared lock of the kernel, which ends with t
 this lock alone is the only one in the folder, and all of Snakemake's lock files are stale.
 
 If Snakemake is killed on a login node, its jobs stay in the queue of Slurm. A job that starts after a new run has made
-its result would remove it while others read it. Slurm is asked only if an earlier run in the folder used it.
+its result would remove it while others read it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from roughslip.errors import InputError
 ALIVE = "PENDING,CONFIGURING,RUNNING,SUSPENDED"  # states of jobs that will still write
 _OF_A_RULE = "rule_"  # begins the comment of each job that the plug-in submits
 _SECONDS = 15.0  # for Slurm to answer
-_MARK = "slurm"  # a file in Snakemake's folder
 _held: list[IO[str]] = []  # open as long as the process lives
 
 
@@ -69,15 +68,10 @@ def hold(state: Path) -> Hold:
     return Hold(is_alone, lines)
 
 
-def mark_slurm(state: Path) -> None:
-    """Note that a run in this folder submits jobs. state : Snakemake's folder"""
-    (state / _MARK).touch()
-
-
 def refuse_queued_jobs(state: Path) -> None:
     """Raise InputError where jobs of an earlier run are in the queue; call it while no run is at work in the folder."""
     folder = state.resolve().parent
-    if (state / _MARK).is_file() and (queued := queued_jobs(folder)):
+    if queued := queued_jobs(folder):
         raise InputError(
             f"{folder}: jobs of an interrupted run are in the queue of Slurm and would overwrite new results; start "
             f"again when they have ended, or after: scancel {' '.join(queued)}"

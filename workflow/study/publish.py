@@ -72,7 +72,7 @@ def _listed(folder: Path) -> dict[str, str]:
     return listed if isinstance(listed, dict) else {}
 
 
-def main() -> int:
+def main() -> None:
     """Publish a file, or all that a key file lists; exit 1 with a line where it cannot be written."""
     parser = argparse.ArgumentParser(prog="python -m workflow.study.publish", description=__doc__)
     parser.add_argument("source", type=Path, help="file of the store, or the key file of a list")
@@ -85,10 +85,8 @@ def main() -> int:
         else:
             publish_one(arguments.path, arguments.source)
     except OSError as error:
-        print(f"publish: error: {error.filename}: {error.strerror}", file=sys.stderr)
-        return 1
-    return 0
+        sys.exit(f"publish: error: {error.filename}: {error.strerror}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -29,19 +29,17 @@ def unused(names: Names) -> list[Path]:
     return [*gone, *sorted({*stored}.difference(of_several))]
 
 
-def main() -> int:
+def main() -> None:
     """Remove it, with a line for each folder; exit 1 with a line where a scene has a mistake."""
     root = Path(__file__).resolve().parents[2]
     try:
         folders = unused(Names(Scenes(root, words=[]), root, writes=False))
     except InputError as error:
-        print(f"clean_unused: error: {error}", file=sys.stderr)
-        return 1
+        sys.exit(f"clean_unused: error: {error}")
     for folder in folders:
         print(f"removed: {folder}", flush=True)
         shutil.rmtree(folder)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

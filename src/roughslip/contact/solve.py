@@ -94,8 +94,7 @@ class ContactSolution:
     @property
     def yielded_share(self) -> float:
         """Share [-] of the real area that bears the hardness; zero without contact."""
-        yielded = self.pressure == self.hardness_pa
-        return float(np.count_nonzero(yielded) / self.shares.sum()) if yielded.any() else 0.0
+        return float(np.count_nonzero(self.pressure == self.hardness_pa) / max(self.shares.sum(), 1e-300))
 
     @property
     def mean_pressure(self) -> float:
@@ -376,10 +375,7 @@ def _box(nodes: np.ndarray) -> tuple[slice, slice]:
 
 def _check_free(influence: Influence) -> None:
     if influence.periodic:
-        raise ParameterError(
-            "a periodic cell has no pressures at a fixed plane, as a mean pressure has no finite displacement: use"
-            " solve_load"
-        )
+        raise ParameterError("a periodic cell has no pressures at a fixed plane, but under a load: use solve_load")
 
 
 def _check(tolerance: float, hardness_pa: float) -> None:

@@ -19,7 +19,7 @@ import scipy  # its parts when they are used
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import existence_limit
-from roughslip.oscillator.slip_flow import TOLERANCE, next_peak, slip_flow
+from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, next_peak, slip_flow
 from roughslip.validation import gate, positive
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
@@ -47,12 +47,16 @@ class GrazingResponse:
         correlation : [m] length L of the autocorrelation exp(-s / L) of mu_S; or that of any lags [m], as
             `FrictionProcess.autocorrelation`
         """
-        lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
+        return math.sqrt(max(self.covariance(correlation), 0.0)) / abs(self.damping)
+
+    @gate
+    def covariance(self, correlation: float | Callable[[np.ndarray], np.ndarray], apart_m: float = 0.0) -> float:
+        """Covariance of the peaks, in units of X' / V, of two loops so far apart in slip, for mu_S of unit variance."""
+        lag = np.abs(apart_m + self.slipped[:, None] - self.slipped[None, :])
         of_lags = (
             correlation(lag) if callable(correlation) else np.exp(-lag / positive("correlation", correlation, "m"))
         )
-        variance = float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
-        return math.sqrt(max(variance, 0.0)) / abs(self.damping)
+        return float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
 
 
 @gate
@@ -82,31 +86,68 @@ def grazing_response(
     scale = oscillator.F / oscillator.V
     departure = scale * law.static - flow.steady / oscillator.V - 2.0 * limit
     _, duration = next_peak(flow, departure, 1.0)
+    jump = law.static if stochastic_static_limit else 0.0
+    return orbit_response(oscillator, law, flow, (departure, 1.0), duration, jump, scatter)
 
-    def velocity(_: float, state: np.ndarray) -> list[float]:
-        y, w, yy, wy, yw, ww = state
-        rate = flow.slope(float(w)) - 2.0 * limit
-        return [w, flow.at_peak(float(w)) - y, wy, rate * wy - yy, ww, rate * ww - yw]
 
-    times = np.linspace(0.0, duration, SAMPLES)
-    start = [departure, 1.0, 1.0, 0.0, 0.0, 1.0]
-    orbit = scipy.integrate.solve_ivp(
-        velocity, (0.0, duration), start, "DOP853", times, rtol=TOLERANCE, atol=0.1 * TOLERANCE
-    ).y
-    y, w = orbit[:2]
-    propagator = np.array([[orbit[2], orbit[4]], [orbit[3], orbit[5]]]).transpose(2, 0, 1)  # from 0 to each sample
-    adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), propagator[-1, 1][:, None])[..., 0]
-    weight = np.full(SAMPLES, duration / (SAMPLES - 1))
-    weight[[0, -1]] *= 0.5
+def orbit_response(
+    oscillator: Oscillator,
+    law: FrictionLaw,
+    flow: SlipFlow,
+    start: tuple[float, float],
+    duration: float,
+    static: float = 0.0,
+    scatter: str = "additive",
+    samples: int = SAMPLES,
+    at: float | None = None,
+) -> GrazingResponse:
+    """The response of the end of the orbit of a flow from a state (y, w), as `grazing_response` has it of a peak.
+
+    duration : [-] tau until the peak, or until the orbit reaches the belt before it
+    static : limit of stick where the orbit begins with a departure that moves with mu_S; else 0
+    at : [-] tau of a trough, at which the response is taken instead
+    """
+    scale = oscillator.F / oscillator.V
+    weight, (y, w), adjoint = _along_orbit(flow, start, duration, samples, along=at is not None)
+    if at is not None:
+        adjoint = adjoint / np.interp(at, np.linspace(0.0, duration, samples), adjoint[:, 1])
     multiplies = scatter == "multiplicative"
     kernel = scale * weight * adjoint[:, 1]
     if multiplies:
         kernel *= law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
-    if stochastic_static_limit:
-        kernel[0] += scale * adjoint[0, 0] * (law.static if multiplies else 1.0)
+    if static > 0.0:
+        kernel[0] += scale * adjoint[0, 0] * (static if multiplies else 1.0)
     return GrazingResponse(
-        limit=limit,
-        slipped=oscillator.V * (times - (y - departure)),
+        limit=flow.damping_ratio,
+        slipped=oscillator.V * (np.linspace(0.0, duration, samples) - (y - start[0])),
         kernel=kernel,
         damping=-2.0 * float(adjoint[0, 0] + np.sum(weight * adjoint[:, 1] * w)),
     )
+
+
+def _along_orbit(
+    flow: SlipFlow, start: tuple[float, float], duration: float, samples: int, along: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Weights (samples,) of the trapezoidal rule in tau, the orbit (2, samples) y and w, and its adjoint.
+
+    The adjoint (samples, 2) ends as (0, 1): what a change of the state at each sample does to w at the end. Or, along
+    the flow, as (-w', w) / w: that is the same at a peak, and before it what does not depend on when the orbit ends.
+    """
+
+    def velocity(_: float, state: np.ndarray) -> list[float]:
+        y, w, yy, wy, yw, ww = state
+        rate = flow.slope(float(w)) - 2.0 * flow.damping_ratio
+        return [w, flow.at_peak(float(w)) - y, wy, rate * wy - yy, ww, rate * ww - yw]
+
+    times = np.linspace(0.0, duration, samples)
+    orbit = scipy.integrate.solve_ivp(
+        velocity, (0.0, duration), [*start, 1.0, 0.0, 0.0, 1.0], "DOP853", times, rtol=TOLERANCE, atol=0.1 * TOLERANCE
+    ).y
+    propagator = np.array([[orbit[2], orbit[4]], [orbit[3], orbit[5]]]).transpose(2, 0, 1)  # from 0 to each sample
+    last = propagator[-1, 1]
+    if along:
+        last = last - (flow.at_peak(float(orbit[1, -1])) - orbit[0, -1]) / orbit[1, -1] * propagator[-1, 0]
+    adjoint = np.linalg.solve(propagator.transpose(0, 2, 1), last[:, None])[..., 0]
+    weight = np.full(samples, duration / (samples - 1))
+    weight[[0, -1]] *= 0.5
+    return weight, orbit[:2], adjoint

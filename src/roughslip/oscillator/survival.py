@@ -1,4 +1,4 @@
-"""Survival of stick-slip under noise: lifetimes of its spells and those of steady sliding, and the band of damping.
+"""Spells of stick-slip and of steady sliding: their mean lifetime, and the band of damping where both occur.
 
 The states are those of `oscillator.states`. The friction path loses its correlation within a cycle, and all cycles
 begin at the departure point. So lifetimes are close to exponential; the end of a run censors them.
@@ -13,9 +13,8 @@ import numpy as np
 from scipy.special import chdtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.oscillator.motion import Motion
-from roughslip.oscillator.states import States, slip_phases
-from roughslip.probability.estimate import NORMAL_95, TAILS
+from roughslip.oscillator.states import States
+from roughslip.probability.estimate import TAILS
 from roughslip.validation import gate
 
 REPLICATES = 400
@@ -42,14 +41,6 @@ def spells(states: States) -> tuple[Spells, Spells]:
     )
 
 
-def first_slip(motion: Motion) -> Spells:
-    """The slip phase that a run begins with, if it does: how long a motion that starts in slip takes to stick."""
-    slips, cut_off = slip_phases(motion)
-    at_start = slips[:1, 0] == 0.0
-    first = slips[:1][at_start]
-    return Spells(first[:, 1] - first[:, 0], np.full(len(first), not cut_off or len(slips) > 1))
-
-
 @gate
 def mean_lifetime(spells: Spells) -> np.ndarray:
     """(value, low, high) [-] of the mean of exponential lifetimes, in natural periods, with its 95 % interval.
@@ -69,40 +60,6 @@ def mean_lifetime(spells: Spells) -> np.ndarray:
     if ended == 0:
         return np.array([math.inf, low, math.inf])
     return np.array([total / ended, low, 2.0 * total / float(chdtri(2 * ended, TAILS[1]))])
-
-
-def surviving_share(spells: Spells, periods: np.ndarray) -> np.ndarray:
-    """(times, 3) value, low, high [-] of the probability that a spell lasts longer than a number of natural periods.
-
-    The product-limit estimator of E. L. Kaplan & P. Meier (J. Am. Stat. Assoc. 53 (1958) 457) for spells of which some
-    are cut off, Greenwood's variance on the scale log(-log S) for the interval (J. D. Kalbfleisch & R. L. Prentice,
-    The Statistical Analysis of Failure Time Data, 1980, 1.4). While no spell has ended the lower end is the rule of
-    three's, 0.05^(1/n); when all have, the upper one stays where it was before the last. Behind the longest spell
-    nothing is known if it was cut off, and IllPosedError says so.
-    """
-    asked = np.atleast_1d(np.asarray(periods, dtype=np.float64))
-    longest = float(np.max(spells.duration, initial=0.0))
-    known_beyond = spells.duration.size > 0 and bool(np.all(spells.ended[spells.duration == longest]))
-    if not (known_beyond or np.all(asked <= longest)) or np.isnan(asked).any():
-        raise IllPosedError(
-            f"survival is asked for up to {np.max(asked):.4g} natural periods, and the longest spell lasts "
-            f"{longest:.4g}: run longer, or ask for less; scene key: survival.duration_periods"
-        )
-    order = np.argsort(spells.duration, kind="stable")
-    duration, ended = spells.duration[order], spells.ended[order]
-    times, deaths = np.unique(duration[ended], return_counts=True)
-    at_risk = duration.size - np.searchsorted(duration, times, "left")
-    survival = np.cumprod((at_risk - deaths) / at_risk)
-    greenwood = np.cumsum(deaths / (at_risk * np.maximum(at_risk - deaths, 1)))  # not used where none survive
-    steps = np.empty((times.size + 1, 3))
-    steps[0] = 1.0, 0.05 ** (1.0 / duration.size), 1.0
-    for step, value in enumerate(survival, start=1):
-        if value > 0.0:
-            spread = NORMAL_95 * math.sqrt(greenwood[step - 1]) / abs(math.log(value))
-            steps[step] = value, value ** math.exp(spread), value ** math.exp(-spread)
-        else:
-            steps[step] = 0.0, 0.0, 1.0 - 0.05 ** (1.0 / duration.size) if step == 1 else steps[step - 1, 2]
-    return steps[np.searchsorted(times, asked, "right")]
 
 
 def falling_share(share: np.ndarray) -> np.ndarray:

@@ -135,10 +135,10 @@ SECTIONS = {
         "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and "
         "lines of the limits without scatter.",
     ),
-    "figure_lifetimes": Section(
-        "How long stick-slip lasts near its limit",
-        "Three panels: share of runs still in stick-slip against time, mean lifetimes against damping, and bands of "
-        "damping by how the runs begin.",
+    "figure_residence": Section(
+        "How long stick-slip and steady sliding last near the limit",
+        "Three panels over damping, at several scatters: mean durations of stick-slip and of steady sliding, and the "
+        "share of stick-slip in the time.",
     ),
 }
 

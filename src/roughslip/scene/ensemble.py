@@ -110,7 +110,7 @@ class StickSlipMap(Section):
 
 @section
 class Survival(Section):
-    """Lifetimes of stick-slip and of steady sliding near the limit of existence, of figure_lifetimes."""
+    """Durations of stick-slip and of steady sliding near the limit of existence, of figure_residence."""
 
     scatter_factors: tuple[float, ...] = many(
         "Multiples of the standard deviation of friction, strictly increasing",

@@ -15,7 +15,7 @@ from roughslip.probability.pilot import refusal, widened
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.periodic_cell import FEWEST, Cells
+from roughslip.stages.from_scene.periodic_cell import FEWEST, Cells, yielding
 from roughslip.stages.result_tables.load_table import correlated
 from roughslip.stages.runtime.command import Job
 
@@ -44,21 +44,27 @@ def work(job: Job) -> None:
     area: list[np.ndarray] = []
     force: list[np.ndarray] = []
     residual: list[float] = []
+    yielded: list[float] = []
     with job.usage.core():
         while len(area) < wanted:
             (solution,) = cells.solutions(len(area), [pressure])
             residual.append(solution.residual)
+            yielded.append(solution.yielded_share)
             for part, of_blocks in zip((area, force), cells.block_sums(solution), strict=True):
                 part.append(of_blocks)
             job.usage.progress(len(area), wanted)
             if given is None and len(area) == wanted:
                 wanted = more(job, cells, np.stack(area), np.stack(force))
     job.usage.count(solves=len(area), nodes=cells.cell.grid.size)
+    share = float(np.average(yielded, weights=[part.sum() for part in area]))
+    job.usage.say(yielding(cells.plasticity_index, share))
     blocks = ("sample", "block_along", "block_across")
     variables = {
         "block_area": store.Variable(blocks, np.stack(area), "m2", "contact area of a block of a cell"),
         "block_force": store.Variable(blocks, np.stack(force), "N", "normal force on it"),
         "residual": store.Variable(("sample",), np.array(residual), "1", "relative residual of the complementarity"),
+        "plasticity_index": store.Variable((), cells.plasticity_index, "1", "E* h' / H, zero in elastic contact"),
+        "yielded_share": store.Variable((), share, "1", "share of the real area that bears the hardness"),
     }
     store.write(job.arguments.output, variables, job.key)
 

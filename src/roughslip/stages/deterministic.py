@@ -18,7 +18,7 @@ from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
-from roughslip.stages.from_scene.own_limits import damping_ratios
+from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 

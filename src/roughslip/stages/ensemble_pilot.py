@@ -13,7 +13,7 @@ from roughslip.probability.pilot import Pilot
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt
-from roughslip.stages.from_scene.own_limits import damping_ratios
+from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(

@@ -58,18 +58,17 @@ STAGES = [
         "expectation by an expansion fitted without it, and a field drawn with the residual scatter.",
     ),
     figure(
-        name="figure_lifetimes",
-        of="lifetimes",
-        caption="How long stick-slip lasts near its limit: its survival, mean lifetimes of stick-slip and of steady "
-        "sliding, and the damping ratio at which stick-slip is as likely as not, by how the runs begin. Bands around "
-        "lines are 95 % intervals.",
-    ),
-    figure(
         name="figure_map",
         of="stick_slip_map",
         caption="Where stick-slip occurs: its probability over two parameters, with dots at the points that were run. "
         "Lines without scatter, where one axis is damping: the cycle exists left of the solid one, steady sliding is "
         "unstable left of the dashed one.",
+    ),
+    figure(
+        name="figure_residence",
+        of="residence",
+        caption="How long stick-slip and steady sliding last near the limit, and the share of stick-slip in the time. "
+        "Points with 95 % intervals are from runs, lines are theory: the chain of the troughs of slip.",
     ),
     figure(
         name="figure_scan",

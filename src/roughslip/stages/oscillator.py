@@ -11,7 +11,7 @@ from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt, shares
-from roughslip.stages.from_scene.own_limits import damping_ratios
+from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 

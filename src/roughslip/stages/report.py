@@ -13,6 +13,7 @@ from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.from_scene.periodic_cell import yielding
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import representation
@@ -101,8 +102,10 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         sentences[figure] = strips_represented(scene, scan)
     if "contact_periodic" in stages:
         figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
+        contact = store.read(files["contact/periodic.nc"])
         sentences[figure] = [
-            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure."
+            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
+            yielding(float(contact["plasticity_index"]), float(contact["yielded_share"])),
         ]
     return sentences
 

@@ -10,7 +10,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.ensemble import StickSlipMap
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.point_runs import PointRuns, box, spaced
+from roughslip.stages.from_scene.variation import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 

@@ -32,10 +32,12 @@ NUMBERS = {
     "hopf_damping": ("Damping below which sliding is unstable, no scatter", "1", _LIMITS, "hopf_damping"),
     "existence_limit": ("Damping above which no cycle exists, no scatter", "1", _LIMITS, "existence_limit"),
 }
+OF_NO_LOAD = ("mean_friction", "std_friction")  # for scenes without an answer, which has those of the load
 # The same of answer.json; a limit is where stick-slip ends, or begins.
 ANSWERED = {
     "probability": ("Probability of stick-slip", "1"),
     "friction_mean": ("Mean friction under the load", "1"),
+    "friction_deviation": ("Standard deviation of its friction, one window", "1"),
     "amplitude": ("Half of peak to peak", "m"),
     "frequency": ("Frequency", "Hz"),
     **{f"limit_{name}": (f"Limit of the {one.title}", one.unit) for name, one in PARAMETERS.items()},
@@ -67,11 +69,11 @@ def number(result: store.Result, name: str) -> Number | None:
 
 def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
     """Those of NUMBERS that the results of a scene have. files : by their names"""
-    results = {
-        file: store.read(files[file]) for file in sorted({file for _, _, file, _ in NUMBERS.values()} & files.keys())
-    }
+    results = {file: store.read(files[file]) for file in (_FRICTION, _MOTION, _LIMITS) if file in files}
     values = {
-        name: number(results[file], variable) for name, (_, _, file, variable) in NUMBERS.items() if file in results
+        name: number(results[file], variable)
+        for name, (_, _, file, variable) in NUMBERS.items()
+        if variable in results.get(file, ())
     }
     return {name: value for name, value in values.items() if value is not None}
 

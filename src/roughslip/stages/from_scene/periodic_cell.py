@@ -24,7 +24,14 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.surface_model import gaussian_model, scan_warnings
 from roughslip.stages.runtime.command import Job
-from roughslip.surface.plausibility import LIGHT_AREA, MOST_CELL_NODES, contact_mistake, rms_slope
+from roughslip.surface.plausibility import (
+    LIGHT_AREA,
+    MOST_CELL_NODES,
+    contact_mistake,
+    plasticity_index,
+    rms_slope,
+    yield_warning,
+)
 
 WINDOWS = 6, 2  # along and across, at least: lags of three windows are within half a period
 SAMPLE = 8  # windows that stand for a sample of the scene
@@ -71,7 +78,10 @@ def cell(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Cel
 
 
 class Cells:
-    """The periodic cells of a scene at a nominal pressure, by number. mistake : of a pressure too high or too low"""
+    """The periodic cells of a scene at a nominal pressure, by number.
+
+    mistake : of a pressure too high or too low; plasticity_index : E* h' / H [-], zero in elastic contact
+    """
 
     def __init__(self, job: Job, pressure_pa: float) -> None:
         scene, scan = job.scene, job.arguments.scan
@@ -82,6 +92,7 @@ class Cells:
         share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
         least = CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
         self.mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
+        self.plasticity_index = plasticity_index(modulus, slope, hardness)
         self.cell = cell(scene, model.lengths_m, share)
         if self.cell.grid.size > MOST_CELL_NODES:
             raise IllPosedError(
@@ -94,6 +105,8 @@ class Cells:
         self._heights = model.heights
         if scan is not None:
             job.usage.warn(*scan_warnings(scene, model))
+            if math.isinf(hardness) and (text := yield_warning(scene.material.young_modulus_pa, modulus, slope)):
+                job.usage.warn(text)
 
     def count(self, samples: int, fewest: int = FEWEST) -> int:
         """Cells that have SAMPLE windows a sample together, and at least the fewest."""
@@ -116,3 +129,13 @@ class Cells:
         """Contact area [m2] and force [N] of the blocks (X, Y)."""
         touched = solution.shares if elastic.counts_shares(self.scene) else solution.contact
         return self.cell.sums(touched), self.cell.sums(solution.pressure)
+
+
+def yielding(index: float, share: float) -> str:
+    """Whether the contact of a load yields, as the log and the page say it.
+
+    index : E* h' / H, zero in elastic contact; share : of the real area that bears the hardness
+    """
+    if not index:
+        return "The contact is elastic: material.hardness_pa is not given."
+    return f"The plasticity index E* h' / H is {index:.2g}; {100 * share:.2g} % of the real area bears the hardness."

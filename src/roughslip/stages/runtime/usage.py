@@ -129,6 +129,10 @@ class Usage:
                 self.warnings.append(text)
                 print(f"{self.stage}: warning: {text}", file=sys.stderr, flush=True)
 
+    def say(self, text: str) -> None:
+        """A line on stderr, which is the job's log."""
+        print(f"{self.stage}: {text}", file=sys.stderr, flush=True)
+
     def files(self, made: Iterable[Path]) -> None:
         """Take size and checksum of the files that the job made."""
         self.made = describe(self.path, made)

@@ -1,0 +1,143 @@
+"""Durations of both states: by hand, against long runs, and in the limits that theory has of its own."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.process import FrictionProcess
+from roughslip.friction.recursion import recursion
+from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.motion import MotionOptions
+from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.residence import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
+from roughslip.oscillator.states import States, run_until_known
+from roughslip.probability import BetaDistribution
+from tests.oscillator.motions import LAW, STUDY
+
+LENGTH = 3e-4
+NEARLY_GAUSSIAN = 200.0, 200.0
+
+
+def theory(damping, deviation, length=LENGTH):
+    return residence_by_theory(trough_map(replace(STUDY, damping_ratio=damping), LAW, deviation, length))
+
+
+def spells_of(stick_slip, sliding):
+    """States of spells (duration, ended), one after another from 0."""
+    rows = [np.reshape([(0.0, duration) for duration, _ in part], (-1, 2)) for part in (stick_slip, sliding)]
+    ended = [np.array([end for _, end in part], dtype=bool) for part in (stick_slip, sliding)]
+    return States(*rows, *ended)
+
+
+def test_means_of_runs_by_hand():
+    """Time over ends: 30 / 2 and 60 / 1; the share of the time is 30 / 90."""
+    runs = [spells_of([(10, True), (5, True)], [(40, True)]), spells_of([(15, False)], [(20, False)])]
+    found = residence(runs, np.random.default_rng(1))
+    assert (found.stick_slip[0], found.sliding[0], found.share[0]) == pytest.approx((15, 60, 1 / 3))
+    assert found.death[0] == pytest.approx(1 / 15)
+    assert found.death[1] == pytest.approx(1 / found.stick_slip[2])
+    for values in (found.stick_slip, found.sliding, found.share):
+        assert values[1] < values[0] < values[2]
+
+
+def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
+    found = residence([spells_of([(40, False)], [])], np.random.default_rng(1))
+    assert found.share[0] == 1.0
+    assert np.isnan(found.sliding).all()
+    assert (found.stick_slip[0], found.stick_slip[2]) == (math.inf, math.inf)
+    answer = states_of_answer([spells_of([(40, False)], [])], None, 2 * math.pi, [1])
+    assert answer["mean_stick_slip_s"] == [None, pytest.approx(found.stick_slip[1]), None]
+    assert answer["mean_sliding_s"] == [None] * 3
+    assert answer["by_theory"] is None
+
+
+@pytest.mark.slow
+def test_intervals_of_resampled_spells_hold_the_means():
+    """Exponential spells of means 20 and 50, 30 of each: 95 % intervals, by 300 trials within four standard errors."""
+    rng, held = np.random.default_rng(2), np.zeros(2)
+    for _ in range(300):
+        draws = ([(duration, True) for duration in mean * rng.standard_exponential(30)] for mean in (20.0, 50.0))
+        found = residence([spells_of(*draws)], rng)
+        held += [found.stick_slip[1] <= 20 <= found.stick_slip[2], found.sliding[1] <= 50 <= found.sliding[2]]
+    assert np.all(held / 300 >= 0.95 - 0.03 - 4 * math.sqrt(0.95 * 0.05 / 300))  # the bootstrap of skew draws: 92 %
+
+
+@pytest.mark.slow
+def test_without_friction_s_drift_a_map_is_that_of_the_flow():
+    """At the Hopf damping small loops neither grow nor shrink, and beyond it they shrink by exp(-2 pi d)."""
+    for excess in (0.0, 0.02):
+        belt = replace(STUDY, damping_ratio=hopf_damping(STUDY, LAW) + excess)
+        troughs = trough_map(belt, LAW, 1e-9, LENGTH)
+        first, second = troughs.following[1:3] / troughs.start[:2]
+        assert 2 * first - second == pytest.approx(math.exp(-2 * math.pi * excess), abs=0.03)
+
+
+@pytest.mark.slow
+def test_scatter_of_a_small_loop_is_that_of_a_linear_oscillator():
+    """White friction: each quadrature gains pi S in a loop, S = 2 (F sigma / V)^2 L / V, short of the correlation."""
+    troughs = trough_map(STUDY, LAW, 0.001, 1e-5)
+    white = 0.001 * STUDY.F / STUDY.V * math.sqrt(2 * math.pi * 1e-5 / STUDY.V)
+    growth = 2 * math.pi * (hopf_damping(STUDY, LAW) - STUDY.damping_ratio)
+    assert abs(math.log(troughs.deviation[1] / white)) < growth / 2  # half of the noise grows, half is ahead of it
+
+
+@pytest.mark.slow
+def test_bounded_friction_that_cannot_end_stick_slip_lets_it_last_for_ever():
+    """The bound: the worst path of mu_S through the first loop, against the depth that the belt needs."""
+    belt = replace(STUDY, damping_ratio=0.2)
+    troughs = trough_map(belt, LAW, 0.002, LENGTH)
+    margin = (troughs.following[0] - troughs.belt) / (troughs.reach[1] - troughs.reach[0])
+    assert not troughs.can_fail(-0.99 * margin, 0.99 * margin)
+    assert troughs.can_fail(-1.01 * margin, 1.01 * margin)
+    assert math.isinf(residence_by_theory(troughs, (-0.99 * margin, 0.99 * margin)).stick_slip[0])
+
+
+@pytest.mark.slow
+def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
+    """Kramers: at 0.28, of lifetimes from 1e3 to 1e8 natural periods; the prefactor, a power of sigma, is taken off."""
+    deviation = np.array([0.014, 0.0125, 0.0115, 0.0105, 0.01])
+    lifetime = np.array([theory(0.28, one, 1e-4).stick_slip[0] for one in 2 * deviation])
+    assert 1e3 < lifetime[0] < lifetime[-1] < 1e9
+    x, y = deviation**-2, np.log(lifetime) + np.log(deviation)
+    slope, offset = np.polyfit(x, y, 1)
+    assert slope > 0
+    assert np.max(np.abs(slope * x + offset - y)) < 0.05 * np.ptp(y)
+
+
+def test_friction_that_does_not_follow_slip_has_no_chain():
+    with pytest.raises(ParameterError, match="follows slip"):
+        trough_map(STUDY, LAW, 0.01, LENGTH, None, MotionOptions(friction_follows="time"))
+
+
+def test_rice_s_rate_by_hand_and_its_condition():
+    """White friction of intensity S: var y' = S / (4 d), and the acceleration has the variance of friction."""
+    d, deviation, length = 0.1, 0.4, 1e-6
+    belt = replace(STUDY, damping_ratio=hopf_damping(STUDY, LAW) + d)
+    intensity = 2 * (belt.F * deviation / belt.V) ** 2 * length / belt.V
+    rate = rice_rate(belt, LAW, deviation, length)
+    speed, acceleration = intensity / (4 * d), (belt.F * deviation / belt.V) ** 2
+    assert math.log(rate) == pytest.approx(0.5 * math.log(acceleration / speed) - 0.5 / speed, rel=0.02)
+    with pytest.raises(IllPosedError, match="unstable"):
+        rice_rate(STUDY, LAW, deviation, length)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("deviation", [0.03, 0.05])
+@pytest.mark.parametrize("length", [1e-4, 3e-4])
+def test_theory_against_long_runs(deviation, length):
+    """Five dampings each, nearly Gaussian friction. Sliding within a factor of 2, stick-slip within one of 3."""
+    process = FrictionProcess(BetaDistribution.of_moments(*NEARLY_GAUSSIAN, 0.3, deviation), length)
+    paths = recursion(process, length / 4)
+    for damping in (0.28, 0.29, 0.3, 0.31, 0.32):
+        belt = replace(STUDY, damping_ratio=damping)
+        runs = [
+            run_until_known(belt, LAW, KeptPath(paths.realisation([1, run])), paths.spacing, 5000.0)[2]
+            for run in range(4)
+        ]
+        found, expected = residence(runs, np.random.default_rng(3)), theory(damping, deviation, length)
+        for name, factor in (("stick_slip", 3.0), ("sliding", 2.0)):
+            _, low, high = getattr(found, name)
+            assert low / factor <= getattr(expected, name)[0] <= high * factor, (damping, name)

@@ -9,10 +9,10 @@ import pytest
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator.durations import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.residence import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
 from roughslip.oscillator.states import States, run_until_known
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
@@ -48,10 +48,10 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     assert found.share[0] == 1.0
     assert np.isnan(found.sliding).all()
     assert (found.stick_slip[0], found.stick_slip[2]) == (math.inf, math.inf)
-    answer = states_of_answer([spells_of([(40, False)], [])], None, 2 * math.pi, [1])
+    answer = states_of_answer([spells_of([(40, False)], [])], found, 2 * math.pi, [1])
     assert answer["mean_stick_slip_s"] == [None, pytest.approx(found.stick_slip[1]), None]
     assert answer["mean_sliding_s"] == [None] * 3
-    assert answer["by_theory"] is None
+    assert answer["by_theory"] == {"share_of_time": 1.0, "mean_stick_slip_s": None, "mean_sliding_s": None}
 
 
 @pytest.mark.slow

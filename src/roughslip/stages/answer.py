@@ -15,6 +15,7 @@ from roughslip.chaos.sampling import wilson_interval
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.paths import Paths, path_sampler
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
+from roughslip.oscillator.durations import states_of_answer, theory_or_nan
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_law import FrictionLaw
 from roughslip.oscillator.limits import cycle_period, slip_loop
@@ -342,6 +343,8 @@ def work(job: Job) -> None:
             limits[name], more = limits_of(name, runs, at_start)
             trials += more
             job.usage.progress(done, len(VARIED))
+    windows = mass_on_belt.independent_windows(scene, job.arguments.friction, own.windows)
+    deviation = numbers.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(scene, numbers)
     share = float(np.mean(at_start))
     job.usage.count(runs=trials)
     job.usage.skip({skip_reasons.KEPT: trials - count})
@@ -360,5 +363,11 @@ def work(job: Job) -> None:
         "friction_deviation": quantity(numbers.standard_deviation, None, "1"),
         "outside_measured_speeds": variation.leaves_known_speeds(own),
         "windows": quantity(own.windows, None, "1"),
+        "states": states_of_answer(
+            [one.states for each in of.values() for one in each],
+            theory_or_nan(own.belt, own.law, deviation, length, process.autocorrelation, runs.options),
+            own.belt.natural_frequency_rad_per_s,
+            [scene.seed, geometry.STREAM_ANSWER, count],
+        ),
     }
     store.write_json(job.arguments.output, found | {"summary": summary(found)})

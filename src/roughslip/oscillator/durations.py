@@ -43,7 +43,7 @@ from typing import Any
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, orbit_response
 from roughslip.oscillator.laws import FrictionLaw
@@ -90,6 +90,7 @@ class TroughMap:
     stick: float
     reach: tuple[float, float]
 
+    @gate
     def can_fail(self, least: float, most: float) -> bool:
         """Whether some path of mu_S between two bounds ends stick-slip; if none does, it lasts for ever."""
         negative, positive_ = self.reach
@@ -361,9 +362,22 @@ def residence(runs: Sequence[States], generator: np.random.Generator) -> Residen
     )
 
 
-def states_of_answer(
-    runs: Sequence[States], theory: Residence | None, omega: float, seed: Sequence[int]
-) -> dict[str, Any]:
+def theory_or_nan(
+    oscillator: Oscillator,
+    law: FrictionLaw,
+    deviation: float,
+    length_m: float,
+    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None,
+    options: MotionOptions = DEFAULTS,
+) -> Residence:
+    """What `residence_by_theory` finds, its arguments those of `trough_map`; NaN where slip makes no chain."""
+    try:
+        return residence_by_theory(trough_map(oscillator, law, deviation, length_m, autocorrelation, options))
+    except (ConvergenceError, IllPosedError, ParameterError):
+        return _exactly(math.nan, math.nan, math.nan)
+
+
+def states_of_answer(runs: Sequence[States], theory: Residence, omega: float, seed: Sequence[int]) -> dict[str, Any]:
     """Time in each state for answer.json: [value, low, high], null where unknown, by runs and by theory.
 
     omega : [rad/s] natural frequency, which makes seconds of natural periods
@@ -378,5 +392,5 @@ def states_of_answer(
         }
         return {name: [float(x) if math.isfinite(x) else None for x in values] for name, values in parts.items()}
 
-    by_theory = None if theory is None else {name: value for name, (value, _, _) in rows(theory).items()}
+    by_theory = {name: value for name, (value, _, _) in rows(theory).items()}
     return rows(residence(runs, np.random.default_rng(seed))) | {"by_theory": by_theory}

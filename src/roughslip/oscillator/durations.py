@@ -55,7 +55,8 @@ from roughslip.oscillator.survival import Spells, mean_lifetime, spells
 from roughslip.probability.estimate import TAILS, interval_margin
 from roughslip.validation import gate, positive
 
-KNOTS, SAMPLES = 10, 401  # depths at which the map is computed; samples of a loop
+KNOTS = 10  # depths at which the map is computed
+PER_LENGTH, FEWEST_SAMPLES, MOST_SAMPLES = 3.0, 401, 2001  # samples of a loop, by correlation lengths
 PER_DEVIATION, FEWEST_NODES, MOST_NODES = 4, 60, 200  # nodes of the chain: as many in the least scatter
 JUNCTIONS = 5  # values of the friction where loops meet
 TAIL = 8.0  # standard deviations that the chain reaches beyond its means
@@ -192,6 +193,7 @@ def trough_map(
     flow, cycle = slip_flow(oscillator, law), slip_loop(oscillator, law).cycle
     start = (departure_point(oscillator, law) - flow.steady) / oscillator.V, 1.0
     correlation = length_m if autocorrelation is None else autocorrelation
+    samples = int(np.clip(PER_LENGTH * 2.0 * math.pi * oscillator.V / length_m, FEWEST_SAMPLES, MOST_SAMPLES))
 
     def after(depth: float) -> tuple[float, float]:
         """The peak after a trough, and the time until then."""
@@ -201,7 +203,7 @@ def trough_map(
         """The trough after a state, the time of the loop, and its response."""
         trough, down = _turn(flow, *state)
         time = down + after(-trough)[1]
-        found = orbit_response(oscillator, law, flow, state, time, static, options.scatter, SAMPLES, down)
+        found = orbit_response(oscillator, law, flow, state, time, static, options.scatter, samples, down)
         return -trough, time, found
 
     first = response(start, law.static if options.stochastic_static_limit else 0.0)

@@ -30,7 +30,8 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 RESULTS = {
     *("CensoredFit", "FieldExpansion", "Fit", "LocalExpansion", "ModeShares", "StripExpansion", "ContactSolution"),
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
-    *("LimitCycle", "Motion", "Reattachment", "Spells", "States", "Trajectory", "EmpiricalDistribution", "Estimate"),
+    *("LimitCycle", "Motion", "Reattachment", "Residence", "Spells", "States", "Trajectory", "TroughMap"),
+    *("EmpiricalDistribution", "Estimate"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),
     *("FrictionLaw", "Answer"),

@@ -9,10 +9,10 @@ import pytest
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
+from roughslip.oscillator.durations import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.residence import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
 from roughslip.oscillator.states import States, run_until_known
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
@@ -48,10 +48,10 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     assert found.share[0] == 1.0
     assert np.isnan(found.sliding).all()
     assert (found.stick_slip[0], found.stick_slip[2]) == (math.inf, math.inf)
-    answer = states_of_answer([spells_of([(40, False)], [])], None, 2 * math.pi, [1])
+    answer = states_of_answer(found, found, 2 * math.pi)
     assert answer["mean_stick_slip_s"] == [None, pytest.approx(found.stick_slip[1]), None]
     assert answer["mean_sliding_s"] == [None] * 3
-    assert answer["by_theory"] is None
+    assert answer["by_theory"] == {"share_of_time": 1.0, "mean_stick_slip_s": None, "mean_sliding_s": None}
 
 
 @pytest.mark.slow
@@ -78,10 +78,9 @@ def test_without_friction_s_drift_a_map_is_that_of_the_flow():
 @pytest.mark.slow
 def test_scatter_of_a_small_loop_is_that_of_a_linear_oscillator():
     """White friction: each quadrature gains pi S in a loop, S = 2 (F sigma / V)^2 L / V, short of the correlation."""
-    troughs = trough_map(STUDY, LAW, 0.001, 1e-5)
-    white = 0.001 * STUDY.F / STUDY.V * math.sqrt(2 * math.pi * 1e-5 / STUDY.V)
-    growth = 2 * math.pi * (hopf_damping(STUDY, LAW) - STUDY.damping_ratio)
-    assert abs(math.log(troughs.deviation[1] / white)) < growth / 2  # half of the noise grows, half is ahead of it
+    troughs = trough_map(STUDY, LAW, 0.001, 3e-5)
+    white = 0.001 * STUDY.F / STUDY.V * math.sqrt(2 * math.pi * 3e-5 / STUDY.V)
+    assert troughs.deviation[1] == pytest.approx(white, rel=0.05)
 
 
 @pytest.mark.slow
@@ -98,13 +97,13 @@ def test_bounded_friction_that_cannot_end_stick_slip_lets_it_last_for_ever():
 @pytest.mark.slow
 def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
     """Kramers: at 0.28, of lifetimes from 1e3 to 1e8 natural periods; the prefactor, a power of sigma, is taken off."""
-    deviation = np.array([0.014, 0.0125, 0.0115, 0.0105, 0.01])
-    lifetime = np.array([theory(0.28, one, 1e-4).stick_slip[0] for one in 2 * deviation])
+    deviation = np.array([0.022, 0.018, 0.015, 0.013, 0.0117])
+    lifetime = np.array([theory(0.28, one, 1e-4).stick_slip[0] for one in deviation])
     assert 1e3 < lifetime[0] < lifetime[-1] < 1e9
     x, y = deviation**-2, np.log(lifetime) + np.log(deviation)
     slope, offset = np.polyfit(x, y, 1)
     assert slope > 0
-    assert np.max(np.abs(slope * x + offset - y)) < 0.05 * np.ptp(y)
+    assert np.max(np.abs(slope * x + offset - y)) < 0.03 * np.ptp(y)
 
 
 def test_friction_that_does_not_follow_slip_has_no_chain():

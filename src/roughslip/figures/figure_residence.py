@@ -20,7 +20,7 @@ from roughslip.figures.style import (
 STATES = ("stick_slip", "sliding", "share")
 DRAWN = {
     "figure_residence": [
-        *("scatter_factor", "friction_deviation", "residence_damping", "residence_limit", "residence_hopf"),
+        *("friction_deviation", "residence_damping", "residence_limit", "residence_hopf"),
         *with_interval_names(*STATES),
         *(f"{name}_by_theory" for name in STATES),
     ]
@@ -28,7 +28,7 @@ DRAWN = {
 
 
 def figure_residence(result: Arrays) -> Figure:
-    """Mean durations of both states at the scene's own scatter; the share of stick-slip at every scatter."""
+    """Mean durations of both states, and the share of stick-slip, against damping at every scatter."""
     figure, (stick_slip, sliding, share) = panels(3, 1, 5.2)
     for axes, name in ((stick_slip, "stick_slip"), (sliding, "sliding"), (share, "share")):
         _state(axes, result, name)

@@ -5,6 +5,12 @@ from roughslip.oscillator.cycles import CycleCounts as CycleCounts
 from roughslip.oscillator.cycles import Reattachment as Reattachment
 from roughslip.oscillator.cycles import count_difference as count_difference
 from roughslip.oscillator.cycles import reattachment_statistics as reattachment_statistics
+from roughslip.oscillator.durations import Residence as Residence
+from roughslip.oscillator.durations import TroughMap as TroughMap
+from roughslip.oscillator.durations import residence as residence
+from roughslip.oscillator.durations import residence_by_theory as residence_by_theory
+from roughslip.oscillator.durations import rice_rate as rice_rate
+from roughslip.oscillator.durations import trough_map as trough_map
 from roughslip.oscillator.equation import Oscillator as Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw as CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw as StribeckLaw
@@ -23,12 +29,6 @@ from roughslip.oscillator.motion import Trajectory as Trajectory
 from roughslip.oscillator.motion import simulate as simulate
 from roughslip.oscillator.motion import trajectory as trajectory
 from roughslip.oscillator.path import KeptPath as KeptPath
-from roughslip.oscillator.residence import Residence as Residence
-from roughslip.oscillator.residence import TroughMap as TroughMap
-from roughslip.oscillator.residence import residence as residence
-from roughslip.oscillator.residence import residence_by_theory as residence_by_theory
-from roughslip.oscillator.residence import rice_rate as rice_rate
-from roughslip.oscillator.residence import trough_map as trough_map
 from roughslip.oscillator.states import States as States
 from roughslip.oscillator.states import longest_slip as longest_slip
 from roughslip.oscillator.states import run_until_known as run_until_known

@@ -20,6 +20,7 @@ from roughslip.oscillator.answer_runs import Curve, PathSampler, Runs
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
+from roughslip.oscillator.durations import Residence, residence
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
@@ -118,6 +119,7 @@ class Answer:
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
     stick_slip_lifetime, sliding_lifetime : natural periods
+    residence : mean durations of the states and the share of time, from all runs
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     limits : by names of `changed.PARAMETERS`
@@ -137,6 +139,7 @@ class Answer:
     needs: Needed
     stick_slip_lifetime: Quantity
     sliding_lifetime: Quantity
+    residence: Residence
     amplitude: Quantity
     amplitude_scatter: Quantity
     frequency: Quantity
@@ -199,6 +202,7 @@ def answer(
         **memory_of_the_start(runs, periods, cycles),
         stick_slip_lifetime=lifetime([spells(one.states)[0] for one in of["from_rest"]]),
         sliding_lifetime=lifetime([spells(one.states)[1] for one in of["from_sliding"]]),
+        residence=residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
         **cycle,
         limits=limits,
         smallest_change=smallest_change(limits, share > 0.5),

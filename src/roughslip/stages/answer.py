@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import Any
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
+from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.changed import PARAMETERS
+from roughslip.oscillator.durations import Residence, states_of_answer, theory_or_nan
 from roughslip.oscillator.stick_slip import Quantity, answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
+from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -59,8 +63,21 @@ def work(job: Job) -> None:
     job.usage.count(runs=found.trials)
     job.usage.skip({skip_reasons.KEPT: found.trials - count})
     friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation}
-    result = {"given": True, **asdict(found)} | {
+    shown = {name: value for name, value in asdict(found).items() if name != "residence"}
+    result = {"given": True, **shown} | {
         **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
+        "states": states(job, own, numbers, process, found.residence),
     }
     store.write_json(job.arguments.output, result | {"summary": summary(result)})
+
+
+def states(
+    job: Job, own: variation.System, numbers: FrictionNumbers, process: FrictionProcess, measured: Residence
+) -> dict[str, Any]:
+    """Time in each state, by the runs and by the chain of troughs."""
+    windows = mass_on_belt.independent_windows(job.scene, job.arguments.friction, own.windows)
+    scatter = numbers.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(job.scene, numbers)
+    options, length = mass_on_belt.motion_options(job.scene), process.correlation_length_m
+    theory = theory_or_nan(own.belt, own.law, scatter, length, process.autocorrelation, options)
+    return states_of_answer(measured, theory, own.belt.natural_frequency_rad_per_s)

@@ -5,15 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
-from roughslip.friction.process import FrictionProcess
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.durations import residence, theory_or_nan
 from roughslip.oscillator.limits import hopf_damping
-from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
-from roughslip.oscillator.residence import Residence, residence, residence_by_theory, trough_map
 from roughslip.oscillator.states import run_until_known
 from roughslip.oscillator.survival import damping_band
 from roughslip.scene.declarations import Stage
@@ -39,17 +35,6 @@ TITLES = {
 }
 
 
-def by_theory(
-    belt: Oscillator, law: FrictionLaw, deviation: float, process: FrictionProcess, options: MotionOptions
-) -> Residence:
-    """The mean durations by the chain of troughs; NaN where slip makes none."""
-    try:
-        length, shape = process.correlation_length_m, process.autocorrelation
-        return residence_by_theory(trough_map(belt, law, deviation, length, shape, options))
-    except (ConvergenceError, IllPosedError, ParameterError):
-        return Residence(*np.full((3, 3), np.nan))
-
-
 def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.ndarray]:
     """Durations (points, 3) by runs and theory, and the damping (3,) of a share of a half, at one scatter."""
     scene, friction = job.scene, job.arguments.friction
@@ -60,6 +45,7 @@ def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.n
     process = mass_on_belt.friction_process(scene, scaled, friction)
     windows = mass_on_belt.independent_windows(scene, friction)
     deviation = scaled.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(scene, numbers)
+    friction_of = process.correlation_length_m, process.autocorrelation
     paths = path_sampler(process, process.correlation_length_m / NODES)
     seeds = [[scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations)]
     kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
@@ -74,7 +60,7 @@ def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.n
             for path in kept
         ]
         measured = residence([states for _, states in runs], generator)
-        theory = by_theory(damped, law, deviation, process, options)
+        theory = theory_or_nan(damped, law, deviation, *friction_of, options)
         for name in TITLES:
             rows[name].append(finite(getattr(measured, name)))
             rows[f"{name}_by_theory"].append(finite(getattr(theory, name)[:1]))

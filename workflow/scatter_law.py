@@ -12,7 +12,7 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -24,7 +24,7 @@ from roughslip.friction import scatter_law
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed_cell
-from roughslip.surface.models import covariance_of
+from roughslip.surface.models import SelfAffine, covariance_of
 
 CELL = 1e-6  # [m]; lengths below are in cells
 GRID = Grid(512, 256, CELL, CELL)
@@ -41,7 +41,7 @@ FLOOR = 0.03  # of CV, added to its standard error: meshes and periods
 def of_waves(longest: float, shortest: float, hurst: float, **lay: float) -> Covariance:
     """A self-affine covariance between two wavelengths, with a constant spectrum from the longer one on."""
     shapes = {"hurst": hurst, "bandwidth": longest / shortest}
-    unit = covariance_of("self_affine", CELL, CELL, **shapes)
+    unit = SelfAffine(CELL, CELL, **shapes)
     return covariance_of("self_affine", CELL, CELL * longest * CELL / unit.rolloff_wavelengths_m[0], **lay, **shapes)
 
 
@@ -158,22 +158,19 @@ def draw(found: dict[str, object], files: list[Path]) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    rows = found["points"]
-    law, scatter, load = (np.array([row[name] for row in rows]) for name in ("law", "scatter", "load"))  # type: ignore[attr-defined]
+    rows: Any = found["points"]
+    law, scatter, load = (np.array([row[name] for row in rows]) for name in ("law", "scatter", "load"))
+    surface = np.array([row["surface"] for row in rows])
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="constrained")
     for each in LOADS:
         left.plot(law[load == each], scatter[load == each], ".", label=f"{each:g}")
     ends = [0.9 * law.min(), 1.1 * law.max()]
     left.plot(ends, ends, "k-", linewidth=0.8)
-    left.set(
-        xscale="log", yscale="log", xlabel="law", ylabel="solved cells", title="Coefficient of variation of friction"
-    )
+    left.set(xscale="log", yscale="log", xlabel="law", ylabel="solved cells")
+    left.set_title("Coefficient of variation of friction")
     left.legend(title="p / (E* h')", fontsize="small")
     for name in SURFACES:
-        ratio = [
-            np.mean([r["scatter"] / r["law"] for r in rows if r["surface"] == name and r["load"] == each])
-            for each in LOADS
-        ]  # type: ignore[attr-defined]
+        ratio = [np.mean((scatter / law)[(surface == name) & (load == each)]) for each in LOADS]
         right.plot(LOADS, ratio, "-", linewidth=1.0, label=name)
     right.axhline(1.0, color="k", linewidth=0.8)
     right.set(xscale="log", xlabel="p / (E* h')", title="Solved over law, mean of windows")

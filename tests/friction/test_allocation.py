@@ -17,6 +17,7 @@ from roughslip.friction.allocation import (
     cheapest,
     error_sources,
     half_width,
+    influences,
     strip_pilot,
     with_more_strips,
 )
@@ -123,6 +124,21 @@ def test_other_strips_are_taken_where_they_save_a_quarter_of_the_cost():
         < (1 + COARSE_MUST_SAVE) * allocate([many], ASKED, dearer).cost
     )
     assert cheapest(options, ASKED) == (options[0], alone)
+
+
+def test_influences_are_what_a_strip_adds_where_some_windows_do_not_touch():
+    """Of the logarithms of mean and deviation: their mean is zero, and a strip counted twice moves both by its S-th."""
+    rng = np.random.default_rng(3)
+    mu, valid = rng.normal(0.3, 0.05, (400, 6)), rng.random((400, 6)) < 0.6
+    found = influences(mu, valid)
+    assert np.abs(found.mean(axis=0)).max() < 1e-12
+    for strip in (0, 7):
+        twice, also = np.concatenate((mu, mu[[strip]])), np.concatenate((valid, valid[[strip]]))
+        moved = [math.log(of(twice[also]) / of(mu[valid])) for of in (np.mean, np.std)]
+        assert moved == pytest.approx(found[strip] / 400, abs=3e-5)
+    assert np.isfinite(influences(mu, valid & (np.arange(400) < 2)[:, None])).all()
+    with pytest.raises(IllPosedError, match="fewer than 2 of 400"):
+        influences(mu, valid & (np.arange(400) < 1)[:, None])
 
 
 def test_the_order_of_the_mesh_error_is_left_open():

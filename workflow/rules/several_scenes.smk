@@ -2,7 +2,8 @@
 # In:  results of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
 # Out: results/report.html; results/evidence/<subject>.svg, pictures of the kept benchmarks; results/comparison.png|svg|nc,
 #      figures of several scenes in one picture; results/verify.json|txt; results/reference, the small results that git
-#      keeps. `clean_unused` removes what no scene uses.
+#      keeps; results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
+#      scene uses.
 KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*.json"))  # by `make benchmark` and `make stress`
 COMPARISON = declarations()["comparison"].results.values()
 DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
@@ -79,6 +80,19 @@ rule reference:
         folder=lambda wildcards: names.over_published("reference", scenes.default).folder,
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages reference --key {params.folder}/key.json 2> {log:q}'
+
+
+rule scatter_law:
+    input:
+        code=[ROOT / "workflow/scatter_law.py", ROOT / "src/roughslip/friction/scatter_law.py"],
+    output:
+        **{kind: f"results/scatter_law/law.{kind}" for kind in ("json", "png", "svg")},
+    log:
+        "results/logs/scatter_law.log",
+    resources:
+        mem_mb=1000,
+    shell:
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.scatter_law --output results/scatter_law > {log:q} 2>&1'
 
 
 rule clean_unused:

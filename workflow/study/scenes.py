@@ -88,7 +88,10 @@ def _guess(name: str, allowed: Sequence[str]) -> str:
 
 # A scene is a target of its own name, as these are already.
 BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
-OF_SEVERAL = ("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store")
+OF_SEVERAL = (
+    *("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store"),
+    "scatter_law",
+)
 RULES = frozenset({*declarations(), *OF_SEVERAL})
 COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})

@@ -3,15 +3,16 @@
 The influence of a window on its pad is g = (A - kappa N) / mean(A), kappa = sum(A) / sum(N). Its standard deviation is
 the coefficient of variation of friction where all windows touch, and exists where some do not.
 
-Theory. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are added, from
-the nominal pressure p, absorbed at zero, to the variance s^2 = (E* h' / 2)^2. So A = erf(p / (sqrt(2) s)). Two points a
-distance r apart share the waves longer than r: a part rho(r) of the variance, rho = the correlation of the slopes. From
-there on they diffuse independently. With f the density of the absorbed stress after a variance of rho, in units of s,
+Theory. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are added,
+from the nominal pressure p, absorbed at zero, to the variance s^2 = (E* h' / 2)^2. So A = erf(p / (sqrt(2) s)). Two
+points a distance r apart share the waves longer than r: a part rho(r) of the variance, with rho the correlation of the
+slopes. From there on they diffuse independently. With f the density of the stress of what is not absorbed after a
+variance of rho, in units of s,
 
     C(rho) = int f(x) (erf(x / sqrt(2 (1 - rho))) - kappa x)^2 dx / A^2,      CV^2 = mean of C over pairs of points.
 
-It has no constant. For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of a window; at light
-loads it is shot noise, C = g(rho) s / p. Real contacts sit on high summits, and those of wide spectra in clusters, which
+It has no constant. For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of a window. At light
+loads it is shot noise, C = g(rho) s / p. Real contacts sit on high summits, and those of wide spectra in clusters. That
 moves CV by a power of p / (E* h') and one of Nayak's parameter: `FITTED`, by `workflow.scatter_law`.
 """
 
@@ -87,12 +88,13 @@ def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
             "the rms slope of the heights grows without limit as waves get shorter, and contact with it: cut the "
             "spectrum off; scene keys: roughness.covariance, roughness.bandwidth"
         )
-    rough = Roughness(slope, 1.0, step)
-    wide = 4.0 * step  # m4 = h'^2 times minus the Laplacian of rho
-    m4 = slope**2 * float(
-        _bend(lambda x, y: correlation_of_slopes(covariance, rough, x, y), *np.zeros((2, 1)), wide)[0]
-    )
-    variance = float(covariance(np.zeros(1), np.zeros(1))[0])
+    rough, zero = Roughness(slope, 1.0, step), np.zeros(1)
+
+    def rho(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return correlation_of_slopes(covariance, rough, x, y)
+
+    m4 = slope**2 * float(_bend(rho, zero, zero, 4.0 * step)[0])
+    variance = float(covariance(zero, zero)[0])
     return Roughness(slope, variance * m4 / slope**4, step)
 
 

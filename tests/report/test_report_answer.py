@@ -81,6 +81,7 @@ MACHINE = ANSWER | {
     "motion": MOTION,
     "friction_mean": number(0.4),
     "friction_deviation": number(0.08),
+    "windows": number(1),
 }
 
 
@@ -177,11 +178,22 @@ def test_numbers_are_as_sure_as_their_inputs():
     assert rows["time in stick-slip"] == (
         *("100 %", "in the mean stick-slip lasts at least 27 min and sliding lasts at least 2.4 s"),
     )
-    states = {"share_of_time": [0.4, 0.3, 0.52], "mean_stick_slip_s": 0.5, "mean_sliding_s": 7200.0, "by_theory": None}
+    durations = {"mean_stick_slip_s": [0.5, 0.4, 0.7], "mean_sliding_s": [None, 7200.0, None]}
+    states = {"share_of_time": [0.4, 0.3, 0.52], **durations, "by_theory": None}
     rows = {title: (shown, note) for title, shown, note in facts(MACHINE | {"states": states})}
     assert rows["time in stick-slip"] == (
-        *("40 %", "30 to 52 %; in the mean stick-slip lasts 0.5 s and sliding lasts 2 h"),
+        *("40 %", "30 to 52 %; in the mean stick-slip lasts 0.5 s and sliding lasts at least 2 h"),
     )
+    never = {"share_of_time": [1.0, 1.0, 1.0], "mean_stick_slip_s": [None, 3.0, None], "mean_sliding_s": [None] * 3}
+    rows = {title: note for title, _, note in facts(MACHINE | {"states": never})}
+    assert rows["time in stick-slip"] == "100 to 100 %; in the mean stick-slip lasts at least 3 s"
+
+
+def test_the_friction_of_a_pad_scatters_less_than_that_of_a_window():
+    friction = {"mean": 0.4, "deviation": 0.04, "pad_deviation": 4e-4}
+    pad = {f"friction_{name}": number(value) for name, value in friction.items()} | {"windows": number(1600)}
+    rows = {title: (shown, note) for title, shown, note in facts(MACHINE | pad)}
+    assert rows["mean friction"] == ("0.4", "scatters by 0.1 %; one contact window scatters by 10 %, of 1600")
 
 
 def test_the_curves_fill_their_boxes():

@@ -123,18 +123,23 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
 
 def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
     mean, deviation = (answer[f"friction_{name}"]["value"] for name in ("mean", "deviation"))
-    return digits(mean), f"one contact window scatters by {digits(100 * deviation / mean, SURE)} %"
+    note = f"one contact window scatters by {digits(100 * deviation / mean, SURE)} %"
+    if (windows := answer["windows"]["value"]) > 1:
+        pad = answer["friction_pad_deviation"]["value"]
+        note = f"scatters by {digits(100 * pad / mean, SURE)} %; {note}, of {windows:.0f}"
+    return digits(mean), note
 
 
 def _states(answer: Mapping[str, Any], period: float) -> list[tuple[str, str, str]]:
     """Time in stick-slip, and the mean duration of each state; of runs where no states were computed."""
-    if states := answer.get("states"):
+    if (states := answer.get("states")) and states["share_of_time"][0] is not None:
         value, low, high = (100 * one for one in states["share_of_time"])
-        spells = [
-            f"{word} lasts {amount(states[name], 's', SURE)}"
-            for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s"))
-            if states.get(name) is not None
-        ]
+        spells = []
+        for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
+            mean, least, _ = states[name]
+            if mean is not None or least is not None:
+                known = amount(least, "s", SURE) if mean is None else amount(mean, "s", SURE)
+                spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
         note = f"{low:.0f} to {high:.0f} %" + (f"; in the mean {joined(spells)}" if spells else "")
         return [("time in stick-slip", f"{value:.0f} %", note)]
     bounds = [

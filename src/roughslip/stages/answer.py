@@ -62,21 +62,27 @@ def work(job: Job) -> None:
         return
     job.usage.count(runs=found.trials)
     job.usage.skip({skip_reasons.KEPT: found.trials - count})
-    friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation}
+    windows = mass_on_belt.independent_windows(scene, job.arguments.friction, own.windows)
+    deviation = numbers.standard_deviation
+    friction = {"mean": numbers.mean, "deviation": deviation, "pad_deviation": deviation / windows**0.5}
     shown = {name: value for name, value in asdict(found).items() if name != "residence"}
     result = {"given": True, **shown} | {
         **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
-        "states": states(job, own, numbers, process, found.residence),
+        "states": states(job, own, numbers, windows, process, found.residence),
     }
     store.write_json(job.arguments.output, result | {"summary": summary(result)})
 
 
 def states(
-    job: Job, own: variation.System, numbers: FrictionNumbers, process: FrictionProcess, measured: Residence
+    job: Job,
+    own: variation.System,
+    numbers: FrictionNumbers,
+    windows: float,
+    process: FrictionProcess,
+    measured: Residence,
 ) -> dict[str, Any]:
-    """Time in each state, by the runs and by the chain of troughs."""
-    windows = mass_on_belt.independent_windows(job.scene, job.arguments.friction, own.windows)
+    """Time in each state, by the runs and by the chain of troughs. windows : independent ones of the pad"""
     scatter = numbers.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(job.scene, numbers)
     options, length = mass_on_belt.motion_options(job.scene), process.correlation_length_m
     theory = theory_or_nan(own.belt, own.law, scatter, length, process.autocorrelation, options)

@@ -5,7 +5,8 @@ import numpy as np
 from roughslip import store
 from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.marginal import SET_WINDOWS
-from roughslip.friction.pad import WINDOWS
+from roughslip.friction.pad import WINDOWS, pad_edges
+from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.friction.statistics import SCALE, SHAPE, estimate_of, strip_weights
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
@@ -13,9 +14,11 @@ from roughslip.friction.under_load import CellBlocks, pad_estimates, under_load
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.surface_model import gaussian_model
 from roughslip.stages.result_tables.load_table import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
+from roughslip.surface.plausibility import ELASTIC
 
 STAGE = Stage(
     name="friction_under_load",
@@ -29,6 +32,7 @@ STAGE = Stage(
 )
 
 REPLICATES = 400
+BY_LAW = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
 TITLES = {
     "shear_strength": ((), "Pa", "shear strength that gives the pad its mean friction coefficient"),
     "real_area": ((), "1", "contact area over the apparent area"),
@@ -66,7 +70,17 @@ def work(job: Job) -> None:
     for name, estimate in own.items():
         ends, unit = [estimate.value, estimate.low, estimate.high], "m" if "length_" in name else "1"
         variables |= store.with_interval(name, extra.get(name, ()), ends, unit, OF_WINDOWS[name])
+    if float(contact["plasticity_index"]) <= ELASTIC and scene.roughness.marginal is None and not job.arguments.scan:
+        variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", BY_LAW)
     store.write(job.arguments.output, variables | correlation_variables(scene, job.arguments.scan), job.key)
+
+
+def by_law(scene: Scene) -> float:
+    """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
+    strip, load = scene.strip, scene.load
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m)
+    modulus = elastic.material(scene).plane_strain_modulus_pa
+    return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
 
 
 def of_windows(scene: Scene, blocks: CellBlocks, weights: np.ndarray, shear_pa: float) -> dict[str, Estimate]:

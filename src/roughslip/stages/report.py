@@ -18,6 +18,8 @@ from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import representation
 
+BY_LAW = "load_std_by_law"  # of friction under the load, where the law holds
+
 STAGE = Stage(
     name="report",
     reads="description",
@@ -107,6 +109,12 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
             yielding(float(contact["plasticity_index"]), float(contact["yielded_share"])),
         ]
+        under_load = store.read(files["friction/under_load.nc"])
+        if BY_LAW in under_load:
+            solved, law = (100 * float(under_load[name] / under_load["load_mean"]) for name in ("load_std", BY_LAW))
+            sentences[figure].append(
+                f"Friction of the pad scatters by {solved:.2g} %; by the law of scatter, without a solve, by {law:.2g} %."
+            )
     return sentences
 
 

@@ -113,7 +113,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         if BY_LAW in under_load:
             solved, law = (100 * float(under_load[name] / under_load["load_mean"]) for name in ("load_std", BY_LAW))
             sentences[figure].append(
-                f"Friction of the pad scatters by {solved:.2g} %; by the law of scatter, without a solve, by {law:.2g} %."
+                f"Friction of the pad scatters by {solved:.2g} %; the law of scatter, without a solve, has {law:.2g} %."
             )
     return sentences
 

@@ -149,8 +149,13 @@ def summary(measured: list[Point]) -> dict[str, object]:
         "constants_of_all": [round(float(value), 4) for value in fitted(measured)],
         "rms_error_judged": float(np.sqrt(np.mean(np.square(kept)))),
         "by_load": errors,
-        "points": [point._asdict() | {"law": predicted(point, constants)} for point in measured],
+        "points": [_rounded(point._asdict() | {"law": predicted(point, constants)}) for point in measured],
     }
+
+
+def _rounded(row: dict[str, Any]) -> dict[str, Any]:
+    """Numbers to five digits."""
+    return {name: float(f"{value:.5g}") if isinstance(value, float) else value for name, value in row.items()}
 
 
 def draw(found: dict[str, object], files: list[Path]) -> None:
@@ -169,9 +174,9 @@ def draw(found: dict[str, object], files: list[Path]) -> None:
     left.set(xscale="log", yscale="log", xlabel="law", ylabel="solved cells")
     left.set_title("Coefficient of variation of friction")
     left.legend(title="p / (E* h')", fontsize="small")
-    for name in SURFACES:
+    for name, colour in zip(SURFACES, mpl.colormaps["tab20"].colors, strict=False):
         ratio = [np.mean((scatter / law)[(surface == name) & (load == each)]) for each in LOADS]
-        right.plot(LOADS, ratio, "-", linewidth=1.0, label=name)
+        right.plot(LOADS, ratio, "-", color=colour, linewidth=1.0, label=name)
     right.axhline(1.0, color="k", linewidth=0.8)
     right.set(xscale="log", xlabel="p / (E* h')", title="Solved over law, mean of windows")
     right.legend(fontsize="xx-small", ncols=2)
@@ -188,7 +193,7 @@ def main() -> None:
     found = summary(measured)
     output.mkdir(parents=True, exist_ok=True)
     draw(found, [output / "law.png", output / "law.svg"])
-    (output / "law.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    (output / "law.json").write_text(json.dumps(found) + "\n", encoding="utf-8")
     print(json.dumps({name: value for name, value in found.items() if name != "points"}, indent=1))
 
 

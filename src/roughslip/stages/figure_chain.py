@@ -15,7 +15,7 @@ from roughslip.stages.runtime.drawing import save_with_numbers
 STAGE = Stage(
     name="figure_chain",
     reads="description seed material roughness oscillator ensemble strip.cell_m numerics.contact_tolerance",
-    reads_if_given="friction.statistics friction.scatter load.nominal_pressure_pa numerics.contact_area "
+    reads_if_given="friction.statistics friction.scatter load numerics.contact_area "
     "strip.window_m strip.width_m strip.window_spacing_m",
     inputs={"cycles": "cycles"},
     optional={"friction": "friction friction_under_load", "scan": "scan", "allocation": "ensemble_pilot"},

@@ -94,7 +94,7 @@ def test_the_share_of_bstab_is_found_again():
 @pytest.mark.slow
 @pytest.mark.skipif(not LABELS.is_file(), reason="needs the labelled states ../shared/data/bstab-friction.csv")
 def test_the_labels_of_bstab_agree():
-    """All but those within 1e-5 of the unstable cycle, where their integration, to 1e-6, cannot tell."""
+    """All but those within 1e-5 of the unstable cycle, which an integration to 1e-6 does not resolve."""
     with LABELS.open() as file:
         rows = list(csv.DictReader(file))
     states = np.array([[float(row["x1"]), float(row["x2"])] for row in rows])

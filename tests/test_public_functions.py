@@ -29,17 +29,8 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 # Classes that the package makes, and its bases; users read them.
 RESULTS = {
     *("CensoredFit", "FieldExpansion", "Fit", "LocalExpansion", "ModeShares", "StripExpansion", "ContactSolution"),
-    *(
-        "Basins",
-        "NodePressures",
-        "BetaFit",
-        "CorrelationFit",
-        "WindowStatistics",
-        "Counts",
-        "CycleCounts",
-        "GrazingResponse",
-    ),
-    *("LimitCycle", "Motion", "Reattachment", "Residence", "Spells", "States", "Trajectory", "TroughMap"),
+    *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
+    *("Basins", "LimitCycle", "Motion", "Reattachment", "Residence", "Spells", "States", "Trajectory", "TroughMap"),
     *("EmpiricalDistribution", "Estimate"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),

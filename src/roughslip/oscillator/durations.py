@@ -30,7 +30,8 @@ To second order the mean of -V mu_S' times the displacement by mu_S itself is, a
 L being the correlation length. It acts against damping, and is part of the map but for the loop after a departure,
 where nothing has displaced the mass yet. Skewness of friction and correlation over more than two loops are left out.
 On the study's belt with nearly Gaussian friction the mean sliding agrees with long runs within a tenth where it is
-some natural periods, within a factor of two where it is hundreds. The mean stick-slip is up to twice too long.
+some natural periods. It does within a factor of two where it is hundreds. The mean stick-slip is up to twice too long
+where it is a hundred natural periods; longer ones were not compared with runs.
 """
 
 from __future__ import annotations

@@ -173,7 +173,7 @@ def _for_both(function: Any) -> Any:
 
 
 def _code_key(function: Formula | None) -> str:
-    """What a compiled form of the function hangs on: its file, its place there, and the numbers around it.
+    """What a compiled form of the function depends on: its file, its place there, and the numbers around it.
 
     Random, so that nothing is kept, for a function without a file or with anything but numbers, modules and functions
     around it.

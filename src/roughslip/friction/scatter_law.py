@@ -4,10 +4,10 @@ The influence of a window on its pad is g = (A - kappa N) / mean(A), kappa = sum
 the coefficient of variation of friction where all windows touch, and exists where some do not.
 
 Theory. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are added. It
-begins at the nominal pressure p, is absorbed at zero, and ends with the variance s^2 = (E* h' / 2)^2. So A = erf(p / (sqrt(2) s)). Two
-points a distance r apart share the waves longer than r: a part rho(r) of the variance, with rho the correlation of the
-slopes. From there on they diffuse independently. With f the density of the stress of what is not absorbed after a
-variance of rho, in units of s,
+begins at the nominal pressure p, is absorbed at zero, and ends with the variance s^2 = (E* h' / 2)^2. So A =
+erf(p / (sqrt(2) s)). Two points a distance r apart share the waves longer than r: a part rho(r) of the variance, with
+rho the correlation of the slopes. From there on they diffuse independently. With f the density of the stress of what is
+not absorbed after a variance of rho, in units of s,
 
     C(rho) = int f(x) (erf(x / sqrt(2 (1 - rho))) - kappa x)^2 dx / A^2,      CV^2 = mean of C over pairs of points.
 

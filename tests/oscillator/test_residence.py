@@ -54,6 +54,13 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     assert answer["by_theory"] == {"share_of_time": 1.0, "mean_stick_slip_s": None, "mean_sliding_s": None}
 
 
+@pytest.mark.parametrize(("damping", "stick_slip", "sliding"), [(0.3, math.inf, math.nan), (0.5, math.nan, math.inf)])
+def test_theory_where_a_state_lasts_for_ever(damping, stick_slip, sliding):
+    """Scatter of 1e-4, far from the limits: below the existence limit a cycle never fails, far above it no slip sticks."""
+    found = theory(damping, 1e-4)
+    assert (found.stick_slip[0], found.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
+
+
 @pytest.mark.slow
 def test_intervals_of_resampled_spells_hold_the_means():
     """Exponential spells of means 20 and 50, 30 of each: 95 % intervals, by 300 trials within four standard errors."""

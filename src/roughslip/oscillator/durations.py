@@ -30,8 +30,8 @@ To second order the mean of -V mu_S' times the displacement by mu_S itself is, a
 L being the correlation length. It acts against damping, and is part of the map but for the loop after a departure,
 where nothing has displaced the mass yet. Skewness of friction and correlation over more than two loops are left out.
 On the study's belt with nearly Gaussian friction the mean sliding agrees with long runs within a tenth where it is
-some natural periods. It does within a factor of two where it is hundreds. The mean stick-slip is up to twice too long
-where it is a hundred natural periods; longer ones were not compared with runs.
+some natural periods, and within a factor of two where it is hundreds. The mean stick-slip is up to twice too long at a
+hundred natural periods, and was not compared beyond.
 """
 
 from __future__ import annotations
@@ -268,10 +268,7 @@ def _chain(troughs: TroughMap) -> tuple[np.ndarray, np.ndarray]:
 
 @gate
 def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Residence:
-    """How long both states last by the chain of troughs.
-
-    bounds : least and largest mu_S
-    """
+    """How long both states last by the chain of troughs; NaN is unknown. bounds : least and largest mu_S"""
     transitions, times = _chain(troughs)
     nodes, j = len(times) - 1, JUNCTIONS
     inner = transitions[1:, ..., :nodes].transpose(1, 0, 2, 3).reshape(j * nodes, j * nodes)
@@ -286,7 +283,7 @@ def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math
         sticks, reached, spent = sticks + back, reached @ inner, spent @ inner
     fails = reached.sum(axis=1)
     if not np.any(fails > 0.0) or (math.isfinite(sum(bounds)) and not troughs.can_fail(*bounds)):
-        return _exactly(math.inf, math.nan, 1.0)
+        return _exactly(math.inf, math.nan, math.nan)  # sliding may last for ever too
     solved = np.linalg.solve(np.eye(j * nodes) - inner, np.column_stack([loop, returns]))
     until = reached @ solved[:, 0]
     if not 0.0 <= float(until.max()) < LONGEST * float(fails.max()):
@@ -296,6 +293,8 @@ def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math
     kernel = sticks + again
     share = np.linalg.lstsq(np.vstack([kernel.T - np.eye(j), np.ones(j)]), np.append(np.zeros(j), 1.0), rcond=None)[0]
     spells_of_stick_slip = float(share @ again @ sticks.sum(axis=1))
+    if not spells_of_stick_slip > 0.0:  # no slip sticks again
+        return _exactly(math.nan, math.inf, 0.0)
     stuck, slid = float(share @ short), float(share @ (spent.sum(axis=1) + until))
     return _exactly(stuck / spells_of_stick_slip, slid / float(share @ fails), stuck / (stuck + slid))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -202,7 +202,9 @@ def answer(
         **memory_of_the_start(runs, periods, cycles),
         stick_slip_lifetime=lifetime([spells(one.states)[0] for one in of["from_rest"]]),
         sliding_lifetime=lifetime([spells(one.states)[1] for one in of["from_sliding"]]),
-        residence=residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
+        residence=in_the_long_run(
+            residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1]))
+        ),
         **cycle,
         limits=limits,
         smallest_change=smallest_change(limits, share > 0.5),
@@ -329,6 +331,23 @@ def deciding(belt: Oscillator, law: FrictionLaw, share: float, damping: Limits |
     if by == "mean curve" and width is not None and width > CLEAR:
         by = "both"
     return Decision(by, exists, *(Quantity(value, None, "1") for value in (limit, hopf, width)))
+
+
+def in_the_long_run(found: Residence) -> Residence:
+    """With the share of stick-slip that follows from the mean durations, as half of the runs begin in either state.
+
+    Its interval ends where both durations do. Unknown, NaN, where neither state was seen to end.
+    """
+    (stuck, *ends), (slid, *others) = found.stick_slip, found.sliding
+    pairs = ((stuck, slid), (ends[0], others[1]), (ends[1], others[0]))
+    return replace(found, share=np.array([_part(*pair) for pair in pairs]))
+
+
+def _part(one: float, other: float) -> float:
+    """one / (one + other); NaN where both are infinite or unknown."""
+    if math.isinf(one) != math.isinf(other):
+        return float(math.isinf(one))
+    return one / (one + other) if math.isfinite(one + other) else math.nan
 
 
 def lifetime(parts: Sequence[Spells]) -> Quantity:

@@ -133,15 +133,16 @@ def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
 def _states(answer: Mapping[str, Any], period: float) -> list[tuple[str, str, str]]:
     """Time in stick-slip, and the mean duration of each state; of runs where no states were computed."""
     if (states := answer.get("states")) and states["share_of_time"][0] is not None:
-        value, low, high = (100 * one for one in states["share_of_time"])
+        value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
         spells = []
         for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
             mean, least, _ = states[name]
             if mean is not None or least is not None:
                 known = amount(least, "s", SURE) if mean is None else amount(mean, "s", SURE)
                 spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
-        note = f"{low:.0f} to {high:.0f} %" + (f"; in the mean {joined(spells)}" if spells else "")
-        return [("time in stick-slip", f"{value:.0f} %", note)]
+        notes = [] if low is None or high is None else [f"{low:.0f} to {high:.0f} %"]
+        notes += [f"in the mean {joined(spells)}"] if spells else []
+        return [("time in stick-slip", f"{value:.0f} %", "; ".join(notes))]
     bounds = [
         f"{word} lasts at least {amount(answer[name]['interval'][0] * period, 's', SURE)}"
         for word, name in (("stick-slip", "stick_slip_lifetime"), ("sliding", "sliding_lifetime"))

@@ -56,7 +56,7 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
 
 @pytest.mark.parametrize(("damping", "stick_slip", "sliding"), [(0.3, math.inf, math.nan), (0.5, math.nan, math.inf)])
 def test_theory_where_a_state_lasts_for_ever(damping, stick_slip, sliding):
-    """Scatter of 1e-4, far from the limits: below the existence limit a cycle never fails, far above it no slip sticks."""
+    """Scatter of 1e-4: well below the existence limit a cycle never fails, far above it no slip sticks."""
     found = theory(damping, 1e-4)
     assert (found.stick_slip[0], found.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from roughslip.figures.style import (
     Arrays,
@@ -29,11 +30,14 @@ def friction_against_load(result: Arrays) -> Figure:
     figure, axes = panels(4, 1, 3.4)
     own = float(result["own_pressure"])
     factor, unit = pressure_unit(own)
+    pressures = factor * result["nominal_pressure"]
     for panel, (name, (label, _)) in zip(axes, PANELS.items(), strict=True):
         ends = with_ends(result, name)
-        draw_curve(panel, factor * result["nominal_pressure"], ends, {"color": "C0", "marker": "o", "ms": 4})
+        draw_curve(panel, pressures, ends, {"color": "C0", "marker": "o", "ms": 4})
         panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
         panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)
+        panel.set_xticks(pressures, [f"{pressure:.2g}" for pressure in pressures])  # those of the points alone
+        panel.xaxis.set_minor_locator(NullLocator())
         if name in ("real_area", "variation"):
             panel.set_yscale("log")
         else:

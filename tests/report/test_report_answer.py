@@ -176,7 +176,7 @@ def test_numbers_are_as_sure_as_their_inputs():
     assert rows["half of peak to peak"] == ("4.8 mm", "scatters by 20 %")
     assert rows["frequency"] == ("45 Hz", "scatters by 7 %; own frequency 5 Hz")
     assert rows["time in stick-slip"] == (
-        *("100 %", "in the mean stick-slip lasts at least 27 min and sliding lasts at least 2.4 s"),
+        *("100 %", "of runs from rest; in the mean stick-slip lasts at least 27 min and sliding lasts at least 2.4 s"),
     )
     durations = {"mean_stick_slip_s": [0.5, 0.4, 0.7], "mean_sliding_s": [None, 7200.0, None]}
     states = {"share_of_time": [0.4, 0.3, 0.52], **durations, "by_theory": None}
@@ -253,6 +253,14 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     assert all(after <= before + 1 for before, after in pairwise(levels))
     other = " ".join(parsed(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR)).text)
     assert "Figures behind the answer" not in other
+
+
+@pytest.mark.parametrize(("cycles", "title"), [(4, "The cycle, speed"), (0, "Speed against displacement; no cycle")])
+def test_motion_without_stick_slip_is_not_called_a_cycle(cycles, title):
+    motion = {name: curve | {"cycles": cycles} for name, curve in MOTION.items()}
+    text = " ".join(parsed(machine_scene(answer=MACHINE | {"motion": motion})).text)
+    assert title in text
+    assert ("The cycle" in text) == (cycles > 0)
 
 
 def test_the_map_says_where_the_scene_and_its_limits_lie():

@@ -149,7 +149,8 @@ def _states(answer: Mapping[str, Any], period: float) -> list[tuple[str, str, st
         if answer[name]["interval"] is not None
     ]
     number = percent(answer["probability"]).partition(" [")[0]
-    return [("time in stick-slip", number, f"in the mean {joined(bounds)}" if bounds else "of runs from rest")]
+    note = "of runs from rest" + (f"; in the mean {joined(bounds)}" if bounds else "")
+    return [("time in stick-slip", number, note)]
 
 
 @dataclass(frozen=True)

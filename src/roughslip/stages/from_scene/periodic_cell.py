@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
@@ -22,7 +23,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
-from roughslip.stages.from_scene.surface_model import gaussian_model, scan_warnings
+from roughslip.stages.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import (
     LIGHT_AREA,
@@ -30,6 +31,7 @@ from roughslip.surface.plausibility import (
     contact_mistake,
     plasticity_index,
     rms_slope,
+    slope_mistake,
     yield_warning,
 )
 
@@ -77,6 +79,13 @@ def cell(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Cel
     return Cell(Grid(along * x, across * y, strip.cell_m, strip.cell_m), (spacing, y))
 
 
+def check_slope(scan: store.Result) -> None:
+    """Raise IllPosedError for a covariance fitted to a scan whose slope is infinite."""
+    fitted = fitted_covariance(scan)
+    if fitted is not None and (text := slope_mistake(fitted)):
+        raise IllPosedError(f"roughness.scan.covariance: {text}. Of a scan, measured ends at its spacing")
+
+
 class Cells:
     """The periodic cells of a scene at a nominal pressure, by number.
 
@@ -86,6 +95,8 @@ class Cells:
     def __init__(self, job: Job, pressure_pa: float) -> None:
         scene, scan = job.scene, job.arguments.scan
         self.scene = scene
+        if scan is not None:
+            check_slope(store.read(scan))
         model = gaussian_model(scene, scan)
         modulus, hardness = elastic.material(scene).plane_strain_modulus_pa, elastic.hardness_pa(scene)
         slope = rms_slope(model.covariance, scene.strip.cell_m)

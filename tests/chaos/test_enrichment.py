@@ -127,6 +127,7 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
     assert found.error.total == found.history[-1][1] <= 0.2
 
 
+@pytest.mark.slow
 def test_at_the_most_it_gives_up_with_the_error_reached_and_what_to_try():
     solve = Surfaces(10)
     with pytest.raises(ConvergenceError, match="against scatter take fewer variables") as raised:

@@ -201,6 +201,7 @@ def test_moving_average_is_the_plain_sum(shape):
     assert np.array_equal(found, beginning(average.realisation([5], 97), count))
 
 
+@pytest.mark.slow
 def test_both_methods_have_the_marginal_and_the_shape():
     """Sampled at a distance of two pads; the bounds are five standard errors of a product."""
     process = FrictionProcess(PUBLISHED.marginal, LENGTH, TRIANGLE)

@@ -74,7 +74,10 @@ def test_each_function_with_its_own_numbers_is_a_law_of_its_own():
         (lambda v: math.nan, None, "must give a finite number at 0 m/s, not nan"),
         (lambda v: "0.3", None, "must give a finite number at 0 m/s, not '0.3'"),
         (lambda v: 0.4, 0.3, "static must be at least the friction at rest, 0.4, not 0.3"),
-        (lambda v: float(str(0.3).strip()) + 0.0 * v, None, "numba cannot compile the friction law"),
+        pytest.param(
+            *(lambda v: float(str(0.3).strip()) + 0.0 * v, None, "numba cannot compile the friction law"),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_what_is_no_law_is_refused(function, static, message):

@@ -25,6 +25,7 @@ SCENE = changed(
 WINDOW_AREA = 1e-4 * 2.5e-5
 
 
+@pytest.mark.slow
 def test_force_pressure_and_windows_of_every_level(run, folder):
     """Means over all windows of the solved strips; windows = force / that of one."""
     solved = run(contact_strip, SCENE, "s", first=0, last=STRIPS)

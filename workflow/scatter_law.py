@@ -24,7 +24,7 @@ from roughslip.friction import scatter_law
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import embed_cell
-from roughslip.surface.models import SelfAffine, covariance_of
+from roughslip.surface.models import covariance_of, self_affine
 
 CELL = 1e-6  # [m]; lengths below are in cells
 GRID = Grid(512, 256, CELL, CELL)
@@ -38,11 +38,9 @@ FITTED_FROM = 3e-3  # below, a cell has some ten contacts, and their number is t
 FLOOR = 0.03  # of CV, added to its standard error: meshes and periods
 
 
-def of_waves(longest: float, shortest: float, hurst: float, **lay: float) -> Covariance:
+def of_waves(longest: float, shortest: float, hurst: float) -> Covariance:
     """A self-affine covariance between two wavelengths, with a constant spectrum from the longer one on."""
-    shapes = {"hurst": hurst, "bandwidth": longest / shortest}
-    unit = SelfAffine(CELL, CELL, **shapes)
-    return covariance_of("self_affine", CELL, CELL * longest * CELL / unit.rolloff_wavelengths_m[0], **lay, **shapes)
+    return self_affine(CELL, hurst, longest * CELL, shortest * CELL)
 
 
 def of_length(kind: str, length: float, across: float | None = None, **shapes: float) -> Covariance:

@@ -8,8 +8,10 @@ damping changes the damper alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any
 
 from roughslip.oscillator.equation import Oscillator
 
@@ -20,24 +22,20 @@ class Parameter:
 
     title : with its symbol, for axes and sentences
     unit : in SI
-    attribute : of an oscillator
+    value : of an oscillator, or of what the parameter belongs to
     """
 
     title: str
     unit: str
-    attribute: str
-
-    def value(self, oscillator: Oscillator) -> float:
-        """Of an oscillator."""
-        return float(getattr(oscillator, self.attribute))
+    value: Callable[[Any], float]
 
 
 PARAMETERS = {
-    "damping": Parameter("damping ratio D", "1", "damping_ratio"),
-    "belt_velocity": Parameter("belt velocity v0", "m s-1", "belt_velocity_m_per_s"),
-    "mass": Parameter("mass m", "kg", "mass_kg"),
-    "stiffness": Parameter("stiffness k", "N m-1", "stiffness_n_per_m"),
-    "load": Parameter("normal force N", "N", "normal_force_n"),
+    "damping": Parameter("damping ratio D", "1", attrgetter("damping_ratio")),
+    "belt_velocity": Parameter("belt velocity v0", "m s-1", attrgetter("belt_velocity_m_per_s")),
+    "mass": Parameter("mass m", "kg", attrgetter("mass_kg")),
+    "stiffness": Parameter("stiffness k", "N m-1", attrgetter("stiffness_n_per_m")),
+    "load": Parameter("normal force N", "N", attrgetter("normal_force_n")),
 }
 
 

@@ -265,7 +265,7 @@ def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.r
 def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]:
     """Where the probability of stick-slip crosses the levels along one parameter, either way, and the runs it took."""
     parameter = PARAMETERS[name]
-    own, unit = parameter.value(runs.own), parameter.unit
+    own, unit = float(parameter.value(runs.own)), parameter.unit
     start = own if own > 0.0 else LEAST_DAMPING
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":

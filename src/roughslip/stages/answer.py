@@ -15,8 +15,8 @@ from roughslip.oscillator.stick_slip import Quantity, answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
-from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -62,28 +62,22 @@ def work(job: Job) -> None:
         return
     job.usage.count(runs=found.trials)
     job.usage.skip({skip_reasons.KEPT: found.trials - count})
-    windows = mass_on_belt.independent_windows(scene, job.arguments.friction, own.windows)
-    deviation = numbers.standard_deviation
-    friction = {"mean": numbers.mean, "deviation": deviation, "pad_deviation": deviation / windows**0.5}
+    of_pad = mass_on_belt.pad_deviation(scene, numbers, job.arguments.friction, own.windows)
+    friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}
     shown = {name: value for name, value in asdict(found).items() if name != "residence"}
     result = {"given": True, **shown} | {
         **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
-        "states": states(job, own, numbers, windows, process, found.residence),
+        "states": states(job.scene, own, of_pad, process, found.residence),
     }
     store.write_json(job.arguments.output, result | {"summary": summary(result)})
 
 
 def states(
-    job: Job,
-    own: variation.System,
-    numbers: FrictionNumbers,
-    windows: float,
-    process: FrictionProcess,
-    measured: Residence,
+    scene: Scene, own: variation.System, deviation: float, process: FrictionProcess, measured: Residence
 ) -> dict[str, Any]:
-    """Time in each state, by the runs and by the chain of troughs. windows : independent ones of the pad"""
-    scatter = numbers.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(job.scene, numbers)
-    options, length = mass_on_belt.motion_options(job.scene), process.correlation_length_m
+    """Time in each state, by the runs and by the chain of troughs. deviation : of the friction of all windows"""
+    scatter = deviation / mass_on_belt.unit_of_scatter(scene, own.numbers)
+    options, length = mass_on_belt.motion_options(scene), process.correlation_length_m
     theory = theory_or_nan(own.belt, own.law, scatter, length, process.autocorrelation, options)
     return states_of_answer(measured, theory, own.belt.natural_frequency_rad_per_s)

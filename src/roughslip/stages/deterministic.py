@@ -107,7 +107,7 @@ def of_motion(
 def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, store.Variable]:
     """The friction of the scene, with a warning where its windows are far from those of its load."""
     scene, path = job.scene, job.arguments.friction
-    scatter = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, path))
+    scatter = mass_on_belt.pad_deviation(scene, numbers, path)
     title = "standard deviation of the friction coefficient of all windows in parallel"
     variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
     if path is not None and not mass_on_belt.is_under_load(statistics := store.read(path)):

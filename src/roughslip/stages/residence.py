@@ -43,8 +43,7 @@ def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.n
     options, periods = mass_on_belt.motion_options(scene), asked.duration_periods
     scaled = replace(numbers, standard_deviation=factor * numbers.standard_deviation)
     process = mass_on_belt.friction_process(scene, scaled, friction)
-    windows = mass_on_belt.independent_windows(scene, friction)
-    deviation = scaled.standard_deviation / windows**0.5 / mass_on_belt.unit_of_scatter(scene, numbers)
+    deviation = mass_on_belt.pad_deviation(scene, scaled, friction) / mass_on_belt.unit_of_scatter(scene, numbers)
     friction_of = process.correlation_length_m, process.autocorrelation
     paths = path_sampler(process, process.correlation_length_m / NODES)
     seeds = [[scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations)]
@@ -85,7 +84,7 @@ def work(job: Job) -> None:
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     factors, found = np.array(asked.scatter_factors, dtype=np.float64), []
-    deviations = factors * numbers.standard_deviation / mass_on_belt.independent_windows(scene, friction) ** 0.5
+    deviations = factors * mass_on_belt.pad_deviation(scene, numbers, friction)
     with job.usage.core():
         response, scatter = mass_on_belt.response_of_limit(scene, belt, numbers, friction)
         hopf, width = hopf_damping(belt, law), REACH * scatter * deviations

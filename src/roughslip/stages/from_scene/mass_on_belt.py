@@ -154,6 +154,11 @@ def independent_windows(scene: Scene, statistics: Path | None, windows: int | No
     return max(at_penetration(scene, result, own / of_pad(result, "pad_std", count)) ** 2, 1.0)
 
 
+def pad_deviation(scene: Scene, numbers: FrictionNumbers, statistics: Path | None, windows: int | None = None) -> float:
+    """Standard deviation of the friction coefficient of all windows that bear the load. Arguments as there."""
+    return numbers.standard_deviation / math.sqrt(independent_windows(scene, statistics, windows))
+
+
 def window_scatter(result: store.Result) -> np.ndarray:
     """() standard deviation of a window under the load: its own, or of first order where some have no contact."""
     return np.asarray(result["std"] if result["missing_share"] == 0.0 else result["pad_std"][0])

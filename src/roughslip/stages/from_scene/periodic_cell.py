@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -111,13 +112,20 @@ class Cells:
                 f"{self.cell.grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows; scene "
                 "keys: strip.cell_m, strip.window_m, strip.width_m"
             )
-        self.influence = Influence(self.cell.grid, modulus, periodic=True)
-        self._sample: Callable[[np.random.Generator], np.ndarray] = model.cell_sampler(self.cell.grid)
-        self._heights = model.heights
+        self._model, self._modulus_pa = model, modulus
         if scan is not None:
             job.usage.warn(*scan_warnings(scene, model))
             if math.isinf(hardness) and (text := yield_warning(scene.material.young_modulus_pa, modulus, slope)):
                 job.usage.warn(text)
+
+    @cached_property
+    def influence(self) -> Influence:
+        """B of the cell."""
+        return Influence(self.cell.grid, self._modulus_pa, periodic=True)
+
+    @cached_property
+    def _sample(self) -> Callable[[np.random.Generator], np.ndarray]:
+        return self._model.cell_sampler(self.cell.grid)
 
     def count(self, samples: int, fewest: int = FEWEST) -> int:
         """Cells that have SAMPLE windows a sample together, and at least the fewest."""
@@ -128,7 +136,7 @@ class Cells:
     def heights(self, number: int) -> np.ndarray:
         """Heights (nx, ny) [m] of a cell, as cells of constant pressure need them where edges of contacts count."""
         seed = [self.scene.seed, geometry.STREAM_CELL, number]
-        drawn = self._heights(self._sample(np.random.default_rng(seed)))
+        drawn = self._model.heights(self._sample(np.random.default_rng(seed)))
         return cell_heights(drawn, self.cell.grid) if elastic.counts_shares(self.scene) else drawn
 
     def solutions(self, number: int, pressures_pa: Sequence[float]) -> list[ContactSolution]:

@@ -11,9 +11,8 @@ parameters are run on the same realisations of friction.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ from roughslip.friction.paths import path_sampler
 from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS as OF_OSCILLATOR
-from roughslip.oscillator.changed import changed_oscillator
+from roughslip.oscillator.changed import Parameter, changed_oscillator
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.oscillator.path import KeptPath
@@ -45,24 +44,13 @@ class System:
     windows: int
 
 
-@dataclass(frozen=True)
-class Parameter:
-    """One of them.
-
-    title : with its symbol, for axes and sentences
-    unit : in SI
-    value : of a system
-    """
-
-    title: str
-    unit: str
-    value: Callable[[System], float]
+def _of_belt(parameter: Parameter) -> Parameter:
+    """A parameter of the oscillator as one of a system."""
+    return replace(parameter, value=lambda system: parameter.value(system.belt))
 
 
 PARAMETERS = {
-    **{
-        name: Parameter(one.title, one.unit, attrgetter(f"belt.{one.attribute}")) for name, one in OF_OSCILLATOR.items()
-    },
+    **{name: _of_belt(parameter) for name, parameter in OF_OSCILLATOR.items()},
     "windows": Parameter("windows in parallel n", "1", lambda system: system.windows),
     "correlation_length": Parameter("correlation length L", "m", lambda system: system.numbers.correlation_length_m),
     "mean_friction": Parameter("mean friction coefficient", "1", lambda system: system.numbers.mean),

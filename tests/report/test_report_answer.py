@@ -82,6 +82,12 @@ MACHINE = ANSWER | {
     "friction_mean": number(0.4),
     "friction_deviation": number(0.08),
     "windows": number(1),
+    "states": {
+        "share_of_time": [None] * 3,
+        "mean_stick_slip_s": [None, 27.2 * 60, None],
+        "mean_sliding_s": [None, 2.38, None],
+        "by_theory": None,
+    },
 }
 
 
@@ -171,7 +177,7 @@ def test_the_verdict_in_a_word(rest, sliding, differ, decided, word, kind):
 
 
 def test_numbers_are_as_sure_as_their_inputs():
-    """An amplitude to two digits; lifetimes in seconds, 8200 natural periods of 2 pi sqrt(1 kg / 1 kN/m) = 0.199 s."""
+    """An amplitude to two digits; durations in seconds, minutes or hours. Neither state was seen to end at first."""
     rows = {title: (shown, note) for title, shown, note in facts(MACHINE)}
     assert rows["half of peak to peak"] == ("4.8 mm", "scatters by 20 %")
     assert rows["frequency"] == ("45 Hz", "scatters by 7 %; own frequency 5 Hz")

@@ -107,8 +107,7 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
 def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Title, number and a note on it: how the mass moves, how long its states last, its friction."""
     stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))
-    period = 2 * math.pi * math.sqrt(mass / stiffness)
-    own = amount(1 / period, "Hz", SURE)
+    own = amount(math.sqrt(stiffness / mass) / (2 * math.pi), "Hz", SURE)
     found = []
     if answer["amplitude"]["value"] is not None:
         sizes = {name: amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency")}
@@ -118,7 +117,7 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         )
     else:
         found.append(("own frequency", own, "there is no cycle of stick-slip"))
-    return [*found, *_states(answer, period), ("mean friction", *_friction(answer))]
+    return [*found, _states(answer), ("mean friction", *_friction(answer))]
 
 
 def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
@@ -130,27 +129,21 @@ def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
     return digits(mean), note
 
 
-def _states(answer: Mapping[str, Any], period: float) -> list[tuple[str, str, str]]:
-    """Time in stick-slip, and the mean duration of each state; of runs where no states were computed."""
-    if (states := answer.get("states")) and states["share_of_time"][0] is not None:
-        value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
-        spells = []
-        for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
-            mean, least, _ = states[name]
-            if mean is not None or least is not None:
-                known = amount(least, "s", SURE) if mean is None else amount(mean, "s", SURE)
-                spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
-        notes = [] if low is None or high is None else [f"{low:.0f} to {high:.0f} %"]
-        notes += [f"in the mean {joined(spells)}"] if spells else []
-        return [("time in stick-slip", f"{value:.0f} %", "; ".join(notes))]
-    bounds = [
-        f"{word} lasts at least {amount(answer[name]['interval'][0] * period, 's', SURE)}"
-        for word, name in (("stick-slip", "stick_slip_lifetime"), ("sliding", "sliding_lifetime"))
-        if answer[name]["interval"] is not None
-    ]
-    number = percent(answer["probability"]).partition(" [")[0]
-    note = "of runs from rest" + (f"; in the mean {joined(bounds)}" if bounds else "")
-    return [("time in stick-slip", number, note)]
+def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
+    states, spells = answer["states"], []
+    for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
+        mean, least, _ = states[name]
+        if mean is not None or least is not None:
+            known = amount(least, "s", SURE) if mean is None else amount(mean, "s", SURE)
+            spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
+    value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
+    if value is None:
+        number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]
+    else:
+        number, notes = f"{value:.0f} %", [] if low is None or high is None else [f"{low:.0f} to {high:.0f} %"]
+    notes += [f"in the mean {joined(spells)}"] if spells else []
+    return "time in stick-slip", number, "; ".join(notes)
 
 
 @dataclass(frozen=True)

@@ -132,7 +132,7 @@ def _runs_at_the_end(oscillator: Arrays) -> Finding | str:
     return judged_inside(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
-def _under_load(both: Arrays) -> Finding | str:
+def _under_load(both: Arrays, kind: str) -> Finding | str:
     """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows."""
     limit, damping = _limit(both), both["damping_ratio"]
     if not np.isfinite(limit):
@@ -147,7 +147,7 @@ def _under_load(both: Arrays) -> Finding | str:
         return OF_LOAD
     names = ("load_windows", "load_std", "load_std_low", "load_std_high")
     windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
-    low, high, response = last / limit - 1.0, float(beyond[0]) / limit - 1.0, float(both["load_response"])
+    low, high, response = last / limit - 1.0, float(beyond[0]) / limit - 1.0, float(both[f"load_response_{kind}"])
     ends = np.array([(low + high) / 2.0, low, high])
     ours, *interval = (ends * response * std / scatter).tolist()
     note = (
@@ -343,6 +343,11 @@ STATEMENTS = (
     ),
 )
 
+ON_THE_PAD = (
+    f"the range ends between the last damping of the list where the interval of that share lies above {CAN_CYCLE} and "
+    "the next where it lies below. To first order it is in proportion to the scatter of friction, times a response to "
+    f"its autocorrelation. Scaled to the windows that bear the force, its interval lies above {SEEN_RANGE} of the limit"
+)
 OWN = (
     Statement(
         "own-fig5-under-load",
@@ -353,12 +358,17 @@ OWN = (
                 "runs-at-the-end",
                 "range by the share of runs with a cycle in the closing periods, scaled to the windows of the force",
                 "section 5: a normal force of 2.5 kN, on windows of 25 µm x 600 µm",
-                "the range ends between the last damping of the list where the interval of that share lies above "
-                f"{CAN_CYCLE} and the next where it lies below. To first order it is in proportion to the scatter of "
-                f"friction, times a response to its autocorrelation. Scaled to the windows that bear the force, its "
-                f"interval lies above {SEEN_RANGE} of the limit",
-                _under_load,
-                natural="the only one tried",
+                ON_THE_PAD,
+                partial(_under_load, kind="additive"),
+                natural="section 5 adds the stochastic part: μ = μ_D + μ_S",
+                unit=SHARE,
+            ),
+            Reading(
+                "multiplicative-scatter",
+                "the same with scatter that multiplies the friction coefficient",
+                "section 4: mu = tau A / N, of which the area scatters",
+                ON_THE_PAD,
+                partial(_under_load, kind="multiplicative"),
                 unit=SHARE,
             ),
         ),

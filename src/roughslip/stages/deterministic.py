@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -134,11 +134,9 @@ def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistic
     """
     result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
     windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
-    of_kind = replace(scene, friction=replace(scene.friction, scatter=kind))
     try:
         own, of_load = (
-            mass_on_belt.response_of_limit(which, belt, numbers, statistics, count)[1]
-            for which, count in ((scene, None), (of_kind, windows))
+            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, *how)[1] for how in ((), (windows, kind))
         )
     except (IllPosedError, ConvergenceError):
         return math.nan

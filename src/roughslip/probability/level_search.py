@@ -9,7 +9,7 @@ a 95 % interval. Where every path changes once, its ends are order statistics of
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,9 +55,18 @@ class LevelSearch:
     start : of the search, positive
     low, high : its ends
     at_start : (n,) whether the event occurs there
+    hints : values near which the probability may change fast
     """
 
-    def __init__(self, occurs: Occurs, start: float, low: float, high: float, at_start: np.ndarray) -> None:
+    def __init__(
+        self,
+        occurs: Occurs,
+        start: float,
+        low: float,
+        high: float,
+        at_start: np.ndarray,
+        hints: Sequence[float] = (),
+    ) -> None:
         if not 0.0 < low < start < high < math.inf:
             raise ParameterError(f"a search goes from a positive start outwards, not from {start} to {low} and {high}")
         self._occurs, self.paths = occurs, len(at_start)
@@ -65,6 +74,7 @@ class LevelSearch:
         self._grid = [*map(float, down[::-1]), start, *map(float, up)]
         self._seen = {start: at_start}
         self._ends = [0, len(self._grid) - 1]
+        self._hints = [hint * math.exp(side * ACCURACY / 2.0) for hint in hints for side in (-0.99, 0.99)]
         self.trials = 0
 
     @property
@@ -155,6 +165,9 @@ class LevelSearch:
     def _root(self, threshold: float, a: float, b: float) -> float:
         """The value, of two on different sides of the threshold and between, where the count comes to it."""
         minimum, maximum = central_counts(self.paths, threshold / self.paths)
+        for hint in self._hints:  # values tried serve first
+            if min(a, b) < hint < max(a, b):
+                self.count(hint)
         while (width := abs(math.log(b / a))) > ACCURACY:
             if width <= COARSE and all(minimum <= self.count(value) <= maximum for value in (a, b)):
                 break

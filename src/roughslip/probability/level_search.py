@@ -22,6 +22,7 @@ ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level
 COARSE = 0.02  # and where the values on both sides of it lie within its interval
 END_ACCURACY = 0.5  # of the step that holds an end of the interval, as a share of its distance from the value
 STEPS = 8  # from the start to either end of the search; a probability that crosses a level twice between is missed
+LADDER = 0.49, 4.0, 32.0  # distances of values that are tried from a hint, in units of ACCURACY
 PROBES = 12  # paths that look for the step with a crossing
 Occurs = Callable[[float, range], np.ndarray]
 
@@ -74,7 +75,8 @@ class LevelSearch:
         self._grid = [*map(float, down[::-1]), start, *map(float, up)]
         self._seen = {start: at_start}
         self._ends = [0, len(self._grid) - 1]
-        self._hints = [hint * math.exp(side * ACCURACY / 2.0) for hint in hints for side in (-0.99, 0.99)]
+        steps = [side * step * ACCURACY for step in LADDER for side in (-1.0, 1.0)]
+        self._hints = [hint * math.exp(step) for step in steps for hint in hints]
         self.trials = 0
 
     @property
@@ -165,9 +167,6 @@ class LevelSearch:
     def _root(self, threshold: float, a: float, b: float) -> float:
         """The value, of two on different sides of the threshold and between, where the count comes to it."""
         minimum, maximum = central_counts(self.paths, threshold / self.paths)
-        for hint in self._hints:  # values tried serve first
-            if min(a, b) < hint < max(a, b):
-                self.count(hint)
         while (width := abs(math.log(b / a))) > ACCURACY:
             if width <= COARSE and all(minimum <= self.count(value) <= maximum for value in (a, b)):
                 break
@@ -177,13 +176,15 @@ class LevelSearch:
     def _narrowed(self, threshold: float, a: float, b: float) -> tuple[float, float]:
         """Two values nearer to each other, on the same sides of the threshold as a and b.
 
-        Values tried before serve first. A new one lies beyond the interpolated crossing, in the longer part.
+        Values tried before serve first, then those about hints, the nearest first. Else a new one lies beyond the
+        interpolated crossing, in the longer part.
         """
         side, before = self.count(a) > threshold, a
         tried = [value for value, seen in self._seen.items() if seen.size == self.paths]
         between = sorted((value for value in tried if min(a, b) < value < max(a, b)), reverse=b < a)
         if not between:
-            between = [self._between(threshold, a, b, beyond=0.1)]
+            hints = (value for value in self._hints if min(a, b) < value < max(a, b))
+            between = [next(hints, None) or self._between(threshold, a, b, beyond=0.1)]
         for value in between:
             if (self.count(value) > threshold) != side:
                 return before, value

@@ -790,6 +790,10 @@ def test_the_range_beyond_the_limit_goes_with_the_scatter_of_the_windows_that_be
         other = next(one for one in claim["readings"] if one["id"] == "multiplicative-scatter")
         ratio = float(arrays["load_response_multiplicative"] / arrays["load_response_additive"])
         assert other["ours"] == pytest.approx(ratio * claim["ours"])
+        field = next(one for one in claim["readings"] if one["id"] == "wide-field")  # from 0.03 to 0.05, of both kinds
+        assert field["ours"] == pytest.approx((1 + ratio) / 2 * claim["ours"])
+        ends = interval[0] * 0.03 / 0.035, interval[1] * ratio * 0.05 / 0.045
+        assert field["interval"] == pytest.approx((min(ends[0], ends[0] * ratio), ends[1]), rel=1e-3)
 
 
 ANSWERS = {  # of an answer at 1, up to where it is own, unknown, own again; then it is another

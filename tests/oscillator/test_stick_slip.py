@@ -7,7 +7,7 @@ import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import FrictionProcess, path_sampler
-from roughslip.oscillator import Oscillator, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator import Oscillator, Sampling, ScatteringFriction, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.changed import changed_oscillator, damper_kg_per_s
 from roughslip.oscillator.durations import Residence
 from roughslip.oscillator.stick_slip import in_the_long_run
@@ -15,12 +15,12 @@ from roughslip.probability import BetaDistribution
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 1e-9), LENGTH)
-PATHS = path_sampler(PROCESS, LENGTH / 4)
+FRICTION = ScatteringFriction(path_sampler(PROCESS, LENGTH / 4), LENGTH)
 
 
 @pytest.fixture(scope="module")
 def found():
-    return answer(BELT, LAW, PATHS, LENGTH, realisations=72, duration_periods=20.0, parameters=("damping",))
+    return answer(BELT, LAW, FRICTION, sampling=Sampling(72, 20.0), parameters=("damping",))
 
 
 def test_the_motion_that_it_shows_is_the_limit_cycle(found):
@@ -51,9 +51,9 @@ def test_a_heavier_mass_or_a_stiffer_spring_keeps_the_damper(name):
 def test_a_question_without_an_answer_is_refused():
     for change in ({"excitation_force_n": 10.0}, {"belt_velocity_m_per_s": 0.0}):
         with pytest.raises(IllPosedError, match=r"the mass is excited|the belt is at rest"):
-            answer(dataclasses.replace(BELT, **change), LAW, PATHS, LENGTH)
+            answer(dataclasses.replace(BELT, **change), LAW, FRICTION)
     with pytest.raises(ParameterError, match="PathSampler"):
-        answer(BELT, LAW, np.zeros(9), LENGTH)
+        ScatteringFriction(np.zeros(9), LENGTH)
 
 
 @pytest.mark.parametrize(

@@ -1,3 +1,5 @@
+from roughslip.oscillator.answer_runs import Sampling as Sampling
+from roughslip.oscillator.answer_runs import ScatteringFriction as ScatteringFriction
 from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share

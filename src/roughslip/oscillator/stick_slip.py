@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_runs import Curve, PathSampler, Runs
+from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Sampling, ScatteringFriction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
@@ -156,46 +156,38 @@ class Answer:
 def answer(
     oscillator: Oscillator,
     law: FrictionLaw,
-    paths: PathSampler,
-    correlation_length_m: float,
+    friction: ScatteringFriction,
     options: MotionOptions = DEFAULTS,
-    realisations: int = 100,
-    duration_periods: float | None = None,
-    seed: Sequence[int] = (0,),
+    sampling: Sampling = DEFAULT_SAMPLING,
     parameters: Sequence[str] = tuple(PARAMETERS),
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Answer:
     """Whether the mass stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
-    paths : friction paths, as `friction.path_sampler` gives them
-    correlation_length_m : [m] of the friction
-    realisations : runs from either start, at least 72, which bound a probability of 5 %
-    duration_periods : natural periods of a run; None for what its time scales take, up to 400
-    seed : numbers; each run adds its own
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
     progress : is told how many parameters are done, of how many
 
     Raises IllPosedError where the question has no answer, and as `simulate`.
     """
     _check_has_answer(oscillator, law)
-    runs = Runs(oscillator, law, paths, correlation_length_m, options, realisations, duration_periods, seed)
+    runs, seed, count = Runs(oscillator, law, friction, options, sampling), sampling.seed, sampling.realisations
     periods = runs.periods(oscillator)
     of = {
-        name: [runs.one(oscillator, number, periods, from_sliding) for number in range(realisations)]
+        name: [runs.one(oscillator, number, periods, from_sliding) for number in range(count)]
         for name, from_sliding in STARTS.items()
     }
     cycles = {name: np.array([one.cycles for one in found], dtype=bool) for name, found in of.items()}
     at_start = cycles["from_rest"]
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     cycle = cycle_statistics(drawn, oscillator.natural_frequency_rad_per_s, np.random.default_rng([*seed]))
-    limits, trials = {}, 2 * realisations
+    limits, trials = {}, 2 * count
     for done, name in enumerate(parameters, start=1):
         limits[name], more = limits_of(name, runs, at_start)
         trials += more
         progress(done, len(parameters))
     share = float(np.mean(at_start))
     return Answer(
-        runs=realisations,
+        runs=count,
         periods=Quantity(periods, None, "1"),
         probability=probability(at_start),
         probability_from_sliding=probability(cycles["from_sliding"]),

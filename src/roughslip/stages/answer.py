@@ -9,6 +9,7 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.process import FrictionProcess
+from roughslip.oscillator.answer_runs import Sampling, ScatteringFriction
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.oscillator.durations import Residence, states_of_answer, theory_or_nan
 from roughslip.oscillator.stick_slip import Quantity, answer
@@ -44,18 +45,11 @@ def work(job: Job) -> None:
     length, count = process.correlation_length_m, scene.answer.realisations
     try:
         with job.usage.core():
-            found = answer(
-                own.belt,
-                own.law,
-                path_sampler(process, length / NODES),
-                length,
-                mass_on_belt.motion_options(scene),
-                count,
-                unless_auto(scene.answer.duration_periods),
-                (scene.seed, geometry.STREAM_ANSWER),
-                VARIED,
-                job.usage.progress,
-            )
+            friction = ScatteringFriction(path_sampler(process, length / NODES), length)
+            seed = scene.seed, geometry.STREAM_ANSWER
+            sampling = Sampling(count, unless_auto(scene.answer.duration_periods), seed)
+            options = mass_on_belt.motion_options(scene)
+            found = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)
     except IllPosedError as error:
         lines = [f"Stick-slip: no answer, because {error}."]
         store.write_json(job.arguments.output, {"given": False, "reason": str(error), "summary": lines})
@@ -63,10 +57,10 @@ def work(job: Job) -> None:
     job.usage.count(runs=found.trials)
     job.usage.skip({skip_reasons.KEPT: found.trials - count})
     of_pad = mass_on_belt.pad_deviation(scene, numbers, job.arguments.friction, own.windows)
-    friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}
+    shown_friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}
     shown = {name: value for name, value in asdict(found).items() if name != "residence"}
     result = {"given": True, **shown} | {
-        **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in friction.items()},
+        **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
         "states": states(job.scene, own, of_pad, process, found.residence),
     }

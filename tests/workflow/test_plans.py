@@ -193,7 +193,7 @@ def random_scenes(folder: Path, count: int) -> list[str]:
         file = folder / f"{name}.yaml"
         file.write_text(yaml.safe_dump(overlay), encoding="utf-8")
         try:
-            checked(name, folder)
+            checked(name, folder, folder.parents[1])
             names.append(name)
         except InputError:
             file.unlink()

@@ -80,7 +80,7 @@ schema: $(VENV)/run.stamp ## write config/scene.schema.json after a change of th
 	$(RUN) roughslip.scene.schema
 
 fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake
-	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_fuzz.py tests/workflow/test_plans.py::test_each_random_scene_that_is_accepted_is_planned
+	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_files.py tests/workflow/test_plans.py::test_each_random_scene_that_is_accepted_is_planned
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)

@@ -181,15 +181,6 @@ def test_start_saves_products(surface, shape: tuple[int, int], periodic: bool, l
         assert not guess[problem.interference <= 0].any()
 
 
-def test_coarser_meshes_keep_cells_near_square() -> None:
-    """The long cell's axis waits until the other has caught up; a single row is halved along itself."""
-    influence = Influence(Grid(64, 8, 1.0, 4.0), 1.0)
-    assert influence.coarser.grid == Grid(32, 8, 2.0, 4.0)
-    assert influence.coarser.coarser.grid == Grid(16, 8, 4.0, 4.0)
-    assert influence.coarser.coarser.coarser.grid == Grid(8, 4, 8.0, 8.0)
-    assert Influence(Grid(9, 1, 8.0, 1.0), 1.0).coarser.grid == Grid(5, 1, 16.0, 1.0)
-
-
 def random_matrix(rng: np.random.Generator, n: int, decades: float) -> np.ndarray:
     """Symmetric positive definite with random eigenvectors and eigenvalues 1 to 10^-decades."""
     vectors = np.linalg.qr(rng.standard_normal((n, n)))[0]

@@ -7,7 +7,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import window_lengths
 from roughslip.friction.level import levels_of
 from roughslip.friction.over_penetration import trend_estimates
-from roughslip.friction.table import BY_SOURCE, WindowLayout, friction_table
+from roughslip.friction.table import WindowLayout, friction_table
 from roughslip.friction.table_variables import law_variables, line_variables, summary, table_variables
 from roughslip.probability import Estimate
 
@@ -48,18 +48,6 @@ def test_the_mean_at_the_median_is_as_given_and_the_others_follow(table):
     assert float(found.shear.value) == pytest.approx(MEAN, rel=0.01)
     np.testing.assert_array_equal(found.mu[0], float(found.shear.value) * mu)
     assert done == [(1, 3), (2, 3), (3, 3)]
-
-
-def test_names_by_source_hold_the_solved_windows_and_then_the_expansion(table):
-    """The expansion reads 0.9 of mu; area over force of all windows together is the harmonic mean of mu."""
-    found, mu, _ = table
-    for name in BY_SOURCE:
-        assert len(found.solved[name]) == 2 * len(MEANS)
-    solved, expansion = np.split(np.array([float(each.value) for each in found.solved["mean"]]), 2)
-    assert solved == pytest.approx(float(found.shear.value) * mu.mean(axis=(1, 2)))
-    assert expansion / solved == pytest.approx(0.9, rel=0.01)
-    ratios = [float(each.value) for each in found.solved["ratio_of_sums"]]
-    assert ratios == pytest.approx(float(found.shear.value) / np.mean(1 / mu, axis=(1, 2)))
 
 
 def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):

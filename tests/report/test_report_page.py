@@ -126,43 +126,23 @@ def test_the_pages_of_machines_are_read_anywhere(shown, window, tmp_path):
     assert scroll <= width
 
 
-def test_nothing_goes_wrong(probed):
-    assert probed["wrong"] == []
+def test_the_page_of_the_study_is_read_anywhere(probed):
+    """Each picture fills the width of a desk; on a phone it scrolls in its frame, so that its text stays readable.
 
-
-def test_every_picture_is_there_and_says_what_it_is(probed):
-    """Each fills the width of a desk; on a phone it scrolls in its frame, so that its text stays readable."""
-    pictures = [one for one in probed["pictures"] if not one[0].endswith("reached over asked")]
+    A link to a verdict unfolds its details. What is wider than the page, pictures and code, scrolls by itself.
+    """
+    assert probed["wrong"] == probed["faint"] == []
+    pictures = [picture for picture in probed["pictures"] if not picture[0].endswith("reached over asked")]
     assert len(pictures) == 2 * 3 + len(MEASURED)
-    is_phone = probed["width"][1] < 800
-    assert all(label and (1.0 < share < 4.0 if is_phone else 0.5 < share <= 1.0) for label, share in pictures)
-
-
-def test_a_link_to_a_verdict_unfolds_its_details(probed):
+    scroll, width = probed["width"]
+    assert scroll <= width
+    least, most = (1.0, 4.0) if width < 800 else (0.5, 1.0)
+    assert all(label and least < share <= most for label, share in pictures)
     assert probed["unfolded"] == [True]
-
-
-def test_the_colours_are_those_that_the_reader_asked_for(probed):
     assert probed["back"] == probed["asked"]
-
-
-def test_links_lead_somewhere_and_no_place_has_two_names(probed):
     assert probed["links"]
     assert all(there for _, there in probed["links"])
     assert len(probed["ids"]) == len(set(probed["ids"]))
-
-
-def test_every_claim_has_its_place(probed):
     for name in ("paper", "resolved"):
-        wanted = {f"{name}-{claim['id']}" for claim in store.read_json(REFERENCE / name / "claims.json")}
-        assert wanted <= set(probed["ids"])
-
-
-def test_it_fits_the_window(probed):
-    """What is wider than the page, pictures and code, scrolls by itself."""
-    scroll, window = probed["width"]
-    assert scroll <= window
-
-
-def test_text_stands_out_from_what_is_behind_it(probed):
-    assert probed["faint"] == []
+        claims = store.read_json(REFERENCE / name / "claims.json")
+        assert {f"{name}-{claim['id']}" for claim in claims} <= set(probed["ids"])

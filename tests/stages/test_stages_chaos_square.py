@@ -1,9 +1,13 @@
-"""Stage chaos_square on a contact that a linear expansion meets exactly, and the distribution given contact."""
+"""Stage chaos_square on a contact that a linear expansion meets exactly, and the distribution given contact.
+
+The stage of the whole field: maps against another Monte Carlo, mirror images, what is written and refused."""
 
 import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import make_interp_spline
+from scipy.special import ndtri
 from scipy.stats import norm
 
 from roughslip.chaos import centre_distribution
@@ -14,9 +18,13 @@ from roughslip.chaos.centre_distribution import (
 )
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, monte_carlo
-from roughslip.contact.influence import Influence
+from roughslip.contact.edge import contact_shares
+from roughslip.contact.influence import Influence, Material
+from roughslip.contact.solve import solve
+from roughslip.errors import InputError
+from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_square, design, karhunen_loeve
+from roughslip.stages import chaos_square, design, field_square, karhunen_loeve
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import Members, Sampled, given_contact
 from tests.stages.scenes import CONTACT, changed
@@ -99,64 +107,76 @@ def expanded(run, modes, designs, batches):
 
 
 @pytest.fixture(scope="module")
-def found(expanded):
+def distributions(expanded):
     return expanded()
 
 
-def test_expansions_that_are_exact_have_no_error(found):
+def test_expansions_that_are_exact_have_no_error(distributions):
     """Eq. (8) and ours; at the Monte Carlo samples themselves they are its pressures. Eq. (9) is of another shape."""
-    assert list(found["method"]) == ["monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip"]
-    assert list(found["fit"]) == ["equation_8", "equation_9", "roughslip"]
-    assert np.all(found["fit_leave_one_out"][[0, 2]] < 1e-20)
-    assert found["fit_leave_one_out"][1] > 1e-6
+    assert list(distributions["method"]) == ["monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip"]
+    assert list(distributions["fit"]) == ["equation_8", "equation_9", "roughslip"]
+    assert np.all(distributions["fit_leave_one_out"][[0, 2]] < 1e-20)
+    assert distributions["fit_leave_one_out"][1] > 1e-6
     contacts = MONTE_CARLO * norm.cdf(MEAN / SCATTER)
-    np.testing.assert_array_less(found["fit_distance_at_contact"][[0, 2]], 2 / contacts)  # rounding may swap two ranks
+    np.testing.assert_array_less(
+        distributions["fit_distance_at_contact"][[0, 2]], 2 / contacts
+    )  # rounding may swap two ranks
     probability = norm.cdf(MEAN / SCATTER)
     deviation = 2 * math.sqrt(SAMPLES * probability * (1 - probability))
-    in_contact = found["fit_samples"][0]
-    assert in_contact == found["fit_samples"][1] == pytest.approx(SAMPLES * probability, abs=deviation)
+    in_contact = distributions["fit_samples"][0]
+    assert in_contact == distributions["fit_samples"][1] == pytest.approx(SAMPLES * probability, abs=deviation)
 
 
-def test_variables_are_those_of_the_centre_and_the_basis_has_all_nodes(found, modes, designs, variables):
+def test_variables_are_those_of_the_centre_and_the_basis_has_all_nodes(distributions, modes, designs, variables):
     height = modes["modes"][:, 2, 2]
-    np.testing.assert_allclose(found["direction"][0], height / np.linalg.norm(height), atol=1e-12)
-    np.testing.assert_array_equal(found["direction"], variables[0])
+    np.testing.assert_allclose(distributions["direction"][0], height / np.linalg.norm(height), atol=1e-12)
+    np.testing.assert_array_equal(distributions["direction"], variables[0])
     rows = np.concatenate([designs["expansion"] @ one.T for one in variables])
     signs = np.array([[0, 0], [1, 0], [0, 1], [0, 0]])  # height, slopes, curvature: mirrored along x, along y
     basis = hermite_basis(rows, even_terms(multi_indices(4, 2), signs))
     assert basis.shape == (4 * 200, 8)  # 1, h, c, h^2, h c, c^2, and the squares of the slopes
-    assert found["fit_condition_number"][2] == pytest.approx(np.linalg.cond(basis / np.linalg.norm(basis, axis=0)))
-    assert found["cross_validated"] < 1e-20
-    assert found["fit_samples"][2] == 4 * 200
+    assert distributions["fit_condition_number"][2] == pytest.approx(
+        np.linalg.cond(basis / np.linalg.norm(basis, axis=0))
+    )
+    assert distributions["cross_validated"] < 1e-20
+    assert distributions["fit_samples"][2] == 4 * 200
     shares = (RESPONSE @ variables[0]) ** 2  # of a linear response: first and total index are its squared coefficients
-    np.testing.assert_allclose([found["sobol_first"], found["sobol_total"]], [shares, shares], atol=1e-12)
+    np.testing.assert_allclose(
+        [distributions["sobol_first"], distributions["sobol_total"]], [shares, shares], atol=1e-12
+    )
 
 
-def test_distributions_are_those_of_a_cut_normal(found, designs, variables):
+def test_distributions_are_those_of_a_cut_normal(distributions, designs, variables):
     """P(r > 0) = Phi(m/s), E max(r, 0) = m Phi(m/s) + s phi(m/s), within four standard errors of their draws."""
     ratio = MEAN / SCATTER
     probability, mean = norm.cdf(ratio), MEAN * norm.cdf(ratio) + SCATTER * norm.pdf(ratio)
     deviation = math.sqrt((MEAN**2 + SCATTER**2) * norm.cdf(ratio) + MEAN * SCATTER * norm.pdf(ratio) - mean**2)
-    exact = (norm.cdf((found["pressure"] - MEAN) / SCATTER) - 1 + probability) / probability
+    exact = (norm.cdf((distributions["pressure"] - MEAN) / SCATTER) - 1 + probability) / probability
     for row, count in ((0, MONTE_CARLO), (1, SAMPLES), (4, DRAWS)):
         error = 4 / math.sqrt(count)
-        assert found["contact_probability"][row] == pytest.approx(probability, abs=error / 2)
-        assert found["mean_pressure"][row] == pytest.approx(mean, abs=error * deviation)
-        np.testing.assert_allclose(found["cumulative"][row], exact, atol=error / 2 / math.sqrt(probability))
-        low, high = found["contact_probability_low"][row], found["contact_probability_high"][row]
-        assert low <= found["contact_probability"][row] <= high
-    assert found["fit_positive_share"][2] == pytest.approx(probability, abs=2 / math.sqrt(DRAWS))
-    assert found["fit_positive_share"][2] == found["contact_probability"][4]
+        assert distributions["contact_probability"][row] == pytest.approx(probability, abs=error / 2)
+        assert distributions["mean_pressure"][row] == pytest.approx(mean, abs=error * deviation)
+        np.testing.assert_allclose(distributions["cumulative"][row], exact, atol=error / 2 / math.sqrt(probability))
+        low, high = distributions["contact_probability_low"][row], distributions["contact_probability_high"][row]
+        assert low <= distributions["contact_probability"][row] <= high
+    assert distributions["fit_positive_share"][2] == pytest.approx(probability, abs=2 / math.sqrt(DRAWS))
+    assert distributions["fit_positive_share"][2] == distributions["contact_probability"][4]
     in_contact = trial_pressure(designs["latin_hypercube"], variables[0]) > 0
-    assert found["contact_probability"][1] == pytest.approx(np.mean(in_contact), abs=1e-12)
+    assert distributions["contact_probability"][1] == pytest.approx(np.mean(in_contact), abs=1e-12)
     # the fit of samples in contact does not know how many there were: that is of the Latin hypercube
-    assert found["contact_probability"][2] == found["contact_probability"][3] == found["contact_probability"][1]
-    np.testing.assert_array_equal(found["samples"], [4 * MONTE_CARLO, SAMPLES, DRAWS, DRAWS, DRAWS])
-    np.testing.assert_array_equal(found["distance"][0], 0.0)
+    assert (
+        distributions["contact_probability"][2]
+        == distributions["contact_probability"][3]
+        == distributions["contact_probability"][1]
+    )
+    np.testing.assert_array_equal(distributions["samples"], [4 * MONTE_CARLO, SAMPLES, DRAWS, DRAWS, DRAWS])
+    np.testing.assert_array_equal(distributions["distance"][0], 0.0)
     contacts = MONTE_CARLO * probability
-    assert np.all(found["distance_in_contact"][[2, 4]] < 1.63 * math.sqrt(1 / contacts + 1 / (DRAWS * probability)))
-    assert found["distance_between_variants"] == pytest.approx(found["distance_in_contact"][3], abs=0.1)
-    assert found["captured_variance"] == pytest.approx(1.0)
+    assert np.all(
+        distributions["distance_in_contact"][[2, 4]] < 1.63 * math.sqrt(1 / contacts + 1 / (DRAWS * probability))
+    )
+    assert distributions["distance_between_variants"] == pytest.approx(distributions["distance_in_contact"][3], abs=0.1)
+    assert distributions["captured_variance"] == pytest.approx(1.0)
 
 
 def in_contact_directly(variables, count=400_000):
@@ -165,7 +185,7 @@ def in_contact_directly(variables, count=400_000):
     return u[MEAN + SCATTER * u @ RESPONSE > 0]
 
 
-def test_variants_given_contact_are_those_of_a_direct_sample_given_contact(found, designs, variables):
+def test_variants_given_contact_are_those_of_a_direct_sample_given_contact(distributions, designs, variables):
     """Eq. (8) is exact here, so it is the cut normal; eq. (9) is what its fit by hand gives at the direct sample.
 
     The solved surfaces err by 1.63 / sqrt(n), one in a hundred, the evenly drawn ones by no more.
@@ -176,21 +196,23 @@ def test_variants_given_contact_are_those_of_a_direct_sample_given_contact(found
     basis = hermite_basis((xi @ variables[0].T)[pressure > 0], indices)
     coefficients = np.linalg.lstsq(basis, np.log(pressure[pressure > 0]), rcond=None)[0]
     direct = np.exp(hermite_basis(in_contact_directly(variables[0]), indices) @ coefficients)
-    exact = (norm.cdf((found["pressure"] - MEAN) / SCATTER) - norm.cdf(-ratio)) / norm.cdf(ratio)
-    surfaces = int(found["given_surfaces"])
+    exact = (norm.cdf((distributions["pressure"] - MEAN) / SCATTER) - norm.cdf(-ratio)) / norm.cdf(ratio)
+    surfaces = int(distributions["given_surfaces"])
     assert surfaces == pytest.approx(MONTE_CARLO * norm.cdf(ratio), abs=4 * math.sqrt(MONTE_CARLO * 0.25))
-    for row, truth in enumerate((exact, cumulative_given_contact(direct, found["pressure"]))):
-        np.testing.assert_allclose(found["given_cumulative"][row], truth, atol=1.63 / math.sqrt(surfaces))
+    for row, truth in enumerate((exact, cumulative_given_contact(direct, distributions["pressure"]))):
+        np.testing.assert_allclose(distributions["given_cumulative"][row], truth, atol=1.63 / math.sqrt(surfaces))
         np.testing.assert_allclose(
-            found["judged_cumulative"][row], truth, atol=1.63 / math.sqrt(DRAWS * norm.cdf(ratio))
+            distributions["judged_cumulative"][row], truth, atol=1.63 / math.sqrt(DRAWS * norm.cdf(ratio))
         )
-    assert np.all(found["judged_distance"] < found["judged_chance"])
-    np.testing.assert_array_equal(found["given_positive_share"], 1.0)
+    assert np.all(distributions["judged_distance"] < distributions["judged_chance"])
+    np.testing.assert_array_equal(distributions["given_positive_share"], 1.0)
     true = kolmogorov_distance(direct, np.maximum(MEAN + SCATTER * in_contact_directly(variables[0]) @ RESPONSE, 0))
-    assert found["given_distance_low"][1] <= true <= found["given_distance_high"][1]
-    assert found["given_distance"][0] < found["given_distance_high"][0] < 0.1  # of a design with 100 in contact
-    assert found["given_between_low"] <= true <= found["given_between_high"]
-    assert np.sum(found["first_variable"] * np.diff(found["first_variable_edge"])) == pytest.approx(1.0)
+    assert distributions["given_distance_low"][1] <= true <= distributions["given_distance_high"][1]
+    assert (
+        distributions["given_distance"][0] < distributions["given_distance_high"][0] < 0.1
+    )  # of a design with 100 in contact
+    assert distributions["given_between_low"] <= true <= distributions["given_between_high"]
+    assert np.sum(distributions["first_variable"] * np.diff(distributions["first_variable_edge"])) == pytest.approx(1.0)
 
 
 def test_variants_given_contact_of_refused_fits_are_nan_and_one_design_has_the_scatter_of_its_refits():
@@ -210,13 +232,13 @@ def test_variants_given_contact_of_refused_fits_are_nan_and_one_design_has_the_s
     assert two == pytest.approx((0.6, 0.0, 0.6 + 12.7062 * 0.1), rel=1e-4)  # t(0.975, 1)
 
 
-def test_variants_drawn_over_all_surfaces_are_farther_than_given_contact(found):
+def test_variants_drawn_over_all_surfaces_are_farther_than_given_contact(distributions):
     """Eq. (9) has no end at zero: drawn over all surfaces it is in contact everywhere."""
-    assert found["fit_positive_share"][1] == 1.0
-    assert found["distance_in_contact"][3] > 2 * found["given_distance"][1]
+    assert distributions["fit_positive_share"][1] == 1.0
+    assert distributions["distance_in_contact"][3] > 2 * distributions["given_distance"][1]
 
 
-def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, found):
+def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, distributions):
     """Of the training nodes all bear AT_EDGES too much, so the expansion is in contact with Phi((m - AT_EDGES) / s).
 
     What is drawn lies within four standard errors of 800 training nodes, the ratio within its interval. A scene of
@@ -224,16 +246,16 @@ def test_draws_bear_less_by_what_cells_at_edges_bear_too_much(expanded, found):
     """
     corrected, cells = expanded("corrected"), norm.cdf(MEAN / SCATTER)
     points = norm.cdf((MEAN - AT_EDGES) / SCATTER)
-    assert found["contact_probability"][4] == pytest.approx(cells, abs=2 / math.sqrt(DRAWS))
+    assert distributions["contact_probability"][4] == pytest.approx(cells, abs=2 / math.sqrt(DRAWS))
     assert corrected["contact_probability"][4] == pytest.approx(points, abs=4 * math.sqrt(points / 800))
     mean = (MEAN - AT_EDGES) * points + SCATTER * norm.pdf((MEAN - AT_EDGES) / SCATTER)
     assert corrected["mean_pressure"][4] == pytest.approx(mean, rel=0.02)
-    for one in (found, corrected):
+    for one in (distributions, corrected):
         assert one["contact_correction_low"] < points / cells < one["contact_correction_high"]
         assert one["contact_correction_high"] - one["contact_correction_low"] < 0.2 * points / cells
-        assert one["distance_of_correction"] == found["distance_of_correction"] > 0
+        assert one["distance_of_correction"] == distributions["distance_of_correction"] > 0
     for row in (0, 1):
-        assert corrected["contact_probability"][row] == found["contact_probability"][row]
+        assert corrected["contact_probability"][row] == distributions["contact_probability"][row]
 
 
 def test_a_correction_maps_quantiles_to_quantiles():
@@ -242,8 +264,8 @@ def test_a_correction_maps_quantiles_to_quantiles():
     cells = np.array([[0.5, 0.0], [0.0, 0.8], [3.0, 0.0], [7.0, 0.0]])
     edges = EdgeCorrection(cells, np.maximum(cells - 1, 0), np.arange(4))
     drawn = np.array([0.0, 0.3, 0.8, 1.9, 3.0, 5.0, 7.0, 9.0])
-    found = edges.apply(drawn)
-    np.testing.assert_allclose(found, [0, 0, 0, 1, 2, 4, 6, 8], atol=1e-15)
+    distributions = edges.apply(drawn)
+    np.testing.assert_allclose(distributions, [0, 0, 0, 1, 2, 4, 6, 8], atol=1e-15)
     assert edges.contact()[0] == 0.5
     np.testing.assert_allclose(edges.contact()[2] - 0.5, 1.959964 * math.sqrt(4 * 0.25) / 4)
     np.testing.assert_array_equal(EdgeCorrection(cells, cells, np.arange(4)).apply(drawn), drawn)
@@ -268,3 +290,93 @@ def test_the_scatter_of_a_correction_enters_that_of_its_expansion():
     curves, error = moved_local(Uniform(), np.array([0.5]), [1], EdgeCorrection(cells, points, np.arange(2000) % 20))
     assert error == pytest.approx(math.sqrt(2 * 0.2 * 0.8 / 2000), rel=0.4)
     assert curves.std() > 0
+
+
+NODES, FIELD_MODES, SURFACES = 6, 36, 600
+FIELD = changed(CONTACT, square={"penetration_percentile": 50.0}, expansion={"samples": SURFACES, "variables": 8})
+
+
+@pytest.fixture(scope="module")
+def field_modes(run):
+    return run(karhunen_loeve, FIELD, "modes")
+
+
+@pytest.fixture(scope="module")
+def maps(run, field_modes):
+    return run(field_square, FIELD, surface=field_modes.path)
+
+
+def limit(comparisons):
+    return float(ndtri(1 - 0.001 / (2 * comparisons)))  # family-wise 0.1 %
+
+
+def test_maps_are_those_of_monte_carlo(maps, field_modes):
+    """6000 surfaces of another generator: ten times the stage's, as the expansion makes up for that many."""
+    grid = Grid(NODES, NODES, 1e-5, 1e-5)
+    influence = Influence(grid, Material(2.1e11, 0.3).plane_strain_modulus_pa)
+    xi = np.random.default_rng(99).standard_normal((6000, FIELD_MODES))
+    pressure = np.stack([solve(influence, np.einsum("m,mxy->xy", one, field_modes["modes"])).pressure for one in xi])
+    contact = np.stack([contact_shares(one) for one in pressure])
+    variance = pressure.var(axis=0)
+    fourth = np.mean((pressure - pressure.mean(axis=0)) ** 4, axis=0)
+    truths = {
+        "contact": (contact.mean(axis=0), contact.var(axis=0)),
+        "mean": (pressure.mean(axis=0), variance),
+        "deviation": (np.sqrt(variance), (fourth - variance**2) / (4 * variance)),
+    }
+    for name, (value, spread) in truths.items():
+        error = np.sqrt(spread / len(xi) + maps[f"{name}_error"] ** 2)
+        assert np.max(np.abs(maps[name] - value) / error) < limit(3 * NODES**2)
+        own = maps[f"{name}_error"] ** 2 * maps[f"{name}_gain"] * SURFACES  # variance of a sample by itself
+        assert np.median(own / spread) == pytest.approx(1.0, abs=0.2)  # fourth moments of 600 among them
+    assert np.median(maps["mean_gain"]) > 4
+    assert np.all(maps["missed"] < 0.4)
+
+
+def test_mirror_images_are_alike(maps):
+    """All eight of a square; on a node and its image errors are of the same surfaces, at worst opposite."""
+    for name in ("contact", "mean", "deviation"):
+        value, error = maps[name], maps[f"{name}_error"]
+        for image in (np.flipud, np.fliplr, np.transpose):
+            worst = np.abs(value - image(value)) / (error + image(error))
+            assert worst.max() < limit(3 * 3 * NODES**2)
+
+
+def test_what_is_written_makes_the_fields(maps, field_modes):
+    """The expected fields follow from the coefficients, to within what leaving their own surface out moves."""
+    assert maps.attributes["surfaces"] == SURFACES
+    assert maps["direction"].shape == (FIELD_MODES, NODES, NODES)
+    np.testing.assert_allclose(np.sum(maps["direction"] ** 2, axis=0), 1.0, rtol=1e-12)
+    assert maps["solved_pressure"].shape == maps["drawn_pressure"].shape == (field_square.DRAWN, NODES, NODES)
+    assert np.all(maps["solved_pressure"] >= 0)
+    assert np.all(maps["drawn_pressure"] >= 0)
+    xi = np.stack(
+        [np.random.default_rng([7, geometry.STREAM_FIELD, number]).standard_normal(FIELD_MODES) for number in range(3)]
+    )
+    index = np.einsum("km,mxy->kxy", xi, maps["direction"])
+    expected = np.empty(index.shape)
+    for place in np.ndindex(NODES, NODES):  # linear between the knots, and beyond them
+        link = make_interp_spline(maps["knot"], maps["link_pressure"][:, *place], k=1)
+        expected[:, *place] = link(index[:, *place])
+    deviation = maps["deviation"].mean()
+    assert np.sqrt(np.mean((expected - maps["expected_pressure"]) ** 2)) < 0.1 * deviation
+    assert np.sqrt(np.mean((expected - maps["solved_pressure"]) ** 2)) < 0.6 * deviation
+    for name in ("first", "total"):
+        assert np.all((maps[f"sobol_{name}"] >= 0) & (maps[f"sobol_{name}_error"] >= 0))
+    assert maps["sobol_first"].sum() < 1 < maps["sobol_total"].sum()
+    assert np.all((maps["leading_share"] > 0) & (maps["leading_share"] < 1))
+
+
+def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
+    def surfaces(samples, nodes, field_modes):
+        return field_square.surfaces_of(
+            scene_of({"expansion": {"samples": samples}, "square": {"nodes": nodes}}), field_modes
+        )
+
+    assert surfaces("auto", 64, 101) == 2048
+    assert surfaces("auto", 10, 600) == 2400
+    assert surfaces(900, 298, 101) == 900  # 10 x 101 modes x 298^2 are 89.7 million numbers
+    with pytest.raises(InputError, match=r"expansion\.samples: 902 surfaces.* times 99856 nodes .* 1\.5 GB of memory"):
+        surfaces(902, 316, 101)
+    with pytest.raises(InputError, match="37 surfaces are too few for 36 modes"):
+        surfaces(37, 6, 36)

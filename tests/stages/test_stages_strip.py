@@ -7,18 +7,13 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import solve
 from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip
 from roughslip.stages.from_scene import geometry, strip_contact, strip_expansion
 from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.surface_model import surface_model
-from roughslip.surface.embedding import embed
-from roughslip.surface.models import covariance_of
 from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
@@ -269,33 +264,6 @@ def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_r
     np.testing.assert_allclose(scaled["force"], 16 * elastic_strips["force"], rtol=1e-8)
     np.testing.assert_allclose(stiff["area"], elastic_strips["area"], rtol=1e-12)
     np.testing.assert_allclose(stiff["force"], 8 * elastic_strips["force"], rtol=1e-8)
-
-
-@pytest.mark.slow
-def test_friction_of_a_large_patch_at_light_load_depends_on_its_slope_alone():
-    """mu = tau kappa / (E* g) with the rms slope g, and kappa is the same at loads that differ threefold.
-
-    It lies between sqrt(8 / pi) = 1.60 (Persson, J. Chem. Phys. 115 (2001) 3840) and sqrt(2 pi) = 2.51 for independent
-    summits (Bush, Gibson and Thomas, Wear 35 (1975) 87).
-
-    Over three other sets of eight surfaces kappa was 2.20 to 2.39 at 5 % and 2.22 to 2.28 at 20 %.
-    """
-    grid, length, levels, surfaces = Grid(256, 256, 1e-6, 1e-6), 2e-5, (5.0, 20.0), 8
-    influence = Influence(grid, MODULUS)
-    slope = 2 * SQ / length  # minus the Laplacian of Sq^2 exp(-(r / l)^2) at 0 is 4 Sq^2 / l^2
-    area, force = np.zeros((2, surfaces, 2))
-    sampler = embed(covariance_of("gaussian", SQ, length), grid)
-    for number in range(surfaces):
-        heights = sampler.sample(np.random.default_rng([5, number]))
-        for row, percentile in enumerate(levels):
-            solution = solve(influence, heights - SQ * float(ndtri(1 - percentile / 100)), 1e-6)
-            area[number, row] = contact_shares(solution.pressure).sum()
-            force[number, row] = solution.pressure.sum()
-    mu, _ = friction_coefficient(area.sum(axis=0), force.sum(axis=0), 1.0, 1e-30)
-    kappa = mu * MODULUS * slope
-    assert np.all((kappa > 1.6) & (kappa < 2.51))
-    assert force[:, 1].sum() > 2.5 * force[:, 0].sum()
-    assert abs(kappa[1] / kappa[0] - 1) < 0.07
 
 
 def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips, elastic_strips):

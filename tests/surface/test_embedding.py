@@ -65,11 +65,6 @@ def test_self_affine_waves_beyond_the_mesh_fold_back():
     assert difference < 2 * embedding.image_share < 1e-2  # correlations fall from 1 by less than 2
 
 
-def test_the_torus_of_a_self_affine_surface_grows_until_images_leave_half_a_percent():
-    """Of the fall of correlations. The torus of 2 x 1.5 meshes still has 0.99 %, that of 2 x 1.5^2 meshes 0.4 %."""
-    assert embed(self_affine(1.0, 0.8, 16.0, 2.0), Grid(24, 15, 1.0, 0.7)).image_share < 5e-3
-
-
 def test_self_affine_keeps_its_power_law():
     """The eigenvalues are the spectrum over the cell, up to the one factor that restores the variance."""
     grid = Grid(64, 64, 1.0, 1.0)

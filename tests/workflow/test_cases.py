@@ -1,18 +1,141 @@
-"""The shipped cases of engineering as a user runs them: what follows from the load, the answers of docs/cases.md."""
+"""From a scan to Figure 3, the shipped one and two real ones; the shipped cases of engineering as a user runs them."""
 
+from __future__ import annotations
+
+import importlib.util
 import json
 import math
 import re
+import shutil
+from pathlib import Path
 
 import pytest
 
 from roughslip import store
+from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows
+from roughslip.stages.result_tables.scan_table import NUMBERS
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project
 
 pytestmark = pytest.mark.slow
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+GROUND = """\
+extends: tiny
+description: After a scan of a ground surface
+targets: [figure3]
+roughness:
+  scan:
+    form: plane
+    covariance: measured
+    marginal: empirical
+    correct_correlation: true
+    file: config/scans/ground.nc
+"""
+PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "report.html")
+STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1, "figure3_law": 1}
+END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
+
+needs_library = pytest.mark.skipif(
+    importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`"
+)
+
+
+@pytest.fixture(scope="module")
+def ground(shared):
+    """The scene `ground`, made from its scan."""
+    shared.scene("ground", GROUND)
+    shared.make("-j2", "ground")
+    yield shared
+    shared.path("config/scenes/ground.yaml").unlink()
+
+
+@needs_library
+def test_a_ground_surface_goes_from_its_scan_to_figure_3(ground):
+    """The median of 19 twins, which scatters by a quarter of one of them, lies within the intervals of the scan."""
+    results = ground.path("results/ground")
+    assert all((results / name).is_file() for name in (*PRODUCTS, "figure3.png"))
+    result = store.read(results / "surface/synthetic_surfaces.nc")
+    assert result["sufficient"] == 1
+    for name in ("rms_height", "skewness", "kurtosis", "length_x", "length_y", "length_along", "length_across"):
+        assert result[f"{name}_low"] < sorted(result[f"twin_{name}"])[9] < result[f"{name}_high"], name
+    assert result["skewness_high"] < 0  # grains leave valleys
+    assert result["length_x_low"] > 2 * result["length_y_high"]  # along the belt
+    assert set(NUMBERS) <= set(result)
+
+
+@needs_library
+@pytest.mark.filterwarnings("default")  # Snakemake runs in this process, and its warnings are its own
+def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
+    """The file by its contents; the sampled surfaces by the seed alone."""
+
+    def planned() -> dict[str, int]:
+        return plan(ground.folder, "ground")["ground"]
+
+    scene = ground.path("config/scenes/ground.yaml")
+    after = {"synthetic_surfaces": 1, "figure_scan": 1, **STRIP, **END}
+    scene.write_text(GROUND.replace("empirical", "weibull"))
+    assert planned() == {"scan": 1, **after}
+    scene.write_text(GROUND + "seed: 5\n")
+    assert planned() == after
+    scene.write_text(GROUND)
+    file = ground.path("config/scans/ground.nc")
+    whole = file.read_bytes()
+    file.write_bytes(whole + b" ")
+    assert planned() == {"scan": 1, **after}
+    file.write_bytes(whole)
+
+
+def test_a_missing_or_unreadable_scan_is_named_before_any_job(empty, tmp_path):
+    project = empty.copy(tmp_path / "copy")
+    scan = "roughness: {scan: {file: mine.al3d, form: plane, covariance: best, marginal: gaussian}}"
+    project.scene("mine", f"extends: tiny\n{scan}\n")
+    run = project.snakemake("-n", "mine")
+    assert run.returncode == 1
+    (line,) = [line for line in run.stderr.splitlines() if "config/scenes" in line]
+    assert line == (
+        "config/scenes/mine.yaml: roughness.scan.file: 'mine.al3d' is not there; "
+        "a path from the folder of the scenes or of the project"
+    )
+    project.path("config/scenes/mine.al3d").write_bytes(b"no scan")
+    run = project.snakemake("-j1", "results/mine/surface/scan.nc")
+    assert run.returncode == 1
+    start = "config/scenes/mine.yaml: roughness.scan.file: config/scenes/mine.al3d: unknown format, or damaged"
+    assert run.stderr.splitlines()[-1].startswith(start)
+    assert not project.path("results").exists()
+
+
+@needs_library
+@pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
+def test_real_scans_go_to_figures_3_and_5(shared):
+    """The larger scan is cut to nine correlation lengths across its grooves; its twins
+    are enough, as `ground` takes its kind of model to Figure 3."""
+    wide = read_scan(DATA / "matrix-2.txt")
+    beside = shared.path("config/scenes")
+    write_x3p(beside / "matrix.x3p", topography(wide.heights[:200], wide.dx, wide.dy, "cut"))
+    shutil.copyfile(DATA / "al3d-1.al3d", beside / "focus.al3d")
+    scenes = {
+        "focus": ("focus.al3d", "covariance: best, marginal: gaussian"),
+        "matrix": ("matrix.x3p", "covariance: measured, marginal: empirical"),
+    }
+    for name, (file, models) in scenes.items():
+        scan = f"{{file: {file}, form: quadratic, {models}}}"
+        text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
+        shared.scene(name, text)
+    shared.make("-j2", "focus", "results/matrix/surface/synthetic_surfaces.nc")
+    drawn = (*PRODUCTS, "figure3.png", "figure5.png")
+    assert all(shared.path(f"results/focus/{product}").is_file() for product in drawn)
+    for name in scenes:
+        result = store.read(shared.path(f"results/{name}/surface/synthetic_surfaces.nc"))
+        for number in ("rms_height", "skewness", "kurtosis"):
+            twins = sorted(result[f"twin_{number}"])
+            assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number
+        shared.path(f"config/scenes/{name}.yaml").unlink()
+
 
 DOCUMENT = (CONFIG.parent / "docs" / "cases.md").read_text()
 PARAMETERS = {"D": "damping", "v0": "belt_velocity", "N": "load"}

@@ -1,32 +1,198 @@
-"""What git keeps of benchmarks and campaigns can be drawn and shown.
+"""What git keeps beside results: Monte Carlo references, benchmarks and campaigns.
 
-Campaigns: a part of each has no failure, and wrong science is caught with the command that shows it alone.
+References: standard errors by plain sums, the kept files, and what makes them again. Benchmarks can be drawn and shown.
+Campaigns: a part of each has no failure, and a judge sees wrong science.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from roughslip.chaos.local import fit_local
-from roughslip.chaos.strip import fit_strip
+from roughslip import store
 from roughslip.contact import influence
-from roughslip.friction.marginal import fit_beta
-from roughslip.oscillator.motion import trajectory
+from roughslip.errors import InputError
 from roughslip.report.page import MEASURED
-from roughslip.scan.covariance_fit import fit_covariance
+from roughslip.scene.loader import load
 from roughslip.stages.report import read_evidence
-from roughslip.surface.embedding import embed
-from roughslip.surface.modes import karhunen_loeve
 from workflow.benchmarks.plot import FIGURES
+from workflow.monte_carlo import friction, pressure, references
+from workflow.monte_carlo.references import KINDS, reference_file
 from workflow.stress import runner
 from workflow.stress.runner import SEED, row_of
 from workflow.study.scenes import BENCHMARKS
 
-KEPT = Path(__file__).resolve().parents[2] / "results" / "reference" / "evidence"
+ROOT = Path(__file__).resolve().parents[2]
+
+# The first 300 surfaces of the kept reference of `paper`: contacts, mean pressures [Pa].
+CONTACTS = [116, 185, 251]
+MEANS = [8.089286e6, 1.568353e7, 2.378430e7]
+# The first strip of the friction reference of `resolved`, summed over its windows: area [m2], force [N].
+AREAS = [3.22272859e-08, 2.18427477e-07, 4.80771648e-07]
+FORCES = [24.8589997, 179.103733, 444.411693]
+
+
+def scene(name):
+    return load(name, ROOT / "config/scenes")
+
+
+# The numbers, from samples.
+
+
+def gathered(values):
+    return pressure.gather({}, [{"pressure": values, "percentile": np.array([20.0, 50.0])}])
+
+
+def test_errors_are_binomial_for_independent_nodes_and_those_of_a_node_for_equal_ones():
+    values = np.maximum(np.random.default_rng(3).standard_normal((20_000, 4)), 0.0)
+    kept = gathered(np.stack([values, np.repeat(values[:, :1], 4, axis=1)], axis=1))
+    errors = kept["contact_probability_standard_error"].values
+    np.testing.assert_allclose(errors, [math.sqrt(0.25 / 80_000), math.sqrt(0.25 / 20_000)], rtol=0.02)
+    assert kept["cumulative"].values[:, -1] == pytest.approx(1.0)
+
+
+def test_a_penetration_without_contact_is_refused():
+    with pytest.raises(InputError, match="contact at every penetration"):
+        gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1))
+
+
+# The kept files.
+
+
+@pytest.fixture(params=sorted(pressure.SAMPLES))
+def kept(request):
+    return store.read(ROOT / reference_file(request.param, "pressure"))
+
+
+def test_the_kept_distribution_gives_the_kept_numbers(kept):
+    """E p = int (1 - F) dp."""
+    assert list(kept["percentile"]) == list(pressure.PERCENTILES)
+    assert int(kept["nodes"]) == 4
+    for row in range(3):
+        level, share, contact = kept["level"][row], kept["cumulative"][row], kept["contact_probability"][row]
+        assert level[0] == 0
+        assert np.all(np.diff(level) > 0)
+        assert np.all(np.diff(share) >= 0)
+        assert np.diff(share).max() < 0.003 * contact  # a step of the table
+        assert share[-1] == 1
+        assert contact == 1 - share[0]
+        mean = float(np.sum(np.diff(level) * (1 - 0.5 * (share[1:] + share[:-1]))))
+        assert mean == pytest.approx(kept["mean_pressure"][row], rel=1e-3)
+    assert np.all(np.diff(kept["contact_probability"]) > 0)  # deeper, more contact
+    assert np.all(np.diff(kept["mean_pressure"]) > 0)
+
+
+def test_the_kept_errors_lie_between_independent_and_equal_nodes(kept):
+    """Var = F (1 - F) / n (1 + 3 rho) / 4 with a correlation rho of the four nodes, here between -0.08 and 1.
+
+    The correlation is negative where heights are independent, because a node in contact presses its neighbours down.
+    The references judge Kolmogorov distances down to 0.01.
+    """
+    surfaces = int(kept["surfaces"])
+    for row in range(3):
+        share = kept["cumulative"][row, :-40]  # fewer than some hundred pressures above the last levels
+        binomial = np.sqrt(share * (1 - share) / surfaces)
+        ratio = kept["cumulative_standard_error"][row, :-40] / binomial
+        assert 0.5 * math.sqrt(1 - 3 * 0.08) < ratio.min()
+        assert ratio.max() < 1
+    assert np.array_equal(kept["contact_probability_standard_error"], kept["cumulative_standard_error"][:, 0])
+    assert kept["cumulative_standard_error"].max() < 0.0015
+
+
+def test_kept_references_are_of_the_present_scenes():
+    """Friction falls with penetration, and so does its scatter."""
+    for kind, module in KINDS.items():
+        for name, (most, _) in module.SAMPLES.items():
+            found = store.read(ROOT / reference_file(name, kind))
+            assert json.loads(found.attributes["configuration"]) == module.slice_of(scene(name))
+            if kind == "pressure":
+                assert int(found["surfaces"]) <= most
+                continue
+            assert 1000 <= int(found["strips"]) <= most
+            assert np.all(np.diff(found["mean"]) < 0)
+            assert np.all(np.diff(found["std"]) < 0)
+            assert np.all(
+                found["mean_standard_error"] < 5e-3 * found["mean"]
+            )  # Student's interval of a run has as much
+            assert np.all(found["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
+
+
+# Their solves.
+
+
+def solved(first, last):
+    return pressure.solve(scene("paper"), first, last)
+
+
+def test_the_present_solver_gives_the_pressures_of_the_reference():
+    """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers above. Batches are parts."""
+    found, gap = (solved(0, 300)[name].values for name in ("pressure", "gap"))
+    assert np.count_nonzero(found, axis=(0, 2)).tolist() == CONTACTS
+    np.testing.assert_allclose(found.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
+    assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
+    assert found.dtype == np.float32
+    assert np.array_equal(solved(6, 12)["pressure"].values, found[6:12])
+
+
+def test_a_reference_is_made_of_whole_batches_of_which_those_that_are_there_stay(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(pressure.SAMPLES, "paper", (300, 100))
+    references.make("paper", "pressure", samples=101, jobs=1)
+    first = {file: file.stat().st_mtime_ns for file in tmp_path.glob("results/monte_carlo/pressure-*/*.nc")}
+    assert sorted(file.name for file in first) == ["0-100.nc", "100-200.nc"]
+    references.make("paper", "pressure", samples=10**9, jobs=1)
+    assert [file.stat().st_mtime_ns for file in first] == [*first.values()]
+    made = store.read(tmp_path / reference_file("paper", "pressure"))
+    assert (made["surfaces"], made["nodes"]) == (300, 4)
+    np.testing.assert_allclose(made["mean_pressure"], MEANS, rtol=1e-5)
+
+
+def test_only_the_physics_makes_solves_again():
+    whole = scene("paper")
+    for section, name, value, changes in (
+        ("roughness", "rms_height_m", 6e-8, True),
+        ("material", "young_modulus_pa", 2e11, True),
+        ("square", "nodes", 12, True),
+        ("square", "penetration_percentile", 40, False),
+        ("expansion", "samples", 500, False),
+        ("numerics", "contact_tolerance", 1e-8, False),
+    ):
+        changed = {**whole, section: {**whole[section], name: value}}
+        assert (pressure.slice_of(changed) != pressure.slice_of(whole)) is changes, name
+
+
+# The friction of windows, solved directly.
+
+
+def test_windows_of_independent_strips_have_the_errors_of_their_means():
+    """Strips of one window each: the standard error of the mean is that of independent draws, known to about 4 %."""
+    area = np.random.default_rng(5).uniform(1.0, 2.0, (300, 2, 1))
+    configuration = {
+        "strip": {"window_m": 1.0, "width_m": 1.0, "penetration_percentiles": [20, 50]},
+        "friction": {"least_contact_fraction": 1e-3},
+    }
+    kept = friction.gather(configuration, [{"area": area, "force": np.full_like(area, 0.5)}])
+    np.testing.assert_allclose(kept["mean"].values, 2 * area.mean(axis=(0, 2)), rtol=1e-12)
+    np.testing.assert_allclose(kept["std"].values, 2 * area.std(axis=(0, 2)), rtol=1e-12)
+    error = 2 * area.std(axis=(0, 2)) / math.sqrt(300)
+    np.testing.assert_allclose(kept["mean_standard_error"].values, error, rtol=0.15)
+    assert int(kept["strips"].values) == 300
+
+
+@pytest.mark.slow
+def test_the_present_solver_gives_the_windows_of_the_reference():
+    """Sums over the windows of the first strip, at the first, the middle and the last penetration, to the tolerance."""
+    found = friction.solve(scene("resolved"), 0, 1)
+    area, force = found["area"].values, found["force"].values
+    np.testing.assert_allclose(area[0, [0, 5, 10]].sum(axis=1), AREAS, rtol=1e-6)
+    np.testing.assert_allclose(force[0, [0, 5, 10]].sum(axis=1), FORCES, rtol=1e-5)
+
+
+KEPT = ROOT / "results" / "reference" / "evidence"
 ROW = {"case", "method", "error", "seconds"}
 
 
@@ -45,74 +211,21 @@ def test_the_kept_files_can_be_drawn_and_shown(tmp_path):
     assert all(row["failures"] == 0 for row in shown.stress)
 
 
-def longer(covariance, factor):
-    return replace(covariance, correlation_length_m=factor * covariance.correlation_length_m)
-
-
-def tilted(found):
-    return replace(found, modes=found.modes + 1e-8 * found.modes[::-1])
-
-
-def praised(found):
-    return found[0], found[1] | {"leave_one_out": found[1]["leave_one_out"] / 1e3}
-
-
-LOVE = influence.love_coefficients
-# What is wrong: campaign, number of a problem, what is replaced, by what.
-FAULTS = {
-    "Love's coefficients too large by 1e-8": (
-        *("contact", 1, "roughslip.contact.influence.love_coefficients"),
-        lambda *given: (1 + 1e-8) * LOVE(*given),
-    ),
-    "tilted modes": (
-        *("surface", 0, "workflow.stress.surface.karhunen_loeve"),
-        lambda *given, **options: tilted(karhunen_loeve(*given, **options)),
-    ),
-    "a correlation a millionth too long": (
-        *("surface", 1, "workflow.stress.surface.embed"),
-        lambda covariance, grid: embed(longer(covariance, 1 + 1e-6), grid),
-    ),
-    "a fit beside the minimum": (
-        *("surface", 9, "workflow.stress.surface.fit_covariance"),
-        lambda *given, **options: (lambda found: replace(found, covariance=longer(found.covariance, 1.02)))(
-            fit_covariance(*given, **options)
-        ),
-    ),
-    "pressures doubled": (
-        *("chaos", 2, "workflow.stress.chaos.fit_local"),
-        lambda samples, *given: fit_local(replace(samples, pressure=2 * samples.pressure), *given),
-    ),
-    "an error stated too low": (
-        *("chaos", 5, "workflow.stress.chaos.fit_strip"),
-        lambda *given: praised(fit_strip(*given)),
-    ),
-    "friction too large by 1e-6": (
-        *("friction", 0, "workflow.stress.friction.fit_beta"),
-        lambda mu, *given: fit_beta((1 + 1e-6) * mu, *given),
-    ),
-    "more damping": (
-        *("oscillator", 0, "workflow.stress.oscillator.trajectory"),
-        lambda mass, *given: trajectory(replace(mass, damping_ratio=mass.damping_ratio + 1e-2), *given),
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("fault", FAULTS)
-def test_wrong_science_is_caught(fault, monkeypatch):
-    stage, number, name, wrong = FAULTS[fault]
-    assert row_of(stage, SEED, number)["outcome"] == "converged"
-    monkeypatch.setattr(name, wrong)
-    found = row_of(stage, SEED, number)
-    assert (found["outcome"], "why" in found) == ("false claim", True)
+@pytest.mark.parametrize("wrong", [0.0, 1e-8])
+def test_wrong_science_is_a_false_claim(wrong, monkeypatch):
+    """Love's coefficients too large by 1e-8."""
+    love = influence.love_coefficients
+    monkeypatch.setattr(influence, "love_coefficients", lambda *given: (1 + wrong) * love(*given))
+    row = row_of("contact", SEED, 1)
+    assert (row["outcome"], "why" in row) == (("false claim", True) if wrong else ("converged", False))
 
 
 def test_a_table_law_with_a_strong_excitation_from_steady_sliding():
     """Its slip once erred by 7.8 per unit of tau, at a kink of the table, thousands of times the limit."""
-    found = row_of("oscillator", 20261, 1830)
-    assert "law=table" in found["case"]
-    assert found["outcome"] == "converged"
-    assert found["residual"] < 1
+    row = row_of("oscillator", 20261, 1830)
+    assert "law=table" in row["case"]
+    assert row["outcome"] == "converged"
+    assert row["residual"] < 1
 
 
 @pytest.mark.slow
@@ -125,10 +238,12 @@ def test_a_share_of_all_campaigns_has_no_failure_and_the_same_rows_in_other_proc
         assert runner.main() == 0, capsys.readouterr().out
         return json.loads(file.read_text())
 
-    found, again = run("-j", "2"), run("surface", "friction")
-    assert [row for row in found["rows"] if row["stage"] in again["seeds"]] == again["rows"]
-    assert len(found["rows"]) == found["problems"] == sum(stage["problems"] for stage in found["summary"]) == 181
-    assert found["seeds"] == dict.fromkeys(runner.CAMPAIGNS, SEED)
-    assert all(row.keys() == {"stage", "case", "outcome", "residual"} for row in found["rows"])
-    worst = [stage["worst_residual_over_tolerance"] for stage in found["summary"]]  # None where all were refused
+    both, again = run("-j", "2"), run("surface", "friction")
+    seconds = [row.pop("cpu_seconds") for row in (*both["rows"], *again["rows"])]
+    assert min(seconds) > 0
+    assert [row for row in both["rows"] if row["stage"] in again["seeds"]] == again["rows"]
+    assert len(both["rows"]) == sum(stage["problems"] for stage in both["stages"]) == 181
+    assert both["seeds"] == dict.fromkeys(runner.CAMPAIGNS, SEED)
+    assert all(row.keys() == {"stage", "case", "outcome", "residual"} for row in both["rows"])
+    worst = [stage["worst_residual_over_tolerance"] for stage in both["stages"]]  # None where all were refused
     assert max(value for value in worst if value is not None) <= 1

@@ -33,35 +33,34 @@ def names_of(folder: Path, *words: str) -> Names:
     return Names(Scenes(folder, [*words]), folder, writes=False)
 
 
-@pytest.mark.parametrize(
-    ("overlay", "own"),
-    [
-        ("oscillator: {damping_ratio: 0.2}", OF_OSCILLATOR | OF_POINT),
-        ("ensemble: {damping_ratios: [0.17, 0.3]}", OF_OSCILLATOR),
-        ("jobs: 2", FRICTION | OF_SQUARE - {"design"}),  # other files
-        ("expansion: {draws: 3000}", {"chaos_square"}),
-        ("strip: {expansion_samples: 24}", {"expansion_strip"} | OF_WINDOWS | OF_OSCILLATOR | OF_POINT),
-        ("friction: {mean_at_median: 0.2}", OF_WINDOWS | OF_OSCILLATOR | OF_POINT),
-        ("material: {young_modulus_pa: 1.0e+9}", FRICTION | OF_SQUARE - {"design"}),
-        ("seed: 7", FRICTION | OF_SQUARE),
-        ("description: Another", set()),
-    ],
-)
-def test_names_differ_from_the_first_change_on(empty, tmp_path, overlay, own):
-    """A stage has a new name where its own part changed, or that of any stage before it; all others are shared."""
-    project = empty.copy(tmp_path / "copy")
-    project.scene("variant", f"extends: tiny\n{overlay}\n")
-    names = names_of(project.folder, "tiny", "variant")
-    stages = [stage for stage in names.scenes.stages("tiny") if "figure" not in stage]
-    changed = {stage for stage in stages if names.entry("tiny", stage).key != names.entry("variant", stage).key}
-    assert changed - MADE_OF_MORE == own
+# Of each overlay on `tiny` the stages that have another name.
+OVERLAYS = {
+    "oscillator: {damping_ratio: 0.2}": OF_OSCILLATOR | OF_POINT,
+    "ensemble: {damping_ratios: [0.17, 0.3]}": OF_OSCILLATOR,
+    "jobs: 2": FRICTION | OF_SQUARE - {"design"},  # other files
+    "expansion: {draws: 3000}": {"chaos_square"},
+    "strip: {expansion_samples: 24}": {"expansion_strip"} | OF_WINDOWS | OF_OSCILLATOR | OF_POINT,
+    "friction: {mean_at_median: 0.2}": OF_WINDOWS | OF_OSCILLATOR | OF_POINT,
+    "material: {young_modulus_pa: 1.0e+9}": FRICTION | OF_SQUARE - {"design"},
+    "seed: 7": FRICTION | OF_SQUARE,
+    "description: Another": set(),
+}
 
 
-def test_a_name_stays_when_keys_of_the_scene_are_put_in_another_order(empty, tmp_path):
+def test_names_differ_from_the_first_change_on(empty, tmp_path):
+    """A stage has a new name where its own part changed, or that of any stage before it; all others are shared. In
+    another order keys of a scene are the same."""
     project = empty.copy(tmp_path / "copy")
+    variants = {f"variant-of-{number}": overlay for number, overlay in enumerate(OVERLAYS)}
+    for name, overlay in variants.items():
+        project.scene(name, f"extends: tiny\n{overlay}\n")
     project.scene("one", "extends: tiny\noscillator: {mass_kg: 1.5, damping_ratio: 0.2}\nseed: 3\n")
     project.scene("other", "seed: 3\noscillator: {damping_ratio: 0.20, mass_kg: 1.5}\nextends: tiny\n")
-    names = names_of(project.folder, "one", "other")
+    names = names_of(project.folder, "tiny", *variants, "one", "other")
+    stages = [stage for stage in names.scenes.stages("tiny") if "figure" not in stage]
+    for name, overlay in variants.items():
+        changed = {stage for stage in stages if names.entry("tiny", stage).key != names.entry(name, stage).key}
+        assert changed - MADE_OF_MORE == OVERLAYS[overlay], overlay
     assert names.entry("one", "deterministic") == names.entry("other", "deterministic")
 
 

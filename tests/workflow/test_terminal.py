@@ -1,6 +1,7 @@
-"""What the terminal shows of a run: one line of progress; of a job that fails, and of Ctrl-C: one line."""
+"""What the terminal shows of a run: one line of progress; of a job that fails, and of Ctrl-C: one line; and its end."""
 
 import io
+import json
 import logging
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from workflow.study import terminal
+from workflow.study.closing import MOST_WARNINGS, closing_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = """\
@@ -123,3 +125,25 @@ def test_progress_is_one_line_with_the_time_to_go(monkeypatch, stream):
 def test_weights_of_stages_are_those_of_the_kept_runs():
     seconds = terminal.seconds_of_stages(ROOT / "results" / "reference")
     assert seconds["contact_strip"] > 10 * seconds["claims"] > 0
+
+
+def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):
+    """At most MOST_WARNINGS, and the number of the others; only of scenes that the run published, with their pages.
+    The answer of `a` is from older targets: its costs do not hold that stage."""
+    for name, count in (("b", MOST_WARNINGS), ("a", MOST_WARNINGS + 2), ("c", 0), ("d", 1)):
+        (tmp_path / "results" / name).mkdir(parents=True)
+        rows = [{"stage": "answer" if name == "b" else "scan"}]
+        rows += [{"stage": "all", "warnings": [f"scan: {number}" for number in range(count)]}]
+        (tmp_path / "results" / name / "costs.json").write_text(json.dumps(rows))
+        (tmp_path / "results" / name / "answer.json").write_text(json.dumps({"summary": ["Certain.", "Below 5 %."]}))
+    folder = tmp_path / "results"
+    files = ("b/published.json", "a/published.json", "c/published.json", "report.html", "store/report/0/report.html")
+    made = [f"{folder}/{file}" for file in files]
+    assert closing_lines(made) == [
+        *(f"a: warning: scan: {number}" for number in range(MOST_WARNINGS)),
+        f"a: and 2 more warnings in {folder}/a/report.html",
+        "b: Certain.",
+        "b: Below 5 %.",
+        *(f"b: warning: scan: {number}" for number in range(MOST_WARNINGS)),
+        *(f"page: {folder}/{name}report.html" for name in ("a/", "b/", "c/", "")),
+    ]

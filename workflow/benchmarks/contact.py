@@ -133,8 +133,8 @@ class ContactMechanics:
         options = {"solver": "ccg-without-restart", "gtol": gap, "maxiter": MOST_ITERATIONS}
         with contextlib.redirect_stdout(io.StringIO()), np.errstate(all="ignore"):
             system = self.make_system(self.topography(problem.heights, self.sizes), self.substrate)
-            found = system.dual_minimize_proxy(-problem.plane, np.zeros(self.grid.shape), **options)
-        return np.nan_to_num(np.asarray(found.x).reshape(self.grid.shape)) / self.grid.cell_area
+            solution = system.dual_minimize_proxy(-problem.plane, np.zeros(self.grid.shape), **options)
+        return np.nan_to_num(np.asarray(solution.x).reshape(self.grid.shape)) / self.grid.cell_area
 
 
 PEERS: dict[str, Callable[[Grid, Any], Any]] = {

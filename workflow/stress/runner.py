@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import json
 import math
 import re
 import sys
@@ -83,8 +84,8 @@ class Trial:
 
 
 def row_of(stage: str, seed: int, number: int) -> Row:
-    """Attempt a problem with every warning an error, and return its row."""
-    trial, outcome = Trial(seed, number), CONVERGED
+    """Attempt a problem with every warning an error, and return its row with the CPU seconds that it took."""
+    trial, outcome, start = Trial(seed, number), CONVERGED, time.process_time()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -101,31 +102,22 @@ def row_of(stage: str, seed: int, number: int) -> Row:
     case = " ".join(f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}" for name, value in named)
     residual = trial.residual if outcome in (CONVERGED, FALSE_CLAIM) and math.isfinite(trial.residual) else None
     row = {"stage": stage, "case": case, "outcome": outcome, "residual": residual}
-    return row | ({"why": "; ".join(trial.broken)} if trial.broken else {})
+    row |= {"why": "; ".join(trial.broken)} if trial.broken else {}
+    return row | {"cpu_seconds": time.process_time() - start}
 
 
-def timed_row_of(stage: str, seed: int, number: int) -> tuple[Row, float]:
-    """Return the row of a problem and the CPU seconds that it took."""
-    start = time.process_time()
-    return row_of(stage, seed, number), time.process_time() - start
-
-
-def summary(stage: str, rows: Sequence[Row], seconds: float) -> dict[str, Any]:
+def summary(stage: str, rows: Sequence[Row]) -> dict[str, Any]:
     """Return counts of outcomes and failures, the largest value of an accepted answer over its limit, and CPU time."""
-    worst = max((row["residual"] for row in rows if row["outcome"] == CONVERGED), default=None)
-    counts = {"problems": len(rows), "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items()))}
-    failures = sum("why" in row for row in rows)
-    more = {"failures": failures, "cpu_seconds": round(seconds, 1)}
-    return {"stage": stage, **counts, "worst_residual_over_tolerance": worst, **more}
-
-
-def line_of(summed: dict[str, Any], seed: int) -> str:
-    """Return a summary as a line."""
-    outcomes = ", ".join(f"{count} {name}" for name, count in summed["outcomes"].items())
-    worst = summed["worst_residual_over_tolerance"]
-    limit = "" if worst is None else f"; at most {worst:.2g} of what is allowed"
-    spent = f"{summed['failures']} failures, {summed['cpu_seconds']:.0f} CPU s"
-    return f"{summed['stage']}, seed {seed}: {outcomes}{limit}; {spent}"
+    return {
+        "stage": stage,
+        "problems": len(rows),
+        "outcomes": dict(sorted(Counter(row["outcome"] for row in rows).items())),
+        "worst_residual_over_tolerance": max(
+            (row["residual"] for row in rows if row["outcome"] == CONVERGED), default=None
+        ),
+        "failures": sum("why" in row for row in rows),
+        "cpu_seconds": round(sum(row["cpu_seconds"] for row in rows), 1),
+    }
 
 
 def main() -> int:
@@ -139,27 +131,26 @@ def main() -> int:
     parser.add_argument("--output", type=Path, help="the JSON file")
     parser.add_argument("--keep", type=Path, help="a JSON file of the summary alone, which git keeps")
     given = parser.parse_args()
-    if unknown := set(given.campaigns) - set(CAMPAIGNS):
-        parser.error(f"no campaign {', '.join(unknown)}: take some of {', '.join(CAMPAIGNS)}")
-    if not 0 < given.share <= 1:
-        parser.error(f"--share is above 0 and at most 1, not {given.share}")
+    if set(given.campaigns) - set(CAMPAIGNS) or not 0 < given.share <= 1:
+        parser.error(f"campaigns are {', '.join(CAMPAIGNS)}, and --share is above 0 and at most 1")
     seed = int(f"{datetime.date.today():%Y%m%d}") if given.seed == "today" else int(given.seed)
-    stages = given.campaigns or list(CAMPAIGNS)
-    numbers = {stage: given.only or range(max(1, round(given.share * CAMPAIGNS[stage]))) for stage in stages}
-    tasks = [(stage, seed, number) for stage in stages for number in numbers[stage]]
+    numbers = {
+        stage: given.only or range(max(1, round(given.share * CAMPAIGNS[stage])))
+        for stage in given.campaigns or CAMPAIGNS
+    }
+    tasks = [(stage, seed, number) for stage in numbers for number in numbers[stage]]
     with ProcessPoolExecutor(given.jobs, get_context("spawn"), die_with_parent) as pool:
-        rows, seconds = zip(*pool.map(timed_row_of, *zip(*tasks, strict=True), chunksize=CHUNK), strict=True)
-    spent = Counter[str]()
-    for (stage, _, _), cpu_seconds in zip(tasks, seconds, strict=True):
-        spent[stage] += cpu_seconds
-    summaries = [summary(stage, [row for row in rows if row["stage"] == stage], spent[stage]) for stage in stages]
-    wrong = [(task, row) for task, row in zip(tasks, rows, strict=True) if "why" in row]
+        rows = list(pool.map(row_of, *zip(*tasks, strict=True), chunksize=CHUNK))
+    kept = {
+        "seeds": dict.fromkeys(numbers, seed),
+        "stages": [summary(stage, [row for row in rows if row["stage"] == stage]) for stage in numbers],
+    }
     if given.output:
-        head = {"seeds": dict.fromkeys(stages, seed), "problems": len(rows), "failures": len(wrong)}
-        store.write_json(given.output, {**head, "summary": summaries, "rows": rows})
+        store.write_json(given.output, {**kept, "rows": rows})
     if given.keep:
-        store.write_json(given.keep, {"seeds": dict.fromkeys(stages, seed), "stages": summaries})
-    print(*(line_of(of_stage, seed) for of_stage in summaries), sep="\n")
+        store.write_json(given.keep, kept)
+    print(*(json.dumps(of_stage) for of_stage in kept["stages"]), sep="\n")
+    wrong = [(task, row) for task, row in zip(tasks, rows, strict=True) if "why" in row]
     for (stage, _, number), row in wrong[:LISTED]:
         print(f"{row['outcome']}: {row['case']}: {row['why']}")
         print(f"    alone: python -m workflow.stress.runner {stage} --seed {seed} --only {number}")

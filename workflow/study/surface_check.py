@@ -151,8 +151,8 @@ def scene_warnings(scene: dict[str, Any]) -> list[str]:
     from roughslip.surface.plausibility import rms_slope, warnings, yield_warning
 
     window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
-    found = [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    lines = [*plausibility.warnings(scene, surface[1][0]), *warnings(*surface, cells, window)]
     if scene.get("load") is not None and get(scene, "material.hardness_pa") is None and "strip.cell_m" in cells:
         slope = rms_slope(surface[0], cells["strip.cell_m"])
-        found.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
-    return list(filter(None, found))
+        lines.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
+    return list(filter(None, lines))

@@ -93,8 +93,8 @@ def _failing(scene: Values, stage: Stage) -> str:
     """The first condition of a stage that does not hold in the scene; "" where all do."""
     for condition in filter(None, stage.runs_if.split(" and ")):
         key, _, value = condition.removeprefix("not ").partition(" = ")
-        found = get(scene, key)
-        if not (found == value if value else (found is not None) != condition.startswith("not ")):
+        actual = get(scene, key)
+        if not (actual == value if value else (actual is not None) != condition.startswith("not ")):
             return condition
     return ""
 

@@ -40,7 +40,7 @@ ANSWERED = {
     "friction_deviation": ("Standard deviation of its friction, one window", "1"),
     "amplitude": ("Half of peak to peak", "m"),
     "frequency": ("Frequency", "Hz"),
-    **{f"limit_{name}": (f"Limit of the {one.title}", one.unit) for name, one in PARAMETERS.items()},
+    **{f"limit_{name}": (f"Limit of the {own.title}", own.unit) for name, own in PARAMETERS.items()},
 }
 TITLES = ANSWERED | {name: (title, unit) for name, (title, unit, _, _) in NUMBERS.items()}
 _NORMAL_95 = 1.96  # standard errors from the mean to the end of the interval
@@ -80,12 +80,12 @@ def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
 
 def of_answer(answer: Mapping[str, Any]) -> dict[str, Number]:
     """Those of ANSWERED that an answer has."""
-    found = {name: answer[name] for name in ANSWERED if name in answer}
-    found |= {f"limit_{name}": limit for name, one in answer["limits"].items() if (limit := nearest_limit(answer, one))}
+    answered = {name: answer[name] for name in ANSWERED if name in answer}
+    nearest = {f"limit_{name}": nearest_limit(answer, of_parameter) for name, of_parameter in answer["limits"].items()}
     return {
-        name: (one["value"], *(one["interval"] or (None, None)))
-        for name, one in found.items()
-        if one["value"] is not None
+        name: (number["value"], *(number["interval"] or (None, None)))
+        for name, number in (answered | nearest).items()
+        if number and number["value"] is not None
     }
 
 

@@ -5,7 +5,7 @@
     cycles = simulate(belt, StribeckLaw(0.3), duration_periods=100.0).cycles
 
 - Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
-- simulate, trajectory, ensemble_counts: its motion, with or without scatter, by MotionOptions
+- simulate, trajectory: its motion, with or without scatter, by MotionOptions; ensemble: many, over any parameters
 - limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
 - run_until_known, states_of: when it is in stick-slip and when in steady sliding
 - ends_in_stick_slip, basin_share: from which initial states it comes to which of them without scatter

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.process import CorrelationShape, FrictionProcess
 from roughslip.oscillator import slip_flow as module
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.counts import ensemble
 from roughslip.oscillator.equation import State, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -205,8 +205,8 @@ def test_cycles_are_counted_by_their_period(law, periods):
     From rest the mass first departs at tau = X_d / V. Then every cycle is the first one again.
     """
     dampings = [0.0, 0.05, 0.17, 0.23, 0.3, 0.324, 0.325, 0.34, 0.6, 0.99, 1.5]
-    counts = ensemble_counts(STUDY, law, None, 0.0, periods, dampings)
-    for damping, cycles, last in zip(dampings, counts.cycles, counts.last_cycle, strict=True):
+    counts = ensemble(STUDY, law, [None], duration_periods=periods, over={"damping": dampings})
+    for damping, cycles, last in zip(dampings, counts.cycles[0], counts.last_cycle[0], strict=True):
         if damping >= existence_limit(STUDY, law):
             assert (cycles, last) == (0, 0.0)
             continue

@@ -5,7 +5,7 @@
     cycles = simulate(belt, StribeckLaw(0.3), duration_periods=100.0).cycles
 
 - Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
-- simulate, trajectory, ensemble_counts: its motion, with or without scatter, by MotionOptions
+- simulate, trajectory: its motion, with or without scatter, by MotionOptions; ensemble: many, over any parameters
 - limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
 - answer: whether it stick-slips with ScatteringFriction, where that ends or begins, and why, by a Sampling of runs
 - run_until_known, states_of: when it is in stick-slip and when in steady sliding

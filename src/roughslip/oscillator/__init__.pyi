@@ -5,7 +5,7 @@ from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share
 from roughslip.oscillator.basins import ends_in_stick_slip as ends_in_stick_slip
 from roughslip.oscillator.counts import Counts as Counts
-from roughslip.oscillator.counts import ensemble_counts as ensemble_counts
+from roughslip.oscillator.counts import ensemble as ensemble
 from roughslip.oscillator.cycles import CycleCounts as CycleCounts
 from roughslip.oscillator.cycles import Reattachment as Reattachment
 from roughslip.oscillator.cycles import count_difference as count_difference

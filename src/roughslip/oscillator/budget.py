@@ -45,6 +45,7 @@ RATIOS = np.geomspace(1 / 16, 16.0, 9)  # of L / V at which the blur is computed
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
 
 
+@gate
 @dataclass(frozen=True)
 class Machine:
     """A mass on a belt and its friction, at one set of inputs.

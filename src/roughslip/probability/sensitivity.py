@@ -57,11 +57,13 @@ class Source:
         object.__setattr__(self, "_median", x * np.exp(-0.5 * np.log1p(np.diag(relative))))
 
     @classmethod
+    @gate
     def independent(cls, name: str, inputs: Mapping[str, tuple[float, float]]) -> Source:
         """A source of independent inputs. inputs : value and standard uncertainty by name"""
         uncertainties = np.array([pair[1] for pair in inputs.values()], dtype=np.float64)
         return cls(name, {key: float(pair[0]) for key, pair in inputs.items()}, np.diag(uncertainties**2))
 
+    @gate
     def drawn(self, normal: np.ndarray) -> dict[str, np.ndarray]:
         """Inputs (samples,) by name. normal : (inputs, samples) independent standard normal variables"""
         drawn = self._median[:, None] * np.exp(self._root @ normal)  # type: ignore[attr-defined]

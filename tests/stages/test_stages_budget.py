@@ -97,7 +97,7 @@ def test_the_sentence_names_what_takes_away_most():
     }
     sentence = "Measure the damping next: known exactly, it takes away 50 % of the variance of whether it stick-slips; "
     unsure = next_to_measure(made | {"probability": {"mean": 0.6}})
-    assert unsure == f"{sentence}the scatter of friction keeps 35 % whatever is measured."
+    assert unsure == f"{sentence}the scatter of friction keeps 35 %, and no measurement takes that away."
     sure = next_to_measure(made | {"probability": {"mean": 0.99}})
     assert sure.startswith("That is sure enough. Measure the friction curve next: known exactly, it takes away 70 % of")
     nothing = made | {"outcome": {}, "probability": {"mean": 0.6}}

@@ -10,7 +10,8 @@ from roughslip.figures.style import Arrays, despine, heads, panels, with_ends, w
 DRAWN = {
     "figure_budget": [
         *("source_name", "result_name", "outcome", "outcome_scatter", "averaged_probability"),
-        *with_interval_names("first", "total"),
+        *with_interval_names("first"),
+        "total",
     ]
 }
 TITLES = {

@@ -50,4 +50,5 @@ def next_to_measure(budget: Mapping[str, Any]) -> str:
     sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
     if is_sure(budget):
         return f"That is sure enough. {sentence}."
-    return f"{sentence}; the scatter of friction keeps {digits(100 * budget['scatter'], SURE)} % whatever is measured."
+    kept = digits(100 * budget["scatter"], SURE)
+    return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

@@ -127,7 +127,7 @@ def test_the_probability_is_that_of_simulated_machines_of_drawn_inputs():
     found = uncertainty_budget(machine, sources, band, limits=())
     generator, seen = np.random.default_rng(3), []
     for number in range(300):
-        drawn = [s.drawn(generator.standard_normal((len(s.values), 1))) for s in sources]
+        drawn = [s.drawn(generator.standard_normal((s.axes, 1))) for s in sources]
         seen.append(stick_slips(machine({k: float(v[0]) for one in drawn for k, v in one.items()}), 1000 + number))
     assert 0.1 < np.mean(seen) < 0.9
     assert found.probability.mean == pytest.approx(np.mean(seen), abs=0.09)

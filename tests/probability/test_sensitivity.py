@@ -58,6 +58,17 @@ def test_inputs_of_one_source_have_its_covariance():
     assert np.cov(drawn) == pytest.approx(covariance, rel=0.05)
 
 
+def test_a_curve_of_many_points_is_drawn_along_few_axes():
+    """Forty points of a curve with two parameters, as a record gives it."""
+    speeds = np.linspace(0.0, 1.0, 40)
+    factor = np.stack((0.02 * np.ones(40), 0.01 * speeds), axis=1)
+    source = Source("curve", {f"{v:.3f}": 0.4 - 0.1 * v for v in speeds}, factor @ factor.T)
+    assert source.axes <= 6
+    drawn = np.array(list(source.drawn(np.random.default_rng(2).standard_normal((source.axes, 100_000))).values()))
+    assert np.cov(drawn)[0, 0] == pytest.approx(4e-4, rel=0.02)
+    assert np.cov(drawn)[-1, -1] == pytest.approx(5e-4, rel=0.02)
+
+
 def test_an_interval_of_a_limit_holds_the_truth_as_often_as_it_says():
     """Measured inputs of a limit v sqrt(k m) / mu, each with its standard uncertainty; 90 % of it in 85 to 95 %."""
     generator, cases = np.random.default_rng(7), 400

@@ -22,7 +22,8 @@ import scipy  # its parts when they are used
 from roughslip.errors import ParameterError
 from roughslip.validation import gate
 
-SMALLEST = 1e-12  # variance of a logarithm, below which rounding makes it
+ROUNDING = 1e-9  # of the largest variance
+NEGLIGIBLE = 1e-6  # of the largest variance: axes that are not drawn, as of a curve whose points hang together
 RESAMPLES = 200
 Values = Mapping[str, float]
 
@@ -50,10 +51,12 @@ class Source:
         relative = self.covariance / np.outer(x, x)
         if not (np.all(relative > -1.0) and np.allclose(relative, relative.T)):
             raise ParameterError(f"Source.covariance of {self.name} must be symmetric, and above -x_i x_j")
-        variance, axes = np.linalg.eigh(np.log1p(relative))
-        if variance[0] < -max(1e-6 * variance[-1], SMALLEST):
+        own = np.linalg.eigvalsh(relative)
+        if own[0] < -ROUNDING * own[-1]:
             raise ParameterError(f"Source.covariance of {self.name} is none: it has a negative variance")
-        object.__setattr__(self, "_root", axes * np.sqrt(np.maximum(variance, 0.0)))
+        variance, axes = np.linalg.eigh(np.log1p(relative))  # negative ones are of second order in u / x
+        kept = variance > NEGLIGIBLE * variance[-1]
+        object.__setattr__(self, "_root", axes[:, kept] * np.sqrt(variance[kept]))
         object.__setattr__(self, "_median", x * np.exp(-0.5 * np.log1p(np.diag(relative))))
 
     @classmethod
@@ -63,9 +66,17 @@ class Source:
         uncertainties = np.array([pair[1] for pair in inputs.values()], dtype=np.float64)
         return cls(name, {key: float(pair[0]) for key, pair in inputs.items()}, np.diag(uncertainties**2))
 
+    @property
+    def axes(self) -> int:
+        """Independent variables that its inputs depend on: the rank of the covariance."""
+        return int(self._root.shape[1])  # type: ignore[attr-defined]
+
     @gate
     def drawn(self, normal: np.ndarray) -> dict[str, np.ndarray]:
-        """Inputs (samples,) by name. normal : (inputs, samples) independent standard normal variables"""
+        """Inputs (samples,) by name, from independent standard normal variables.
+
+        normal : (axes, samples)
+        """
         drawn = self._median[:, None] * np.exp(self._root @ normal)  # type: ignore[attr-defined]
         return dict(zip(self.values, drawn, strict=True))
 
@@ -107,11 +118,11 @@ def variance_split(
         once = np.array(function({}), dtype=np.float64)[:, None]
         return Split(once, np.zeros((len(once), 0, 3)), np.zeros((len(once), 0, 3)))
     generator = np.random.default_rng([*seed])
-    points = scipy.stats.qmc.Sobol(2 * len(names), rng=generator).random(samples).T
+    points = scipy.stats.qmc.Sobol(2 * sum(source.axes for source in sources), rng=generator).random(samples).T
     normal = scipy.special.ndtri(np.clip(points, 1e-12, 1.0 - 1e-12))
 
     def at(rows: np.ndarray) -> list[dict[str, np.ndarray]]:
-        ends = np.cumsum([0, *(len(source.values) for source in sources)])
+        ends = np.cumsum([0, *(source.axes for source in sources)])
         return [source.drawn(rows[ends[i] : ends[i + 1]]) for i, source in enumerate(sources)]
 
     def results(inputs: Sequence[Mapping[str, np.ndarray]]) -> np.ndarray:

@@ -9,11 +9,12 @@ import pytest
 
 from roughslip import store
 from roughslip.figures.figure_budget import figure_budget
+from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
 from roughslip.report.budget import next_to_measure
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
-from roughslip.stages.from_scene.uncertain_inputs import uncertain_inputs
+from roughslip.stages.from_scene.uncertain_inputs import powers_of_scatter, uncertain_inputs
 from tests.stages.test_stages_motion import scattered
 
 TABLE = ((0.0, 0.4), (0.5, 0.35), (1.0, 0.3))
@@ -64,6 +65,23 @@ def test_what_follows_from_a_drawn_value():
     assert tabled.machine({"oscillator.friction_table.1.1": 0.36}).law.values == (0.4, 0.36, 0.3)
     scatter = inputs_of().machine({"friction.statistics.standard_deviation": 0.06}).deviation
     assert scatter == pytest.approx(0.06, rel=1e-12)
+
+
+def test_height_acts_on_the_scatter_as_pressure_does():
+    """Stresses, so contact, depend on height over pressure alone: twice as high is half the pressure. At light loads
+    the law has CV ~ length (p / (E* h'))^(b - 1/2), b = 0.117 fitted, of windows far larger than the length."""
+
+    def covariance(x, y):
+        return 1e-12 * np.exp(-(x**2 + y**2) / 1e-10)
+
+    pad, of_pressure = (
+        (2e-3, 1e-3),
+        [math.log(scatter_of_friction(covariance, 1e9, 1e6 * math.exp(s), (2e-3, 1e-3))) for s in (-0.05, 0.05)],
+    )
+    found = powers_of_scatter(covariance, 1e9, 1e6, pad)
+    assert found["scan.height"] == pytest.approx((of_pressure[0] - of_pressure[1]) / 0.1, rel=1e-6)
+    assert found["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.03)
+    assert found["scan.length"] == pytest.approx(1.0 - found["scan.height"], abs=0.02)
 
 
 @pytest.mark.slow

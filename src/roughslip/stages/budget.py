@@ -19,10 +19,10 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="budget",
     reads="seed oscillator",
-    reads_if_given="standard_uncertainties ensemble.marginal load.force_n load.mean_friction friction.mean_at_median "
-    "friction.statistics friction.scatter",
+    reads_if_given="standard_uncertainties ensemble.marginal friction.mean_at_median friction.statistics "
+    "friction.scatter load material roughness strip.window_m strip.width_m",
     inputs={"answer": "answer"},
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load", "scan": "scan"},
     result="oscillator/budget.nc",
     outputs={"text": "budget.json"},
     memory_mb=620,
@@ -36,7 +36,7 @@ def work(job: Job) -> None:
     answer = store.read_json(job.arguments.answer)
     if not answer["given"]:
         raise InputError(f"figure_budget: {answer['summary'][0]}")
-    inputs = uncertain_inputs(job.scene, job.arguments.friction)
+    inputs = uncertain_inputs(job.scene, job.arguments.friction, job.arguments.scan)
     options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, geometry.STREAM_BUDGET)
     with job.usage.core():
         found = uncertainty_budget(

@@ -1,7 +1,9 @@
 """The uncertain numbers of a scene by source, and its machine at other values of them.
 
-Sources are the friction curve, the friction process, the contact solves, and each number of the oscillator and the
-load. Contact solves carry the standard errors of scatter and correlation length that the friction statistics have.
+Sources are the friction curve, the friction process, the scan, the contact solves, and each number of the oscillator
+and the load. Contact solves carry the standard errors of scatter and correlation length that the friction statistics
+have. A scan under a load carries those of its height and length, which change the scatter as powers by the law of
+scatter (`friction.scatter_law`).
 """
 
 import math
@@ -14,15 +16,19 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.friction.pad import pad_edges
+from roughslip.friction.scatter_law import Covariance, scatter_of_friction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.budget import Machine
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import LAWS
 from roughslip.probability import NORMAL_95, Source
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import mass_on_belt, variation
+from roughslip.stages.from_scene import elastic, mass_on_belt, variation
+from roughslip.stages.from_scene.surface_model import gaussian_model
 
-CURVE, PROCESS, SOLVES = "friction curve", "friction process", "contact solves"
+CURVE, PROCESS, SCAN, SOLVES = "friction curve", "friction process", "scan", "contact solves"
 MEANS = ("friction.statistics.mean", "load.mean_friction", "friction.mean_at_median")  # a scene reads one of them
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
 STATIC, TABLE = "oscillator.static_friction", "oscillator.friction_table"
@@ -37,18 +43,20 @@ MACHINE = {
     "load.force_n": "normal force",
 }
 OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
+OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
+STEP = 0.05  # relative, of the height and length by which the powers of the law of scatter are found
 
 
 @dataclass(frozen=True)
 class UncertainInputs:
-    """Sources, and the machine at values of their inputs by name: dotted scene keys, or those of OF_SOLVES."""
+    """Sources, and the machine at values of their inputs by name: dotted keys, or those of OF_SOLVES and OF_SCAN."""
 
     sources: tuple[Source, ...]
     machine: Callable[[Mapping[str, float]], Machine]
 
 
-def uncertain_inputs(scene: Scene, statistics: Path | None) -> UncertainInputs:
-    """What is uncertain in a scene. statistics : the file of the friction, if any"""
+def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = None) -> UncertainInputs:
+    """What is uncertain in a scene. statistics, scan : the files of the friction and of the scan, if any"""
     numbers = mass_on_belt.friction_numbers(scene, statistics)
     own = variation.system(scene, numbers)
     process = variation.process(scene, own, statistics)
@@ -56,6 +64,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None) -> UncertainInputs:
     deviation = mass_on_belt.pad_deviation(scene, numbers, statistics) / unit
     solved = scene.friction.statistics is None
     multiplies = scene.friction.scatter == "multiplicative"
+    of_scan, powers = _of_scan(scene, scan) if solved and scan is not None and scene.load is not None else ({}, {})
 
     def machine(values: Mapping[str, float]) -> Machine:
         def factor(key: str) -> float:
@@ -63,6 +72,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None) -> UncertainInputs:
 
         of_mean = math.prod(map(factor, MEANS))
         scatter = factor(SCATTER) * values.get("solved.scatter", 1.0) * (of_mean if solved else 1.0)
+        scatter *= math.prod(values.get(name, 1.0) ** power for name, power in powers.items())
         return Machine(
             _oscillator(scene, own.belt, values),
             _law(scene, of_mean * numbers.mean, values),
@@ -71,7 +81,30 @@ def uncertain_inputs(scene: Scene, statistics: Path | None) -> UncertainInputs:
             process.autocorrelation,
         )
 
-    return UncertainInputs(_sources(scene, statistics), machine)
+    inputs = _of_scene(scene) | {SCAN: of_scan, SOLVES: _of_solves(scene, statistics)}
+    return UncertainInputs(tuple(Source.independent(name, of) for name, of in inputs.items() if of), machine)
+
+
+def powers_of_scatter(
+    covariance: Covariance, modulus_pa: float, pressure_pa: float, pad_m: tuple[float, float]
+) -> dict[str, float]:
+    """d ln CV / d ln of height and length of a surface whose shape is held, by name of OF_SCAN; arguments as there.
+
+    None where the law has no value: heights whose slope has no limit.
+    """
+
+    def log_scatter(height: float, length: float) -> float:
+        def scaled(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+            return height**2 * covariance(x / length, y / length)
+
+        return math.log(scatter_of_friction(scaled, modulus_pa, pressure_pa, pad_m))
+
+    less, more = math.exp(-STEP), math.exp(STEP)
+    try:
+        rises = log_scatter(more, 1.0) - log_scatter(less, 1.0), log_scatter(1.0, more) - log_scatter(1.0, less)
+    except IllPosedError:
+        return {}
+    return {name: rise / (2.0 * STEP) for name, rise in zip(OF_SCAN, rises, strict=True)}
 
 
 def value_of(scene: Scene, key: str) -> float:
@@ -82,24 +115,42 @@ def value_of(scene: Scene, key: str) -> float:
     return float(found)
 
 
-def _sources(scene: Scene, statistics: Path | None) -> tuple[Source, ...]:
-    inputs: dict[str, dict[str, tuple[float, float]]] = {CURVE: {}, PROCESS: {}, SOLVES: _of_solves(scene, statistics)}
+def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
+    """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
+    inputs: dict[str, dict[str, tuple[float, float]]] = {CURVE: {}, PROCESS: {}}
     for key, uncertainty in scene.standard_uncertainties:
         is_curve = key in OF_CURVE or key.startswith(f"{TABLE}.")
         name = CURVE if is_curve else PROCESS if key in (SCATTER, LENGTH) else MACHINE[key]
         inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
-    return tuple(Source.independent(name, of) for name, of in inputs.items() if of)
+    return inputs
+
+
+def _of_scan(scene: Scene, scan: Path) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Relative errors of height and length of the scan, and the powers by which they change the scatter."""
+    strip, modulus = scene.strip, elastic.material(scene).plane_strain_modulus_pa
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m)
+    covariance = gaussian_model(scene, scan).covariance
+    powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)
+    return (_relative_errors(store.read(scan), OF_SCAN, float) if powers else {}), powers
 
 
 def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, float]]:
     """Value 1 and relative standard error of the factors that contact solves leave uncertain."""
     if statistics is None or scene.friction.statistics is not None:
         return {}
-    result, found = store.read(statistics), {}
+    result = store.read(statistics)
     combined = "" if mass_on_belt.is_under_load(result) else "combined_"
-    for name, column in OF_SOLVES.items():
-        ends = [result[f"{combined}{column}{end}"] for end in ("", "_low", "_high")]
-        value, low, high = (mass_on_belt.at_penetration(scene, result, np.asarray(end)) for end in ends)
+    columns = {name: f"{combined}{column}" for name, column in OF_SOLVES.items()}
+    return _relative_errors(result, columns, lambda values: mass_on_belt.at_penetration(scene, result, values))
+
+
+def _relative_errors(
+    result: store.Result, columns: Mapping[str, str], number: Callable[[np.ndarray], float]
+) -> dict[str, tuple[float, float]]:
+    """Value 1 and relative standard error by name, from 95 % intervals of columns; without those that have none."""
+    found = {}
+    for name, column in columns.items():
+        value, low, high = (number(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
         error = (high - low) / (2.0 * NORMAL_95 * value)
         if math.isfinite(error) and error > 0.0:
             found[name] = 1.0, error

@@ -95,6 +95,7 @@ def scene_keys() -> str:
         rows = [
             f"{meaning}.",
             f"*Allowed:* {describe_allowed(part)}." if "type" in part and part["type"] != "object" else "",
+            "*Or:* `{value: ..., standard_uncertainty: ...}`." if part.get("measured") else "",
             f"*Default:* `{part['default']}`." if "default" in part else "",
             f"*In* `resolved`*:* `{f'{value:g}' if isinstance(value, float) else value}`." if value is not None else "",
             f"*Read by:* {', '.join(stages)}." if stages else f"*Says* {OF_THE_PLAN[key]}.",

@@ -34,7 +34,7 @@ RESULTS = {
     *("EmpiricalDistribution", "Estimate", "ContactSweep"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),
-    *("FrictionLaw", "Answer"),
+    *("FrictionLaw", "Answer", "Budget", "Uncertain", "Split"),
 }
 ANY_SHAPE = {
     *("wilson_interval.successes", "wilson_interval.trials", "plane_height.percentile", "window_sums.column_sums"),

@@ -176,6 +176,8 @@ def _check(hint: Any, shape: _Shape | None) -> Check:
         return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Iterable:
         return _rows
+    if kind is collections.abc.Mapping:
+        return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Callable:
         return functools.partial(_instance, collections.abc.Callable, "a function")
     if hint is Path:

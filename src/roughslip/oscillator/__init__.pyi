@@ -4,6 +4,10 @@ from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share
 from roughslip.oscillator.basins import ends_in_stick_slip as ends_in_stick_slip
+from roughslip.oscillator.budget import Budget as Budget
+from roughslip.oscillator.budget import Machine as Machine
+from roughslip.oscillator.budget import Uncertain as Uncertain
+from roughslip.oscillator.budget import uncertainty_budget as uncertainty_budget
 from roughslip.oscillator.counts import Counts as Counts
 from roughslip.oscillator.counts import ensemble as ensemble
 from roughslip.oscillator.cycles import CycleCounts as CycleCounts

@@ -16,7 +16,18 @@ from typing import Any, cast
 import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, contact, ensemble, expansion, friction, oscillator, plan, roughness, sweep
+from roughslip.scene import (
+    accuracy,
+    contact,
+    ensemble,
+    expansion,
+    friction,
+    oscillator,
+    plan,
+    roughness,
+    sweep,
+    uncertain,
+)
 from roughslip.scene.fields import AUTO, WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
@@ -61,8 +72,10 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
         return min((merged.file_of(path) for path in paths), key=chain.index)
 
+    uncertainties, wrong = uncertain.taken_apart(merged.values, schema)
+    lines += [line(topmost([path]), path, text) for path, text in wrong]
     if merged.file_of(("targets",)) != chain[0] and isinstance(merged.values["targets"], list):
-        merged.values["targets"] = plan.default_targets(merged.values)
+        merged.values["targets"] = plan.default_targets(merged.values, bool(uncertainties))
     if merged.values.get("load") is not None and isinstance(merged.values.get("targets"), list):
         merged.values["targets"] = friction.targets_under_load(merged.values["targets"])
     faulty = set()
@@ -78,7 +91,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = oscillator.with_frequency(whole)
-    return friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
+    whole = friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
+    return whole | ({"standard_uncertainties": uncertainties} if uncertainties else {})
 
 
 def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:

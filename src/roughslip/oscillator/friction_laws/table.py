@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -141,6 +142,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
         interpolation = INTERPOLATIONS[int(generator.choice(len(INTERPOLATIONS)))]
         return cls(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
 
+    @lru_cache(maxsize=64)  # noqa: B019 (laws are small; searches of limits ask for the same one again and again)
     def parameters(self) -> TableParameters:
         speeds, values = np.array(self.speeds_m_per_s), np.array(self.values)
         table = np.zeros((speeds.size, 5))

@@ -26,11 +26,13 @@ ALLOWED = {
     **dict.fromkeys(GROUND, ()),
     **dict.fromkeys((*SUBJECTS, "scene", "figures", "report", "datasets"), ()),
     "plot": ("contact", "oscillator"),
+    "record": (),
     "scan": ("surface",),
     "verdicts": ("chaos", "friction"),
     "stages": (
         "surface",
         "scan",
+        "record",
         "contact",
         "chaos",
         "friction",

@@ -71,6 +71,12 @@ STAGES = [
         "Points with 95 % intervals are from runs, lines are theory: the chain of the troughs of slip.",
     ),
     figure(
+        name="figure_basins",
+        of="basins",
+        caption="From which initial states the mass ends in stick-slip without scatter. The unstable cycle parts these "
+        "states from those that end in steady sliding.",
+    ),
+    figure(
         name="figure_scan",
         of="synthetic_surfaces",
         comes_with="scan",

@@ -302,10 +302,11 @@ def test_an_interval_that_reaches_the_end_of_the_search_is_open():
     assert found.low == pytest.approx(9.9, rel=COARSE)
 
 
-def test_a_value_that_cannot_be_tried_ends_the_search():
+@pytest.mark.parametrize("error", [ConvergenceError("too stiff", residual=1.0, work=1), IllPosedError("no limit")])
+def test_a_value_that_cannot_be_tried_ends_the_search(error):
     def occurs(x, paths):
         if x > 3:
-            raise ConvergenceError("too stiff", residual=1.0, work=1)
+            raise error
         return np.ones(len(paths), dtype=bool)
 
     search = LevelSearch(occurs, 1.0, 0.01, 100.0, np.ones(PATHS, dtype=bool))

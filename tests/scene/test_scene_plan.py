@@ -31,6 +31,7 @@ FIGURES = {
 } | {
     "figure_budget",
     "figure_chain",
+    "figure_basins",
     "figure_residence",
     "friction_against_load",
 }
@@ -129,8 +130,8 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_budget, figure_chain, figure_map, figure_residence, "
-        asking += "readings"
+        of_oscillator = "figure5, figure_basins, figure_budget, figure_chain, figure_map, figure_residence"
+        asking = f"not asked for: answer, figure3, {of_oscillator}, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"
 

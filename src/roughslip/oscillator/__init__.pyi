@@ -4,6 +4,7 @@ from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share
 from roughslip.oscillator.basins import ends_in_stick_slip as ends_in_stick_slip
+from roughslip.oscillator.basins import unstable_cycle as unstable_cycle
 from roughslip.oscillator.budget import Budget as Budget
 from roughslip.oscillator.budget import Machine as Machine
 from roughslip.oscillator.budget import Uncertain as Uncertain

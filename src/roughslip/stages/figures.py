@@ -78,6 +78,12 @@ STAGES = [
         "total, narrow ones first, lines their 95 % intervals.",
     ),
     figure(
+        name="figure_basins",
+        of="basins",
+        caption="From which initial states the mass ends in stick-slip without scatter. The unstable cycle parts these "
+        "states from those that end in steady sliding.",
+    ),
+    figure(
         name="figure_scan",
         of="synthetic_surfaces",
         comes_with="scan",

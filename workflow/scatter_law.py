@@ -37,7 +37,7 @@ CHECKED, CHECK_LOADS = 32, (1e-2, 1e-1)  # cells, for the errors of the mesh and
 TOLERANCE = 1e-4
 MODULUS = 1e11  # any: scatter depends on p / (E* h') alone
 START = 1.0, 0.0, 0.3  # of the fit
-MOST_OF_CELL = 0.125  # CV of a whole cell; above, some 25 contacts share a force that is given
+MOST_OF_CELL = 0.1  # CV of a whole cell: below forty contacts a force that is given hides part of their scatter
 FLOOR = 0.03  # of CV, added to its standard error
 KINDS = "Gaussian, Matern", "H = 0.8", "other H", "with a lay"
 
@@ -91,7 +91,7 @@ SURFACES = {  # every second one, from the first on, is fitted
 
 
 class Point(NamedTuple):
-    """A measured scatter: load p*, window [nodes], CV with its standard error, T, B and nu; CV of a whole cell."""
+    """A measured scatter: load p*, window [nodes], CV with its standard error, T, B and nu; CV and A / A0 of cells."""
 
     surface: str
     load: float
@@ -102,6 +102,7 @@ class Point(NamedTuple):
     bandwidth: float
     lay: float
     of_cell: float
+    area: float
 
 
 class Sums(NamedTuple):
@@ -145,15 +146,15 @@ def points(name: str) -> list[Point]:
     found = []
     for k, load in enumerate(LOADS):
         sums = Sums(*np.array([row[k] for row in rows]).swapaxes(0, 1))
+        area = float(sums.area.mean()) / math.prod(edges)
         for window in WINDOWS:
             size = window[0] * edges[0], window[1] * edges[1]
             squares = sums.squares(window)
             scatter, error = math.sqrt(squares.mean()), _relative_error(squares) / 2.0
             of_cell = scatter * math.sqrt(math.prod(size) / grid.size)
             pairs = scatter_law.mean_over_window(covariance, rough, load, (size[0] * NODE, size[1] * NODE))
-            found.append(
-                Point(name, load, size, scatter, scatter * error, math.sqrt(pairs), rough.bandwidth, rough.lay, of_cell)
-            )
+            of_surface = math.sqrt(pairs), rough.bandwidth, rough.lay
+            found.append(Point(name, load, size, scatter, scatter * error, *of_surface, of_cell, area))
     return found
 
 

@@ -1,4 +1,4 @@
-"""The law of scatter against solved cells: `snakemake scatter_law`, some thirteen minutes on one core.
+"""The law of scatter against solved cells: `snakemake scatter_law`, some fourteen minutes on one core.
 
 Periodic cells of 26 surfaces are solved under seven loads, the same heights at all of them. The three constants of
 `roughslip.friction.scatter_law` are fitted to every second surface and judged on the others. Written are law.json, with
@@ -242,20 +242,31 @@ def widths(point: Point) -> str:
     return "below 2" if edge < 2.0 else "2 to 8" if edge < 8.0 else "above 8"
 
 
+def aspect(point: Point) -> float:
+    """Correlation lengths along the lay over across."""
+    along, across = SURFACES[point.surface].covariance.lengths_m
+    return along / across
+
+
+def shape(point: Point, name: str) -> str:
+    """A shape of a self-affine covariance."""
+    covariance = SURFACES[point.surface].covariance
+    return f"{getattr(covariance, name):.2g}" if isinstance(covariance, SelfAffine) else "not self-affine"
+
+
 def kind(point: Point) -> str:
     """The family of a surface."""
-    covariance = SURFACES[point.surface].covariance
-    if covariance.lengths_m[0] > 1.01 * covariance.lengths_m[1]:
-        return "with a lay"
-    if not isinstance(covariance, SelfAffine):
-        return "Gaussian, Matern"
-    return "H = 0.8" if covariance.hurst == 0.8 else "other H"
+    family = {"not self-affine": KINDS[0], "0.8": KINDS[1]}.get(shape(point, "hurst"), KINDS[2])
+    return family if aspect(point) < 1.01 else KINDS[3]
 
 
 MAPS: dict[str, Callable[[Point], str]] = {  # of the surfaces that are judged
     "load": lambda point: f"{point.load:g}",
     "window": widths,
     "kind": kind,
+    "lay": lambda point: f"{aspect(point):.0f}",
+    "ratio": lambda point: shape(point, "bandwidth"),
+    "hurst": lambda point: shape(point, "hurst"),
 }
 
 
@@ -275,7 +286,8 @@ def summary(measured: list[Point]) -> dict[str, object]:
         "judged": errors(judged, constants),
         "maps": maps | {"surface": surfaces},
     }
-    return found | {"points": [point._asdict() | {"law": predicted(point, constants)} for point in measured]}
+    rows = [[*point, predicted(point, constants)] for point in measured]
+    return found | {"columns": [*Point._fields, "law"], "points": rows}
 
 
 def rounded(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The law of scatter against solved cells: `snakemake scatter_law`, some thirteen minutes on one core.
+"""The law of scatter against solved cells: `snakemake scatter_law`, some fourteen minutes on one core.
 
 Periodic cells of 26 surfaces are solved under seven loads, the same heights at all of them. The three constants of
 `roughslip.friction.scatter_law` are fitted to every second surface and judged on the others. Written are law.json, with
@@ -37,7 +37,7 @@ CHECKED, CHECK_LOADS = 32, (1e-2, 1e-1)  # cells, for the errors of the mesh and
 TOLERANCE = 1e-4
 MODULUS = 1e11  # any: scatter depends on p / (E* h') alone
 START = 1.0, 0.0, 0.3  # of the fit
-MOST_OF_CELL = 0.125  # CV of a whole cell; above, some 25 contacts share a force that is given
+MOST_OF_CELL = 0.1  # CV of a whole cell: below forty contacts a force that is given hides part of their scatter
 FLOOR = 0.03  # of CV, added to its standard error
 KINDS = "Gaussian, Matern", "H = 0.8", "other H", "with a lay"
 
@@ -91,7 +91,7 @@ SURFACES = {  # every second one, from the first on, is fitted
 
 
 class Point(NamedTuple):
-    """A measured scatter: load p*, window [nodes], CV with its standard error, T, B and nu; CV of a whole cell."""
+    """A measured scatter: load p*, window [nodes], CV with its standard error, T, B and nu; CV and A / A0 of cells."""
 
     surface: str
     load: float
@@ -102,6 +102,7 @@ class Point(NamedTuple):
     bandwidth: float
     lay: float
     of_cell: float
+    area: float
 
 
 class Sums(NamedTuple):
@@ -145,15 +146,15 @@ def points(name: str) -> list[Point]:
     found = []
     for k, load in enumerate(LOADS):
         sums = Sums(*np.array([row[k] for row in rows]).swapaxes(0, 1))
+        area = float(sums.area.mean()) / math.prod(edges)
         for window in WINDOWS:
             size = window[0] * edges[0], window[1] * edges[1]
             squares = sums.squares(window)
             scatter, error = math.sqrt(squares.mean()), _relative_error(squares) / 2.0
             of_cell = scatter * math.sqrt(math.prod(size) / grid.size)
             pairs = scatter_law.mean_over_window(covariance, rough, load, (size[0] * NODE, size[1] * NODE))
-            found.append(
-                Point(name, load, size, scatter, scatter * error, math.sqrt(pairs), rough.bandwidth, rough.lay, of_cell)
-            )
+            of_surface = math.sqrt(pairs), rough.bandwidth, rough.lay
+            found.append(Point(name, load, size, scatter, scatter * error, *of_surface, of_cell, area))
     return found
 
 
@@ -241,20 +242,31 @@ def widths(point: Point) -> str:
     return "below 2" if edge < 2.0 else "2 to 8" if edge < 8.0 else "above 8"
 
 
+def aspect(point: Point) -> float:
+    """Correlation lengths along the lay over across."""
+    along, across = SURFACES[point.surface].covariance.lengths_m
+    return along / across
+
+
+def shape(point: Point, name: str) -> str:
+    """A shape of a self-affine covariance."""
+    covariance = SURFACES[point.surface].covariance
+    return f"{getattr(covariance, name):.2g}" if isinstance(covariance, SelfAffine) else "not self-affine"
+
+
 def kind(point: Point) -> str:
     """The family of a surface."""
-    covariance = SURFACES[point.surface].covariance
-    if covariance.lengths_m[0] > 1.01 * covariance.lengths_m[1]:
-        return "with a lay"
-    if not isinstance(covariance, SelfAffine):
-        return "Gaussian, Matern"
-    return "H = 0.8" if covariance.hurst == 0.8 else "other H"
+    family = {"not self-affine": KINDS[0], "0.8": KINDS[1]}.get(shape(point, "hurst"), KINDS[2])
+    return family if aspect(point) < 1.01 else KINDS[3]
 
 
 MAPS: dict[str, Callable[[Point], str]] = {  # of the surfaces that are judged
     "load": lambda point: f"{point.load:g}",
     "window": widths,
     "kind": kind,
+    "lay": lambda point: f"{aspect(point):.0f}",
+    "ratio": lambda point: shape(point, "bandwidth"),
+    "hurst": lambda point: shape(point, "hurst"),
 }
 
 
@@ -274,7 +286,8 @@ def summary(measured: list[Point]) -> dict[str, object]:
         "judged": errors(judged, constants),
         "maps": maps | {"surface": surfaces},
     }
-    return found | {"points": [point._asdict() | {"law": predicted(point, constants)} for point in measured]}
+    rows = [[*point, predicted(point, constants)] for point in measured]
+    return found | {"columns": [*Point._fields, "law"], "points": rows}
 
 
 def rounded(value: Any) -> Any:

@@ -264,12 +264,15 @@ def test_long_windows_move_the_limit_farther_until_friction_is_constant_over_a_l
     """
     scatter = {
         length: response.scatter(FrictionProcess(BETA, length / 2, TRIANGLE).autocorrelation)
-        for length in (6e-4, 4.8e-3, 63e-3, 252e-3)
+        for length in (6e-4, 4.8e-3, 6e-3, 8e-3, 63e-3, 252e-3)
     }
     assert scatter[6e-4] == pytest.approx(1.50, abs=0.01)
     assert scatter[4.8e-3] == pytest.approx(2.53, abs=0.01)
     assert scatter[63e-3] == pytest.approx(0.90, abs=0.01)
     assert scatter[252e-3] == pytest.approx(scatter[63e-3] / 2, rel=1e-3)
+    assert scatter[6e-3] == pytest.approx(2.55, abs=0.01)  # the most of any length
+    assert scatter[6e-3] > max(scatter[4.8e-3], scatter[8e-3])
+    assert scatter[63e-3] == pytest.approx(0.2257 / math.sqrt(63e-3), rel=1e-3)
     assert response.scatter(3e-4) == pytest.approx(1.45, abs=0.01)
     assert response.scatter(lambda lag: np.exp(-lag / 3e-4)) == response.scatter(3e-4)
 

@@ -48,7 +48,7 @@ from roughslip.validation import gate, positive
 
 Covariance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
-FITTED = (0.7836, 0.2489, 0.2794)  # a, b, k
+FITTED = (0.761, 0.2702, 0.2587)  # a, b, k
 LIGHTEST = 1e-5  # of p*: what tends to shot noise has done so
 STRESSES = np.polynomial.legendre.leggauss(200)
 POSITIVE = np.concatenate((np.geomspace(1e-6, 0.02, 30), np.linspace(0.02, 1.0, 100)[1:]))
@@ -85,7 +85,7 @@ def scatter_of_friction(
     pressure_pa : p [Pa] nominal
     window_m : [m] length and width of a window, or of a whole pad
 
-    Right to some 5 % (rms) over Gaussian, Matern and self-affine surfaces at p = 1e-3 to 0.5 E* h'; see the manual. In
+    Right to 5 % (rms) over Gaussian, Matern and self-affine surfaces at p = 1e-3 to 0.5 E* h'; see the manual. In
     contact that yields friction does not scatter, as A = N / H. Raises IllPosedError where the rms slope has no limit.
     """
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)

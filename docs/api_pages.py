@@ -1,7 +1,7 @@
 """The reference of the library: a page for each package and one for each function, written before the manual is read.
 
 A page of a package begins with its docstring, then tables by purpose. A page of a function has its docstring, a link
-to the source, and the shortest of `examples` that calls it: those run in the tests.
+to the source, and the shortest of `examples` on its subject that calls it: those run in the tests.
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import re
 import shutil
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 UP = "../../../examples"  # from a page
@@ -113,8 +114,9 @@ def _called_in_examples() -> dict[str, list[tuple[Path, list[int]]]]:
 
 
 def calls(package: str, name: str) -> list[tuple[Path, list[int]]]:
-    """The examples that call a function, and the lines."""
-    return _called_in_examples().get(f"{package}.{name}", [])
+    """The examples that call a function, and the lines; first those named by the package."""
+    found = _called_in_examples().get(f"{package}.{name}", [])
+    return sorted(found, key=lambda one: not one[0].stem.startswith(package.rpartition(".")[2]))
 
 
 def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:

@@ -1,5 +1,7 @@
 """The pages of the reference: all public names are on them, and docstrings come out as they are meant."""
 
+import ast
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -40,3 +42,19 @@ def test_a_docstring_becomes_text(api_pages):
     assert "    B p = u" in lines
     assert "- **tolerance** – [-] largest residual" in lines
     assert lines[-3:] == ["**Returns** p.", "", "**Raises** ParameterError for others."]
+
+
+def test_the_gallery_draws_what_examples_leave_behind():
+    """Each picture is of an example that is there, from names that it assigns."""
+    drawn = {node.name[1:]: node for node in ast.parse((ROOT / "docs/gallery.py").read_text()).body if is_picture(node)}
+    assert len(drawn) > 5
+    for name, picture in drawn.items():
+        used = set(re.findall(r"found\['(\w+)'\]", ast.unparse(picture)))
+        script = ast.parse((ROOT / f"examples/{name}.py").read_text(encoding="utf-8"))
+        known = {node.id for node in ast.walk(script) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        known |= {node.name for node in script.body if isinstance(node, ast.FunctionDef)}
+        assert used <= known, f"docs/gallery.py: {name}.py leaves no {', '.join(used - known)}"
+
+
+def is_picture(node: ast.stmt) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name.startswith("_")

@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 UP = "../../../examples"  # from a page
+FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
+_LISTED = sorted(file.parent.name for file in (EXAMPLES.parent / "src/roughslip").glob("*/__init__.pyi"))
 PACKAGES = (
     "roughslip",
-    *(f"roughslip.{name}" for name in ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")),
-    "roughslip.plot",
+    *(f"roughslip.{name}" for name in (*FIRST, *(name for name in _LISTED if name not in FIRST), "plot")),
 )
 
 
@@ -36,6 +37,13 @@ def write(folder: Path) -> None:
         for name in functions:
             (folder / f"{package}.{name}.md").write_text(_function_page(package, name), encoding="utf-8")
         (folder / f"{package}.md").write_text(_package_page(package, functions), encoding="utf-8")
+
+
+def packages() -> str:
+    """A table of the packages, with what their docstrings say first, and the list for the menu."""
+    rows = (f"| [{name}](api/{name}.md) | {_first_sentence(importlib.import_module(name))} |" for name in PACKAGES)
+    pages = "\n".join(f"api/{name}" for name in PACKAGES)
+    return "\n".join(["| package | what it does |", "|---|---|", *rows, f"\n```{{toctree}}\n:hidden:\n{pages}\n```"])
 
 
 def _public(package: str, kind: Any = None) -> dict[str, Any]:

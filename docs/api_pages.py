@@ -1,7 +1,7 @@
 """The reference of the library: a page for each package and one for each function, written before the manual is read.
 
 A page of a package begins with its docstring, then tables by purpose. A page of a function has its docstring, a link
-to the source, and the shortest of `examples` that calls it: those run in the tests.
+to the source, and the shortest of `examples` on its subject that calls it: those run in the tests.
 """
 
 from __future__ import annotations
@@ -13,16 +13,18 @@ import re
 import shutil
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sphinx.application import Sphinx
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 UP = "../../../examples"  # from a page
+FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
+_LISTED = sorted(file.parent.name for file in (EXAMPLES.parent / "src/roughslip").glob("*/__init__.pyi"))
 PACKAGES = (
     "roughslip",
-    *(f"roughslip.{name}" for name in ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")),
-    "roughslip.plot",
+    *(f"roughslip.{name}" for name in (*FIRST, *(name for name in _LISTED if name not in FIRST), "plot")),
 )
 
 
@@ -35,6 +37,13 @@ def write(folder: Path) -> None:
         for name in functions:
             (folder / f"{package}.{name}.md").write_text(_function_page(package, name), encoding="utf-8")
         (folder / f"{package}.md").write_text(_package_page(package, functions), encoding="utf-8")
+
+
+def packages() -> str:
+    """A table of the packages, with what their docstrings say first, and the list for the menu."""
+    rows = (f"| [{name}](api/{name}.md) | {_first_sentence(importlib.import_module(name))} |" for name in PACKAGES)
+    pages = "\n".join(f"api/{name}" for name in PACKAGES)
+    return "\n".join(["| package | what it does |", "|---|---|", *rows, f"\n```{{toctree}}\n:hidden:\n{pages}\n```"])
 
 
 def _public(package: str, kind: Any = None) -> dict[str, Any]:
@@ -113,8 +122,9 @@ def _called_in_examples() -> dict[str, list[tuple[Path, list[int]]]]:
 
 
 def calls(package: str, name: str) -> list[tuple[Path, list[int]]]:
-    """The examples that call a function, and the lines."""
-    return _called_in_examples().get(f"{package}.{name}", [])
+    """The examples that call a function, and the lines; first those named by the package."""
+    found = _called_in_examples().get(f"{package}.{name}", [])
+    return sorted(found, key=lambda one: not one[0].stem.startswith(package.rpartition(".")[2]))
 
 
 def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:

@@ -56,7 +56,7 @@ def _surface_skewed(found: dict[str, Any]) -> None:
 
 
 def _friction_windows(found: dict[str, Any]) -> None:
-    plot.friction_path(found["path"][:800], 2.5e-5, panel("a friction path"))
+    plot.friction_path(found["found"].mean.value + found["path"][:800], 2.5e-5, panel("a friction path"))
 
 
 def _expansion_sobol(found: dict[str, Any]) -> None:

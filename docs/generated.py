@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import api_pages
 from sphinx.application import Sphinx
 
 from roughslip import errors
@@ -217,6 +218,11 @@ def scene_messages() -> str:
     blocks = [block for block in text.split("\n\n") if "\n-> " in block or block.startswith("-> ")]
     cases = (block.partition("\n-> ") for block in blocks)
     return "\n".join(f"```text\n{given}\n\n→ {line.strip()}\n```\n" for given, _, line in cases)
+
+
+def packages() -> str:
+    """The table of the library's packages."""
+    return api_pages.packages()
 
 
 def examples() -> str:

@@ -15,9 +15,11 @@ from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 
+@short_repr
 @dataclass(frozen=True)
 class Counts:
     """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on.

@@ -22,11 +22,13 @@ from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 BIN = 0.2  # Sq, width of a bin of the density of heights
 
 
+@short_repr
 @dataclass(frozen=True)
 class HeightDensity:
     """Density of heights. edges : (n + 1,) [m] of bins about the mean height; density : (n,) [1/m] with interval."""
@@ -35,6 +37,7 @@ class HeightDensity:
     density: Estimate
 
 
+@short_repr
 @dataclass(frozen=True)
 class ScanStatistics:
     """Statistics of a scan, each with its interval.

@@ -10,8 +10,10 @@ import numpy as np
 
 from roughslip.contact.edge import contact_shares
 from roughslip.contact.kernels import gap_errors
+from roughslip.short_repr import short_repr
 
 
+@short_repr
 @dataclass(frozen=True)
 class ContactSolution:
     """Pressures and gaps of one surface and one plane.
@@ -81,6 +83,7 @@ class ContactSolution:
         return float(self.pressure.mean())
 
 
+@short_repr
 @dataclass(frozen=True)
 class ContactSweep:
     """Solutions of one surface at several planes or loads, in the order asked for; iterates over them.

@@ -10,14 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 
+@short_repr
 @dataclass(frozen=True)
 class Counts:
     """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on.
@@ -61,6 +63,8 @@ def ensemble(
     Other arguments and errors as in `simulate`, and ParameterError for another parameter.
     """
     unknown = ", ".join(sorted(over.keys() - PARAMETERS.keys()))
+    if not paths:
+        raise ParameterError("paths must hold a path at least, or None for the motion without scatter")
     if unknown or not over:
         raise ParameterError(f"over must have values of {', '.join(PARAMETERS)}, not of {unknown or 'nothing'}")
     values = {name: np.atleast_1d(np.asarray(one, dtype=np.float64)) for name, one in over.items()}
@@ -72,9 +76,9 @@ def ensemble(
         for belt in belts
     ]
     shape = (len(paths), *(one.size for one in values.values()))
-    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.zeros(0, dtype=int)] * 7
-    fields = [column.reshape(shape) for column in columns[:5]]
-    return Counts(*fields, steps=int(columns[5].sum()), evaluations=int(columns[6].sum()), over=values)
+    columns = zip(*rows, strict=True)
+    cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
+    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)
 
 
 def _row(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> tuple[int, int, float, float, int, int, int]:

@@ -22,11 +22,13 @@ from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 BIN = 0.2  # Sq, width of a bin of the density of heights
 
 
+@short_repr
 @dataclass(frozen=True)
 class HeightDensity:
     """Density of heights. edges : (n + 1,) [m] of bins about the mean height; density : (n,) [1/m] with interval."""
@@ -35,6 +37,7 @@ class HeightDensity:
     density: Estimate
 
 
+@short_repr
 @dataclass(frozen=True)
 class ScanStatistics:
     """Statistics of a scan, each with its interval.
@@ -78,8 +81,8 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         rms_height=parts.interval(moments[:, 0], positive=True),
         skewness=parts.interval(moments[:, 1]),
         kurtosis=_kurtosis(parts.interval(moments[:, 2]), float(moments[0, 1])),
-        rms_slope=_root_mean_square(parts, np.hypot(*(_differences(scan, axis, 1) for axis in (0, 1)))),
-        rms_curvature=_root_mean_square(parts, 0.5 * sum(_differences(scan, axis, 2) for axis in (0, 1))),
+        rms_slope=_root_mean_square(parts, np.hypot(_differences(scan, 0, 1), _differences(scan, 1, 1))),
+        rms_curvature=_root_mean_square(parts, 0.5 * (_differences(scan, 0, 2) + _differences(scan, 1, 2))),
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
         spectrum=powers,

@@ -106,7 +106,7 @@ def _summed_up(
     places = [motion.reattachments(mass_on_belt.DISCARDED_PERIODS) for motion in motions]
     nominal_last_cycle = np.array([motion.last_cycle for motion in motions])
     owner = np.repeat(np.arange(count), [len(place) for place in places])
-    of_counts = (getattr(counts, name) for name in Runs._fields[:4])
+    of_counts = counts.cycles, counts.micro_slips, counts.last_cycle, counts.stick_slip
     runs = Runs(*of_counts, nominal_last_cycle, np.concatenate(places), owner)
     try:
         period = limit_cycle(belt, law).period if is_free else np.nan

@@ -6,7 +6,6 @@ The README agrees with the kept results; the scenes in the documents are valid.
 import ast
 import json
 import math
-import os
 import re
 import runpy
 import shutil
@@ -20,12 +19,10 @@ import numpy as np
 import pytest
 import yaml
 
-from roughslip.compilation.source_hash import compiled_folder
 from roughslip.oscillator import existence_limit, hopf_damping
 from roughslip.report.sections import BY_CHANCE, by_chance, under_which
 from roughslip.scene.schema import scene_schema
 from tests.scene.shipped import properties
-from tests.workflow.project import copy_project
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
@@ -197,18 +194,17 @@ def test_stick_slip_map():
 
 
 @pytest.mark.slow
-def test_whole_study(tmp_path):
-    copy = tmp_path / "copy"
-    copy_project(copy)
-    (copy / "examples").mkdir()
-    shutil.copy(EXAMPLES / "whole_study.py", copy / "examples")
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(copy / "src")}
-    command = [sys.executable, str(copy / "examples/whole_study.py"), "tiny"]
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+def test_whole_study(finished, tmp_path):
+    """In a copy of a finished run that lost its verdicts: Snakemake brings them back."""
+    copy = finished.copy(tmp_path / "copy", "tiny")
+    copy.path("results/tiny/claims.json").unlink()
+    copy.path("examples").mkdir()
+    shutil.copy(EXAMPLES / "whole_study.py", copy.path("examples"))
+    done = subprocess.run([sys.executable, "examples/whole_study.py", "tiny"], capture_output=True, **copy.options)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": friction coefficient ") == 2  # levels of the scene
     assert f"{'undecided':22} The friction coefficient is leptokurtic" in done.stdout  # on so few strips
-    assert (copy / "results/tiny/report.html").is_file()
+    assert copy.path("results/tiny/report.html").is_file()
 
 
 def test_every_example_is_tested_short_and_listed():

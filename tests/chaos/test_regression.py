@@ -1,4 +1,4 @@
-"""Least squares: exact polynomials, quality by brute-force refits. Censored: derivatives, known truths, limits."""
+"""Least squares: exact polynomials, quality by brute-force refits."""
 
 import dataclasses
 import math

@@ -174,19 +174,23 @@ def test_stopping_short_is_an_error(monkeypatch):
         fit_covariance("matern", estimates(X, Y, with_noise(TRUTHS["exponential"], 1), ERROR), 2.0)
 
 
-@pytest.fixture(scope="module")
-def scans():
-    """Fields of 18 by 26 lengths, resolved by ten points a length, with their statistics."""
-    embedding = embed(TRUTH, Grid(256, 256, 1.0, 1.0))
-    fields = [embedding.sample(np.random.default_rng([11, number])) for number in range(SCANS)]
-    found = [topography(field, 1.0, 1.0, "a scan") for field in fields]
-    return [(scan, scan_statistics(scan)) for scan in found]
+def described(number):
+    """A field of 18 by 26 lengths, resolved by ten points a length, with its statistics."""
+    field = embed(TRUTH, Grid(256, 256, 1.0, 1.0)).sample(np.random.default_rng([11, number]))
+    scan = topography(field, 1.0, 1.0, "a scan")
+    return scan, scan_statistics(scan)
 
 
 @pytest.fixture(scope="module")
-def fits(scans):
+def first():
+    return described(0)
+
+
+@pytest.fixture(scope="module")
+def fits(first):
     """Of each scan by lags, then by lags and rings."""
-    data = [(lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)) for scan, found in scans]
+    scans = [first, *(described(number) for number in range(1, SCANS))]
+    data = [(lags_to_fit(numbers.autocorrelation), rings_to_fit(scan, numbers)) for scan, numbers in scans]
     return [[fit_covariance("matern", lags, 1.0, rings=given and rings) for lags, rings in data] for given in (None, 1)]
 
 
@@ -211,9 +215,9 @@ def test_rings_determine_the_smoothness_that_lags_leave_open(fits):
     assert 1 / 2.1 < error / scatter < 2.1
 
 
-def test_the_criterion_counts_rings(scans):
+def test_the_criterion_counts_rings(first):
     """Exponential and Gaussian kinds pass through the lags almost as well; rings show the difference from Matern."""
-    (best, *others), _ = fitted_covariances(("gaussian", "exponential", "matern"), *scans[0])
+    (best, *others), _ = fitted_covariances(("gaussian", "exponential", "matern"), *first)
     assert best.covariance.kind == "matern"
     for fit in (best, *others):
         squares = fit.effective_lags * fit.misfit**2 + fit.effective_rings * fit.spectrum_misfit**2
@@ -280,8 +284,8 @@ def test_rings_of_a_gaussian_leave_the_smoothness_at_its_bound():
         assert error == pytest.approx(alone.standard_errors[name], rel=1e-3)
 
 
-def test_lags_are_thinned_about_lag_zero(scans):
-    found = scans[0][1].autocorrelation
+def test_lags_are_thinned_about_lag_zero(first):
+    found = first[1].autocorrelation
     data = lags_to_fit(found)
     assert len(data.x) <= 2000 < found.correlation.value.size / 2
     assert not np.any((data.x == 0) & (data.y == 0))
@@ -303,9 +307,9 @@ def test_lags_across_an_endless_lay_stand_in_every_direction():
         np.testing.assert_array_equal(data.without_part, np.tile(expected[1:], 4))
 
 
-def test_standard_errors_are_the_jackknife_s(scans):
+def test_standard_errors_are_the_jackknife_s(first):
     """Of lags as they are and of the logarithm of rings, widened for what neighbouring sub-areas share."""
-    scan, found = scans[0]
+    scan, found = first
     lags, rings = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
     for error, parts in ((lags.standard_error, lags.without_part), (rings.standard_error, np.log(rings.without_part))):
         jackknife = np.sqrt((len(parts) - 1) * np.var(parts, axis=0))

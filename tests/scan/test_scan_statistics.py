@@ -240,7 +240,7 @@ def test_the_lay_is_found_at_any_angle():
     np.testing.assert_allclose(found.correlation.value, found.correlation.value[::-1, ::-1], rtol=1e-12)
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.5, 0.8])
+@pytest.mark.parametrize("hurst", [0.3, 0.8])
 def test_fractal_dimension_of_self_affine_surfaces(hurst):
     """The spectrum gives D within 0.02; a surface of 1024^2 points scatters by 0.012, so that two are averaged."""
     found = []

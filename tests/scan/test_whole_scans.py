@@ -183,6 +183,7 @@ def test_the_best_model_of_that_scan_has_its_spectrum_and_lengths():
         assert getattr(found.autocorrelation, axis).low < length < getattr(found.autocorrelation, axis).high
 
 
+@pytest.mark.slow
 @measured
 def test_an_anisotropic_scan_whose_heights_are_phases():
     scan = read_scan(DATA / "matrix-2.txt")

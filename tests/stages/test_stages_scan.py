@@ -106,8 +106,6 @@ def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     np.testing.assert_allclose(found["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
     np.testing.assert_allclose(found["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
     np.testing.assert_allclose(found["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)
-    edges = scanned["density_edge"]
-    density = [np.histogram(z, edges)[0] / z.size / np.diff(edges) for z in fields]
     edges, (nx, ny) = scanned["density_edge"], GRID.shape
     density = [np.histogram(z, edges)[0] / z.size / np.diff(edges) for z in fields]
     np.testing.assert_allclose(found["twin_density"], density, rtol=0.02, atol=1e3)

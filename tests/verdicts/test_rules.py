@@ -20,6 +20,7 @@ from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNES
 from roughslip.verdicts.motion_on_the_belt import LEAST_ANDERSON_P
 from roughslip.verdicts.reading import VISIBLE, headline
 from roughslip.verdicts.rules import STATEMENTS, claims
+from tests.friction.test_windows import autoregressive
 from tests.verdicts.claimed import (
     LEVELS,
     P_VALUES,
@@ -731,12 +732,7 @@ def of_window(lags, names, window=600e-6):
 def test_an_exponential_process_is_told_from_a_moving_average():
     """480 strips of 1.8 mm: an Ornstein-Uhlenbeck process of length 250 µm, and white noise averaged over a window."""
     rng = np.random.default_rng(11)
-    noise, step = rng.standard_normal((480, 121)), np.exp(-15 / 250)
-    process = np.empty_like(noise)
-    process[:, 0] = noise[:, 0]
-    for k in range(1, 121):
-        process[:, k] = step * process[:, k - 1] + np.sqrt(1 - step**2) * noise[:, k]
-    found = along_strips(0.3 + 0.03 * process)
+    found = along_strips(0.3 + 0.03 * autoregressive(rng, 480, 121, np.exp(-15 / 250)))
     integral = found.pop("mu-correlation-250um/integral")  # its noise grows with the lags that it takes
     assert integral != "contradicted"
     assert found == dict.fromkeys(found, "reproduced")  # under every other reading

@@ -90,25 +90,6 @@ def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
     file.write_bytes(whole)
 
 
-def test_a_missing_or_unreadable_scan_is_named_before_any_job(empty, tmp_path):
-    project = empty.copy(tmp_path / "copy")
-    scan = "roughness: {scan: {file: mine.al3d, form: plane, covariance: best, marginal: gaussian}}"
-    project.scene("mine", f"extends: tiny\n{scan}\n")
-    run = project.snakemake("-n", "mine")
-    assert run.returncode == 1
-    (line,) = [line for line in run.stderr.splitlines() if "config/scenes" in line]
-    assert line == (
-        "config/scenes/mine.yaml: roughness.scan.file: 'mine.al3d' is not there; "
-        "a path from the folder of the scenes or of the project"
-    )
-    project.path("config/scenes/mine.al3d").write_bytes(b"no scan")
-    run = project.snakemake("-j1", "results/mine/surface/scan.nc")
-    assert run.returncode == 1
-    start = "config/scenes/mine.yaml: roughness.scan.file: config/scenes/mine.al3d: unknown format, or damaged"
-    assert run.stderr.splitlines()[-1].startswith(start)
-    assert not project.path("results").exists()
-
-
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
 def test_real_scans_go_to_figures_3_and_5(shared):

@@ -138,7 +138,7 @@ def test_no_rule_is_the_name_of_a_scene():
 
 
 def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
-    """A scan that is a plane and nothing else, one whose unit the scene does not state, and a wrong value elsewhere."""
+    """A scan that is a plane and nothing else, one whose unit the scene does not state, none, and a wrong value."""
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "config/scenes"
     folder.mkdir(parents=True)
@@ -150,16 +150,21 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     for name, text in {
         "flat": f"roughness: {{scan: {{{scan}, {stated}}}}}",
         "bare": f"roughness: {{scan: {{{scan}}}}}",
+        "gone": f"roughness: {{scan: {{{scan.replace('plane.txt', 'gone.al3d')}}}}}",
         "wrong": "seed: -1",
     }.items():
         whole = f"extends: resolved\ntargets: [figure3]\nstrip: {{cell_m: 1.25e-6}}\n{text}\n"
         (folder / f"{name}.yaml").write_text(whole)
-    words = ["flat", "bare", "wrong"]
+    words = ["flat", "bare", "gone", "wrong"]
     with pytest.raises(InputError) as caught:
         Scenes(tmp_path, words, marks=tmp_path / "marks")
-    seed, bare, flat = caught.value.lines
+    bare, flat, gone, seed = sorted(caught.value.lines)
     assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
     assert bare.startswith("config/scenes/bare.yaml: roughness.scan.file: config/scenes/plane.txt: ")
+    assert gone == (
+        "config/scenes/gone.yaml: roughness.scan.file: 'gone.al3d' is not there; "
+        "a path from the folder of the scenes or of the project"
+    )
     assert flat == (
         "config/scenes/flat.yaml: roughness.scan.form: nothing is left of the scan once its plane is removed: "
         "remove less, or scan a surface"

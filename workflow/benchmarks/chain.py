@@ -145,7 +145,7 @@ def time_plain_strip(scene: Scene) -> float:
     rough = model.heights(model.sampler(mesh.grid)(np.random.default_rng([scene.seed, STREAM, 0])))
     percentiles = np.array([50.0, *scene.strip.penetration_percentiles])
     first, *problems = (Problem(rough, float(plane)) for plane in model.plane_height(percentiles))
-    setting, _ = tune(solver, first, 0.0, tolerance, 5 * tolerance, mesh.residual)
+    setting, _ = tune(solver, first, 0.0, tolerance, 5 * tolerance, mesh.displacement.residual)
     start = time.process_time()
     for problem in problems:
         solver.solve(problem, 0.0, setting)

@@ -174,33 +174,48 @@ QUICK_SHAPES = ((32, 32), (240, 10))
 HARDNESS = 1.0  # over E* h'
 
 
-class Waves:
-    """u = B p wave by wave. diagonal : B_00; cells are squares of edge 1, and E* = 1"""
+class Response:
+    """u = B p by transforms. symbol : of B on a mesh of this size; shape : of pressures; modulus, diagonal : E*, B_00
 
-    modulus = 1.0
+    On the free half-space the mesh is padded to twice the pressures (Hockney's method). A period has no padding.
+    """
 
-    def __init__(self, symbol: np.ndarray, shape: tuple[int, int]) -> None:
-        self.symbol, self.shape = symbol, shape
-        self.diagonal = float(fft.irfft2(symbol, shape)[0, 0])
+    def __init__(self, symbol: np.ndarray, shape: tuple[int, int], size: tuple[int, int], modulus: float) -> None:
+        self.symbol, self.shape, self.size, self.modulus = symbol, shape, size, modulus
+        self.diagonal = float(fft.irfft2(symbol, size)[0, 0])
 
-    def residual(self, heights: np.ndarray, load: float, cap: float, pressure: np.ndarray) -> float:
-        """Return the relative residual; infinite for pressures out of bounds or of another load."""
-        wrong_load = abs(float(pressure.mean()) - load) > 1e-9 * load
-        if wrong_load or pressure.min() < 0 or pressure.max() > cap:
-            return math.inf
-        gap = fft.irfft2(self.symbol * fft.rfft2(pressure), self.shape) - heights
+    def __call__(self, pressure: np.ndarray) -> np.ndarray:
+        """Return displacements (nx, ny) [m] under pressures (nx, ny) [Pa]."""
+        nx, ny = self.shape
+        return fft.irfft2(fft.rfft2(pressure, self.size) * self.symbol, self.size)[:nx, :ny]
+
+    def residual(self, problem: Problem, pressure: np.ndarray) -> float:
+        """Return ||min(gap, B_00 p)|| / ||max(u_bar, 0)||: 1 without pressure, 0 at the solution."""
+        unmet = np.minimum(self(pressure) - problem.interference, self.diagonal * pressure)
+        return float(np.linalg.norm(unmet) / np.linalg.norm(np.maximum(problem.interference, 0.0)))
+
+    def residual_under(self, load: float, cap: float, problem: Problem, pressure: np.ndarray) -> float:
+        """Return the same under a load, at the plane of the solution; infinite out of bounds or of another load.
+
+        ||B_00 p|| replaces the norm of what lies above the plane where it is larger.
+        """
         between = (pressure > 0) & (pressure < cap)
-        if not between.any():
+        wrong_load = abs(float(pressure.mean()) - load) > 1e-9 * load
+        if wrong_load or pressure.min() < 0 or pressure.max() > cap or not between.any():
             return math.inf
+        gap = self(pressure) - problem.heights
         plane = -float(gap[between].mean())
         own = self.diagonal * pressure
         unmet = own - np.clip(own - gap - plane, 0.0, self.diagonal * cap)
-        scale = max(np.linalg.norm(np.maximum(heights - plane, 0.0)), np.linalg.norm(own))
+        scale = max(np.linalg.norm(np.maximum(problem.heights - plane, 0.0)), np.linalg.norm(own))
         return float(np.linalg.norm(unmet) / scale)
 
-    def elastic(self, load: float, problem: Problem, pressure: np.ndarray) -> float:
-        """Return the residual of elastic contact under a load, as `tune` asks for it."""
-        return self.residual(problem.heights, load, math.inf, pressure)
+
+def half_space(grid: Grid, modulus: float) -> Response:
+    """Return the response of the free half-space, from Love's coefficients."""
+    i, j = (np.abs(fft.fftfreq(2 * n, 1 / (2 * n))).astype(int) % n for n in grid.shape)  # offset n is never used
+    symbol = fft.rfft2(love_coefficients(grid, modulus)[i[:, None], j])
+    return Response(symbol, grid.shape, (2 * grid.nx, 2 * grid.ny), modulus)
 
 
 def gaussian_heights(shape: tuple[int, int], seed: int) -> tuple[np.ndarray, float]:
@@ -216,9 +231,10 @@ def measure_cells(tolerances: Iterable[float], with_peers: bool, quick: bool) ->
     rows = []
     for shape in QUICK_SHAPES if quick else SHAPES:
         grid = Grid(*shape, 1.0, 1.0)
-        influence, ours = Influence(grid, 1.0, periodic=True), Waves(periodic_symbol(grid, 1.0), shape)
+        influence = Influence(grid, 1.0, periodic=True)
         q = np.pi * np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1]))
-        theirs = Waves(np.divide(1.0, q, out=np.zeros_like(q), where=q > 0), shape)
+        symbols = periodic_symbol(grid, 1.0), np.divide(1.0, q, out=np.zeros_like(q), where=q > 0)
+        ours, theirs = (Response(symbol, shape, shape, 1.0) for symbol in symbols)
         peer = Tamaas(grid, theirs, periodic=True) if with_peers else None
         heights, slope = gaussian_heights(shape, 20261)
         for share, tolerance, limit in [(s, t, h) for h in (math.inf, HARDNESS) for s in LOADS for t in tolerances]:
@@ -227,13 +243,12 @@ def measure_cells(tolerances: Iterable[float], with_peers: bool, quick: bool) ->
             name = case(boundary="periodic", mesh=problem, load=share, hardness=limit, tolerance=power(tolerance))
             calls: dict[str, Any] = {OURS: partial(solve_load, influence, heights, load, tolerance, None, cap)}
             if peer and limit == math.inf:
-                setting, error = tune(
-                    peer, Problem(heights, 0.0), load, tolerance, tolerance, partial(theirs.elastic, load)
-                )
+                judge = partial(theirs.residual_under, load, math.inf)
+                setting, error = tune(peer, Problem(heights, 0.0), load, tolerance, tolerance, judge)
                 calls["tamaas/periodic"] = partial(peer.solve, Problem(heights, 0.0), load, setting)
             seconds, results = race(calls, quick)
             solution = results[OURS]
-            residual = ours.residual(heights, load, cap, solution.pressure)
+            residual = ours.residual_under(load, cap, Problem(heights, 0.0), solution.pressure)
             rows.append(make_row(name, OURS, residual, seconds[OURS], solution.work))
             if "tamaas/periodic" in calls:
                 rows.append(make_row(name, "tamaas/periodic", error, seconds["tamaas/periodic"], setting=setting))
@@ -262,7 +277,7 @@ class Mesh:
 
     def __init__(self, grid: Grid, peers: Iterable[str] = ()) -> None:
         self.grid = grid
-        self.influence, self.displacement = Influence(grid, MODULUS), Convolution(grid, MODULUS)
+        self.influence, self.displacement = Influence(grid, MODULUS), half_space(grid, MODULUS)
         self.peers = {name: PEERS[name](grid, self.displacement) for name in peers if grid.nx <= EXTENT[name][0]}
 
     def problem(self, kind: str, level: str) -> Problem:
@@ -279,28 +294,6 @@ class Mesh:
         while excess(high - depth) < 0:
             high, depth = high - depth, 2 * depth
         return Problem(z, float(bisect(excess, high - depth, high, xtol=1e-3 * float(z.std()))))
-
-    def residual(self, problem: Problem, pressure: np.ndarray) -> float:
-        """Return ||min(gap, B_00 p)|| / ||max(u_bar, 0)||: 1 without pressure, 0 at the solution."""
-        gap = self.displacement(pressure) - problem.interference
-        unmet = np.minimum(gap, self.displacement.diagonal * pressure)
-        return float(np.linalg.norm(unmet) / np.linalg.norm(np.maximum(problem.interference, 0.0)))
-
-
-class Convolution:
-    """u = B p by transforms padded to twice the mesh (Hockney's method). diagonal, modulus : B_00, E*"""
-
-    def __init__(self, grid: Grid, modulus: float) -> None:
-        coefficients = love_coefficients(grid, modulus)
-        self.modulus, self.diagonal, self.shape = modulus, coefficients[0, 0], grid.shape
-        self.padded = (2 * grid.nx, 2 * grid.ny)
-        i, j = (np.abs(fft.fftfreq(2 * n, 1 / (2 * n))).astype(int) % n for n in grid.shape)  # offset n is never used
-        self.symbol = fft.rfft2(coefficients[i[:, None], j])
-
-    def __call__(self, pressure: np.ndarray) -> np.ndarray:
-        """Return displacements (nx, ny) [m] under pressures (nx, ny) [Pa]."""
-        nx, ny = self.shape
-        return fft.irfft2(fft.rfft2(pressure, self.padded) * self.symbol, self.padded)[:nx, :ny]
 
 
 def square(n: int, peers: Iterable[str] = ()) -> Mesh:
@@ -321,11 +314,11 @@ def compare_solvers(cases: Iterable[tuple[int, str, str, float]], peers: Iterabl
             for peer, solver in mesh.peers.items():
                 if n <= EXTENT[peer][level != "50"]:
                     first = tolerance * tuned.get((peer, kind, level), 30.0)
-                    trials[peer] = tune(solver, problem, load, tolerance, first, mesh.residual)
+                    trials[peer] = tune(solver, problem, load, tolerance, first, mesh.displacement.residual)
                     tuned[peer, kind, level] = trials[peer][0] / tolerance
                     calls[peer] = partial(solver.solve, problem, load, trials[peer][0])
             seconds, results = race(calls, quick, least=3 if level == "50" else 1)
-            ours, error = results[OURS], mesh.residual(problem, results[OURS].pressure)
+            ours, error = results[OURS], mesh.displacement.residual(problem, results[OURS].pressure)
             rows.append(make_row(name, OURS, error, seconds[OURS], ours.work, solver=ours.method))
             for peer, (setting, residual) in trials.items():
                 rows.append(make_row(name, peer, residual, seconds[peer], setting=setting))

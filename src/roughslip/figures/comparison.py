@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from string import ascii_lowercase
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -15,7 +14,17 @@ from matplotlib.lines import Line2D
 from roughslip.figures.figure3 import PANELS as FRICTION
 from roughslip.figures.figure3 import PENETRATION
 from roughslip.figures.figure_map import LABELS
-from roughslip.figures.style import Arrays, Look, draw_curve, draw_points, head, panels, with_ends, with_interval_names
+from roughslip.figures.style import (
+    Arrays,
+    Look,
+    despine,
+    draw_curve,
+    draw_points,
+    head,
+    panels,
+    with_ends,
+    with_interval_names,
+)
 
 Results = Mapping[str, Arrays]  # by scene
 
@@ -23,7 +32,6 @@ LOOKS = (("C0", "o"), ("C1", "s"), ("C2", "^"), ("C3", "D"), ("C4", "v"), ("C5",
 MOST = len(LOOKS)
 APART = 0.8  # per cent of penetration between the markers of two scenes, so that none hides another
 COLUMNS = 3
-HALF = 1  # place of the probability 0.5 among the levels of the band
 
 
 @dataclass(frozen=True)
@@ -170,5 +178,5 @@ def comparison(results: Mapping[str, Results]) -> Figure:
         axes.remove()
     handles = [Line2D([], [], label=scene, **look) for scene, look in looks.items()]
     figure.legend(handles=handles, loc="outside upper left", ncols=len(handles))
-    sns.despine(figure)
+    despine(*figure.axes)
     return figure

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, draw_map, heads, panels, pressure_unit
+from roughslip.figures.style import Arrays, despine, draw_map, heads, panels, pressure_unit
 
 MAPS = ("contact", "mean", "deviation")  # in the titles with their standard error, the median over the nodes
 FIELDS = {"solved": "a solved field", "expected": "the same, as expected", "drawn": "the same, as drawn"}
@@ -45,7 +45,7 @@ def figure_field(result: Arrays) -> Figure:
         *("gain of the expansion", "variance explained", "modes of the variance"),
         *FIELDS.values(),
     )
-    grid[1, 2].spines[["top", "right"]].set_visible(False)
+    despine(grid[1, 2])
     return figure
 
 

@@ -13,6 +13,7 @@ from scipy.ndimage import center_of_mass, label
 
 from roughslip.figures.style import (
     Arrays,
+    despine,
     draw_curve,
     draw_map,
     heads,
@@ -82,8 +83,7 @@ def figure_scan(result: Arrays) -> Figure:
     titles = (scan, twin, "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
     figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
-    for axes in grid.ravel()[2:]:
-        axes.spines[["top", "right"]].set_visible(False)
+    despine(*grid.ravel()[2:])
     return figure
 
 

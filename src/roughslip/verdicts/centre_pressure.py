@@ -7,8 +7,7 @@ from functools import partial
 import numpy as np
 
 from roughslip.verdicts.finding import Arrays, Finding, Interval, judged_inside, number
-from roughslip.verdicts.reading import VISIBLE, Reading, Statement
-from roughslip.verdicts.turning import Unit
+from roughslip.verdicts.reading import VISIBLE, Reading, Statement, Unit
 
 FACTOR = 2.0  # between small probabilities that still match
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry

@@ -19,8 +19,7 @@ from roughslip.verdicts.finding import (
     median,
     number,
 )
-from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
-from roughslip.verdicts.turning import Unit
+from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement, Unit
 
 PAPER_LENGTH = 250e-6  # m
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence

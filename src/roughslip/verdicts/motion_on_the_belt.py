@@ -11,8 +11,7 @@ import numpy as np
 from roughslip.friction.penetration import between
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import NO_FIELD, Arrays, Finding, Interval, inside, judged_inside, number
-from roughslip.verdicts.reading import VISIBLE, Reading, Statement
-from roughslip.verdicts.turning import SHARE, UNITLESS, Unit
+from roughslip.verdicts.reading import SHARE, UNITLESS, VISIBLE, Reading, Statement, Unit
 
 NON_NORMAL = 0.1  # skewness or excess kurtosis
 CYCLING = 0.95  # share of the runs

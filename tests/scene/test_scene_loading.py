@@ -197,7 +197,7 @@ def test_lengths_at_the_edge_of_the_numbers(mine):
 
 def test_friction_has_one_of_its_forms(mine):
     forms = {
-        "{}": "friction: empty; give statistics, or mean_at_median with least_contact_fraction",
+        "{}": "friction: empty; give statistics, record, or mean_at_median with least_contact_fraction",
         "{mean_at_median: 0.3}": "friction.least_contact_fraction: missing; goes with friction.mean_at_median",
         "{least_contact_fraction: 0.1}": "friction.mean_at_median: missing; goes with friction.least_contact_fraction",
     }

@@ -12,7 +12,7 @@ import scipy
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.base_law import OPTIONS, SceneLaw
-from roughslip.validation import gate
+from roughslip.validation import gate, not_negative
 
 INTERPOLATIONS = ("monotone_cubic", "linear")
 NEAREST = 1e-9  # of their speed: knots nearer than that ask for steps that rounding loses
@@ -79,12 +79,14 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     static : [-] limit of stick, at least the first value; the first value where not given
     interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
         SIAM J. Numer. Anal. 17 (1980) 238), or linear
+    measured_from_m_per_s : [m/s] the slowest speed of the measurement; below it the table is a guess
     """
 
     speeds_m_per_s: tuple[float, ...]
     values: tuple[float, ...]
     static: float = math.nan
     interpolation: str = "monotone_cubic"
+    measured_from_m_per_s: float = 0.0
 
     def __post_init__(self) -> None:
         speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
@@ -115,6 +117,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
             raise ParameterError(
                 f"TableLaw.interpolation must be {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}"
             )
+        not_negative("TableLaw.measured_from_m_per_s", self.measured_from_m_per_s)
         object.__setattr__(self, "speeds_m_per_s", speeds)
         object.__setattr__(self, "values", values)
         if math.isnan(real("TableLaw.static", self.static)):
@@ -126,6 +129,11 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     def fastest_known(self) -> float:
         """The last speed of the table [m/s]."""
         return self.speeds_m_per_s[-1]
+
+    @property
+    def slowest_known(self) -> float:
+        """The slowest speed of the measurement [m/s]."""
+        return self.measured_from_m_per_s
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:

@@ -23,6 +23,7 @@ STREAM_FIELD, STREAM_FIELD_DRAWS = 13, 14
 STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
 STREAM_ANSWER, STREAM_CELL = 18, 19
+STREAM_RECORD = 24
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
 
 

@@ -127,7 +127,7 @@ def test_names_and_files(folder, monkeypatch):
         "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, cam_follower_long, clutch, "
         "clutch_long, coulomb, disc_brake, disc_brake_long, elastoplastic, excited, excited_away, fractal, given, "
         "measured, nongaussian, paper, quick, resolved, rubber_bearing, rubber_bearing_long, slideway, slideway_long, "
-        "smoke"
+        "smoke, tribometer"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]

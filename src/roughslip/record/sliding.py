@@ -21,8 +21,8 @@ STICKS = 0.15  # of the belt's speed: slower sliding is stick
 STRETCHES = 60  # of a trace, in which stick-slip is looked for without a rig
 SAWTOOTH = 6.0  # standard errors of the skewness of increments, from which a stretch is a saw of stick and slip
 JUMP = 0.5  # of a speed, from which a stretch of two speeds is not judged
-MARGIN = 1.1  # on the fastest speed with stick-slip
-WIDE = 3.0  # times the scatter of quiet stretches, the first quarter of them: a stretch that swings
+MARGIN = 1.25  # on the fastest speed with stick-slip
+WIDE = 3.0  # times the swing at the fastest speeds, a quarter of the stretches: a stretch that swings too much
 LEAST_SPEED = 1e-4  # of the fastest: slower belts are at rest
 FEWEST_IN_SLIP = 6  # samples of a slip phase
 
@@ -137,8 +137,8 @@ def _alone(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         swing[number] = np.std(scipy.signal.detrend(values[part]))
         rises = np.diff(values[part])
         saw[number] = scipy.stats.skew(rises) < -SAWTOOTH * np.sqrt(6.0 / rises.size)
-    saw |= swing > WIDE * np.quantile(swing, 0.25)
     middle = np.array([np.median(speed[part]) for part in parts])
+    saw |= swing > WIDE * np.median(swing[middle >= np.quantile(middle, 0.75)])
     saw &= np.array([np.ptp(speed[part]) for part in parts]) < JUMP * middle
     if trace.position is not None:  # the specimen moves with the belt in stick
         velocity = scipy.signal.savgol_filter(trace.position, WINDOW, DEGREE, deriv=1, delta=trace.interval)

@@ -35,7 +35,8 @@ class RecordFit:
 
     curve : mean friction over speed
     additive, multiplicative : the scatter about it, if it is the one or the other
-    kind : additive, multiplicative or cannot tell; ratio : log likelihood of multiplicative over that of additive
+    kind : additive, multiplicative or cannot tell
+    ratio : log likelihood of multiplicative scatter over that of additive
     skewness, excess : of the scatter, each with its standard error
     drift, period, ramps : p-values that there is none; NaN where the record cannot tell
     period_m : [m] of the period, NaN without one

@@ -1,6 +1,6 @@
 """State-space model of scatter along the slipped distance, seen through an instrument: its likelihood in O(n).
 
-The scatter x(s) is a sum of independent modes, each a first-order process in s; the instrument is a first-order
+The scatter x(s) is a sum of independent modes, each a first-order process in s. The instrument is a first-order
 low-pass in time, and white noise is added to what it shows. A Kalman filter whitens data and regressors alike, so that
 generalised least squares is ordinary least squares of the whitened columns.
 

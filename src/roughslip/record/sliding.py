@@ -45,7 +45,8 @@ class Sliding:
     """What a fit takes from traces.
 
     samples : of sliding
-    used : of each trace (n,) whether a sample counts; stick : whether it is in stick or, without rig, in a saw
+    used : of each trace (n,) whether a sample counts
+    stick : of each trace (n,) whether it is in stick; without a rig, in stick-slip
     friction, speed : of each trace (n,) [-], [m/s] of sliding
     notes : what is left out and why
     """
@@ -79,7 +80,7 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     if lost and rig is None:
         notes.append(
             f"{lost / total:.0%} of the record is stick-slip and not used, as mass, stiffness and damping of the rig "
-            "are not given: the curve is open at the speeds of its slips, where its slope decides"
+            "are not given; so the curve is open at the speeds of these slips, where its slope decides"
         )
     block = max(1, -(-count // MOST_SAMPLES))
     pieces = [

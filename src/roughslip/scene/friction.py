@@ -55,7 +55,8 @@ class Record(Section):
         "Damping of the support of the specimen; 0 where not given", "N s/m", at_least=0, at_most=1e12, default=None
     )
     time_constant_s: float | None = number(
-        "Time constant of the instrument, a first-order low-pass; fitted where not given",
+        "Time constant of the instrument, a first-order low-pass. It is fitted where not given, and with a rig, whose "
+        "balance of forces takes derivatives",
         "s",
         at_least=0,
         at_most=100,
@@ -150,6 +151,8 @@ def _friction_mistakes(friction: Values) -> Iterator[Mistake]:
     if any(key in rig for key in RIG):
         for key in (key for key in RIG[:2] if key not in rig):
             yield missing("mass and stiffness of the rig go together", f"{RECORD}.{key}", RECORD)
+        if "time_constant_s" in rig:
+            yield not_together(f"{RECORD}.time_constant_s", rig["time_constant_s"], f"{RECORD}.{RIG[0]}")
 
 
 def _load_mistakes(scene: Values) -> Iterator[Mistake]:

@@ -27,7 +27,7 @@ STAGE = Stage(
     memory_mb=700,
 )
 
-TWINS = 2  # synthetic records beside the measured one
+TWINS = 2  # synthetic records next to the measured one
 LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
 NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
 MOST_SHAPES = 200.0  # their sum

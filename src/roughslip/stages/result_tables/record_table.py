@@ -24,7 +24,7 @@ def of_fit(found: RecordFit, slid: Sliding, beta_shapes: tuple[float, float]) ->
     ends = (curve.friction, *curve.interval())
     words = {"curve_form": curve.form, "kind": found.kind, "shape": found.scatter(found.kind).shape}
     variables = {name: Variable((name,), np.array([word]), "1", name.replace("_", " ")) for name, word in words.items()}
-    notes = np.array(found.notes + slid.notes or ("nothing is left open",))
+    notes = np.array(found.notes + slid.notes or ("nothing",))
     variables |= {
         "note": Variable(("note",), notes, "1", "what the record leaves open"),
         "record_mean": Variable((), float(np.mean(found.mean)), "1", "mean friction coefficient over the record"),

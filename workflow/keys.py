@@ -29,7 +29,7 @@ from roughslip.scene.declarations import declarations
 from roughslip.scene.mistakes import shown
 from roughslip.scene.types import get, slice_for
 from roughslip.stages.runtime.usage import checksum
-from workflow.study.scenes import Scenes
+from workflow.study.scenes import USER_FILES, Scenes
 
 STORE = "results/store"
 KEY = "[0-9a-f]{16}"
@@ -93,8 +93,8 @@ class Names:
             from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
 
             made_of["given"] = {"bounds": BOUNDS}
-        if stage == "scan":
-            made_of["scans"] = [checksum(Path(file)) for file in inputs["scan"]]
+        if stage in USER_FILES:
+            made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
         if declarations()[stage].batches is not None:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         made_of["before"] = {name: self.entry(scene, name).key for name in before}
@@ -225,8 +225,8 @@ class Names:
             return {"records": self._awaited(scene, self._before(scene, stage))}
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
         special: dict[str, list[str]] = {}
-        if stage == "scan":
-            special["scan"] = [self.scenes.scan_file(scene)]
+        if stage in USER_FILES:
+            special[stage] = [self.scenes.user_file(scene, stage)]
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")

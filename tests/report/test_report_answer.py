@@ -124,8 +124,8 @@ def test_numbers_outside_the_measured_speeds_say_so():
     beyond = copy.deepcopy(ANSWER) | {"outside_measured_speeds": True}
     beyond["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
     first, second, _ = summary(beyond)
-    assert "m = 1 kg (outside the measured speeds); 50 %" in first
-    assert "D above 0.199 [0.19, 0.21] (outside the measured speeds) or m" in second
+    assert "m = 1 kg (not identified: outside the measured speeds); 50 %" in first
+    assert "D above 0.199 [0.19, 0.21] (not identified: outside the measured speeds) or m" in second
     assert second.count("outside") == 1
 
 

@@ -22,14 +22,14 @@ CASES = ("cam_follower", "clutch", "disc_brake", "rubber_bearing", "slideway")  
 LONG = tuple(f"{name}_long" for name in CASES)  # the same with waves ten times as long
 SCENES = (
     *("coulomb", "elastoplastic", "excited", "excited_away", "fractal", "given", "measured", "nongaussian", "paper"),
-    *("quick", "resolved", "smoke", *CASES, *LONG),
+    *("quick", "resolved", "smoke", "tribometer", *CASES, *LONG),
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
     "answer, figure2, figure3, figure5, figure_basins, figure_budget, figure_chain, figure_field, figure_map, "
-    "figure_residence, "
+    "figure_record, figure_residence, "
     "figure_scan, friction_against_load, readings"
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"

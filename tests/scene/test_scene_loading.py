@@ -128,7 +128,7 @@ def test_names_and_files(folder, monkeypatch):
         "scenes/papr.yaml: no such file; did you mean paper? scenes: cam_follower, cam_follower_long, clutch, "
         "clutch_long, coulomb, disc_brake, disc_brake_long, elastoplastic, excited, excited_away, fractal, given, "
         "measured, nongaussian, paper, quick, resolved, rubber_bearing, rubber_bearing_long, slideway, slideway_long, "
-        "smoke"
+        "smoke, tribometer"
     ]
     for name in ("Paper", "", "2d", "a" * 41, "a.b"):
         assert lines(name) == [f"scenes: {name!r} is not allowed as the name of a scene; {rule}"]
@@ -198,7 +198,7 @@ def test_lengths_at_the_edge_of_the_numbers(mine):
 
 def test_friction_has_one_of_its_forms(mine):
     forms = {
-        "{}": "friction: empty; give statistics, or mean_at_median with least_contact_fraction",
+        "{}": "friction: empty; give statistics, record, or mean_at_median with least_contact_fraction",
         "{mean_at_median: 0.3}": "friction.least_contact_fraction: missing; goes with friction.mean_at_median",
         "{least_contact_fraction: 0.1}": "friction.mean_at_median: missing; goes with friction.least_contact_fraction",
     }

@@ -25,6 +25,7 @@ FIGURES = {
     "figure3",
     "figure3_law",
     "figure5",
+    "figure_record",
     "figure_scan",
     "figure_field",
     "figure_map",

@@ -24,6 +24,7 @@ from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 from workflow.study.surface_check import check_surface
 
+USER_FILES = {"scan": "roughness.scan.file", "record": "friction.record.file"}  # by the stage that reads one
 KEYS = ("scenes", "scenes_folder", "compare", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "monte_carlo", "logs", "usage")  # of no scene
@@ -230,15 +231,15 @@ class Scenes:
             for first, last in self.batches(name, stage, design)
         ]
 
-    def scan_file(self, name: str) -> str:
-        """The user's scan that the scene reads."""
-        return _scan_file(self._folders[name], self.root, get(self[name], "roughness.scan.file"))
+    def user_file(self, name: str, stage: str) -> str:
+        """The file of the user, a scan or a record, that a stage of the scene reads."""
+        return _user_file(self._folders[name], self.root, get(self[name], USER_FILES[stage]))
 
     @cache  # noqa: B019
     def _surface(self, name: str) -> tuple[list[str], list[str]]:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
-        scan = Path(self.scan_file(name)) if reads else None
+        scan = Path(self.user_file(name, "scan")) if reads else None
         return check_surface(scene_file(name, self._folders[name]), self[name], scan, self._marks)
 
     @cache  # noqa: B019
@@ -249,7 +250,7 @@ class Scenes:
 
 
 def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
-    """The scene of that name as a run takes it, from its folder: its scan, too, has to be there, or in the project.
+    """The scene of that name as a run takes it, from its folder: its files, too, have to be there, or in the project.
 
     Raises InputError with every mistake of the scene.
     """
@@ -257,15 +258,16 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
-    file = get(scene, "roughness.scan.file")
-    if file is not None:
-        scan = Path(_scan_file(folder, root, file))
+    for key in USER_FILES.values():
+        file = get(scene, key)
+        if file is None:
+            continue
+        path = Path(_user_file(folder, root, file))
         text = "is not there; a path from the folder of the scenes or of the project"
-        if scan.is_file():
+        if path.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (scan.is_file() and any(_is_inside(scan, one) for one in (folder, root, Path.cwd()))):
-            where = ("roughness", "scan", "file")
-            raise InputError(line(scene_file(name, folder), where, f"{shown(file)} {text}"))
+        if not (path.is_file() and any(_is_inside(path, one) for one in (folder, root, Path.cwd()))):
+            raise InputError(line(scene_file(name, folder), tuple(key.split(".")), f"{shown(file)} {text}"))
     return scene
 
 
@@ -283,7 +285,7 @@ def _is_inside(file: Path, folder: Path) -> bool:
     return file.resolve().is_relative_to(folder.resolve())
 
 
-def _scan_file(folder: Path, root: Path, file: str) -> str:
-    """The path of a scan from the folder of the scene, else from that of the project."""
+def _user_file(folder: Path, root: Path, file: str) -> str:
+    """The path of a scan or a record from the folder of the scene, else from that of the project."""
     near = folder / file
     return display(near if near.is_file() else root / file)

@@ -49,6 +49,11 @@ class FrictionLaw(ABC):
         """The largest speed [m/s] at which the law was measured; infinite for a formula."""
         return math.inf
 
+    @property
+    def slowest_known(self) -> float:
+        """The smallest speed [m/s] at which the law was measured; 0 for a formula."""
+        return 0.0
+
     @staticmethod
     def friction(speed: Any, law: Any) -> Any:
         """mu_D at a speed."""

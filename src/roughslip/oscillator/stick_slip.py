@@ -33,6 +33,7 @@ from roughslip.validation import gate
 REACH = 100.0  # factor of the own value, either way, up to which limits are searched
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damping; as far as it always goes
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
+LEAST_KNOWN = 0.1  # of the belt's velocity, down to which a law has to be measured
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
 STARTS = {"from_rest": False, "from_sliding": True}
@@ -56,7 +57,7 @@ class Crossing(Quantity):
     """Where the probability crosses a level.
 
     change : outwards, `falls below` or `rises above`
-    outside_measured_speeds : whether sliding there is faster than the friction law was measured
+    outside_measured_speeds : whether sliding there leaves the speeds at which the friction law was measured
     """
 
     change: str
@@ -125,7 +126,7 @@ class Answer:
     limits : by names of `changed.PARAMETERS`
     smallest_change : relative, that ends stick-slip where it is likely, or begins it; None where no limit is found
     decides : mean curve or scatter
-    outside_measured_speeds : whether sliding is faster than the friction law was measured
+    outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
     motion : a few periods to draw, with_scatter and without_scatter
     trials : runs in all
     """
@@ -228,7 +229,12 @@ def _theory(
 
 
 def leaves_known_speeds(belt: Oscillator, law: FrictionLaw) -> bool:
-    """Whether sliding, steady or in the stick-slip cycle, is faster than the friction law was measured."""
+    """Whether sliding, steady or in the stick-slip cycle, is faster or slower than the friction law was measured.
+
+    Each slip begins and ends at rest, so a law that is open at the belt's LEAST_KNOWN share is open where that decides.
+    """
+    if law.slowest_known > LEAST_KNOWN * belt.belt_velocity_m_per_s:
+        return True
     return not math.isinf(law.fastest_known) and slip_loop(belt, law).fastest > law.fastest_known
 
 

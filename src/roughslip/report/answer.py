@@ -20,7 +20,7 @@ SCALES = {
 }
 SIDES = ("below", "above")
 LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
-OUTSIDE = " (outside the measured speeds)"
+OUTSIDE = " (not identified: outside the measured speeds)"
 WORDS = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
 STATES = {"stick-slip": "stick_slip", "steady sliding": "sliding"}
 SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs

@@ -50,6 +50,11 @@ SECTIONS = {
         "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces "
         "around them: density of heights, autocorrelation, power spectrum.",
     ),
+    "figure_record": Section(
+        "The friction record, its curve and its scatter",
+        "Six panels: friction over time; friction over speed with a curve and its band; what is left around the curve; "
+        "its autocovariance, falling with distance; and two synthetic records that look like the measured one.",
+    ),
     "figure2": Section(
         "Figure 2: pressure at the centre",
         "Panel a, as in the paper: distribution functions of the pressure given contact, a line for each method. "

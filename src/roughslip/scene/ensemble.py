@@ -9,7 +9,7 @@ from typing import Literal
 
 from roughslip.limits import MOST_NUMBERS
 from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, many, number, section
-from roughslip.scene.friction import STATISTICS
+from roughslip.scene.friction import RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, increasing, refused
 
 Process = Literal["recursion", "spectral"]
@@ -189,10 +189,13 @@ RULES = (
         f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
     ),
     Rule(("ensemble.drawn_realisations", "ensemble.realisations"), operator.le, "at most ensemble.realisations = {1}"),
-    Rule(
-        ("ensemble.marginal", STATISTICS),
-        lambda marginal, _: marginal != "empirical",
-        f"beta or paper where {STATISTICS} replaces the windows",
+    *(
+        Rule(
+            ("ensemble.marginal", form),
+            lambda marginal, _: marginal != "empirical",
+            f"beta or paper where {form} replaces the windows",
+        )
+        for form in (STATISTICS, RECORD)
     ),
     Rule(
         (_LENGTH, _VELOCITY, _OMEGA, "ensemble.duration_periods"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from roughslip.scene.fields import Section, choice, group, many, number, section
+from roughslip.scene.fields import Section, choice, group, many, number, section, text
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 
 SCATTERS = ("additive", "multiplicative")
@@ -28,8 +28,47 @@ class FrictionStatistics(Section):
 
 
 @section
+class Record(Section):
+    """Friction as measured on a tribometer: mean curve and scatter are fitted to it. A path alone is its `file`."""
+
+    file: str = text(
+        "Text file with a header of `name [unit]`: time, speed, friction or force and load, perhaps position; its path "
+        "starts at the folder of the scene file or of the project. A time that falls begins a new record",
+        longest=500,
+    )
+    radius_m: float | None = number(
+        "Radius of the track of a turning disc, for a speed in rpm and the period of a revolution",
+        "m",
+        above=0,
+        at_most=100,
+        default=None,
+    )
+    rig_mass_kg: float | None = number(
+        "Mass of the held specimen, with which friction in the slips of stick-slip follows from the balance of forces",
+        "kg",
+        above=0,
+        at_most=1e6,
+        default=None,
+    )
+    rig_stiffness_n_per_m: float | None = number(
+        "Stiffness of the support of the specimen", "N/m", above=0, at_most=1e15, default=None
+    )
+    rig_damping_n_s_per_m: float | None = number(
+        "Damping of the support of the specimen; 0 where not given", "N s/m", at_least=0, at_most=1e12, default=None
+    )
+    time_constant_s: float | None = number(
+        "Time constant of the instrument, a first-order low-pass. It is fitted where not given, and with a rig, whose "
+        "balance of forces takes derivatives",
+        "s",
+        at_least=0,
+        at_most=100,
+        default=None,
+    )
+
+
+@section
 class Friction(Section):
-    """Friction coefficient from solved pressures (mean_at_median, least_contact_fraction), or given as statistics."""
+    """Friction from solved pressures (mean_at_median, least_contact_fraction), or given: statistics, or a record."""
 
     mean_at_median: float = number(
         "Mean friction coefficient at median penetration, or of the pad with a load without load.mean_friction; sets "
@@ -46,6 +85,7 @@ class Friction(Section):
         default=None,
     )
     statistics: FrictionStatistics | None = group(FrictionStatistics)
+    record: Record | None = group(Record)
     scatter: str = choice(
         "How the stochastic part enters: additive, mu_D + mu_S, as in eq. (12); multiplicative, mu_D (1 + mu_S / mean) "
         "as the contact area over the force of a pad does. Not given, it is multiplicative with load",
@@ -82,21 +122,23 @@ class Load(Section):
 
 
 SOLVED = ("mean_at_median", "least_contact_fraction")
-STATISTICS = "friction.statistics"
+STATISTICS, RECORD = "friction.statistics", "friction.record"
+RIG = ("rig_mass_kg", "rig_stiffness_n_per_m", "rig_damping_n_s_per_m")
 PARTS = ("force_n", "nominal_pressure_pa", "apparent_area_m2")
 FORCE = "oscillator.normal_force_n"
 BY_HAND = (FORCE, "oscillator.penetration_percentile", "oscillator.windows_in_parallel")
-NOT_WITH = {"friction.statistics": None, "ensemble.marginal": "empirical", "roughness.fractal": None}  # not periodic
+NOT_WITH = {STATISTICS: None, RECORD: None, "ensemble.marginal": "empirical", "roughness.fractal": None}  # not periodic
 
 REPLACES: dict[str, tuple[str, ...]] = {
     "load": BY_HAND,
-    STATISTICS: tuple(f"friction.{key}" for key in SOLVED),
-    **{f"friction.{key}": (STATISTICS,) for key in SOLVED},
+    STATISTICS: (*(f"friction.{key}" for key in SOLVED), RECORD),
+    RECORD: (*(f"friction.{key}" for key in SOLVED), STATISTICS),
+    **{f"friction.{key}": (STATISTICS, RECORD) for key in SOLVED},
 }
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """Friction has exactly one of its two forms; a load is given, or else the force."""
+    """Friction has exactly one of its three forms; a load is given, or else the force."""
     if isinstance(scene.get("friction"), dict):
         yield from _friction_mistakes(scene["friction"])
     if scene.get("load") is not None:
@@ -107,14 +149,21 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
 
 def _friction_mistakes(friction: Values) -> Iterator[Mistake]:
     solved = [key for key in SOLVED if key in friction]
-    if "statistics" in friction:
-        for key in solved:
-            yield not_together(f"friction.{key}", friction[key], STATISTICS)
+    forms = [form for form in (STATISTICS, RECORD) if form.partition(".")[2] in friction]
+    if forms:
+        for key in (*solved, *(form.partition(".")[2] for form in forms[1:])):
+            yield not_together(f"friction.{key}", friction[key], forms[0])
     elif not solved:
-        yield Mistake(("friction",), f"empty; give statistics, or {' with '.join(SOLVED)}")
+        yield Mistake(("friction",), f"empty; give statistics, record, or {' with '.join(SOLVED)}")
     elif len(solved) < len(SOLVED):
         (absent,) = set(SOLVED).difference(solved)
         yield missing(f"goes with friction.{solved[0]}", f"friction.{absent}", f"friction.{solved[0]}")
+    rig = friction["record"] if isinstance(friction.get("record"), dict) else {}
+    if any(key in rig for key in RIG):
+        for key in (key for key in RIG[:2] if key not in rig):
+            yield missing("mass and stiffness of the rig go together", f"{RECORD}.{key}", RECORD)
+        if "time_constant_s" in rig:
+            yield not_together(f"{RECORD}.time_constant_s", rig["time_constant_s"], f"{RECORD}.{RIG[0]}")
 
 
 def _load_mistakes(scene: Values) -> Iterator[Mistake]:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
-from roughslip.scene.friction import MOST_WINDOWS, STATISTICS
+from roughslip.scene.friction import MOST_WINDOWS, RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, strictly_increasing
 
 Follows = Literal["slip", "belt"]
@@ -168,10 +168,13 @@ RULES = (
         lambda depth, marginal: depth == 50 or marginal != "empirical",
         "50 where ensemble.marginal is {1}: quantiles of the windows are kept at 50 alone",
     ),
-    Rule(
-        (_DEPTH, STATISTICS),
-        lambda depth, _: depth == 50,
-        f"one of {_DEPTH} and {STATISTICS}, which replaces the windows",
+    *(
+        Rule(
+            (_DEPTH, form),
+            lambda depth, _: depth == 50,
+            f"one of {_DEPTH} and {form}, which replaces the windows",
+        )
+        for form in (STATISTICS, RECORD)
     ),
 )
 

@@ -16,7 +16,7 @@ STAGE = Stage(
     name="basins",
     reads="seed oscillator",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/basins.nc",
     memory_mb=620,
 )
@@ -30,7 +30,7 @@ def work(job: Job) -> None:
     """Write the end of the motion from states of a box about steady sliding, its share, and the two cycles."""
     scene = job.scene
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     rest, omega = equilibrium(belt, law), belt.natural_frequency_rad_per_s
     reach = BOX * math.hypot(departure_point(belt, law) - rest, belt.V)
     with job.usage.core():

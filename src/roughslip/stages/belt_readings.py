@@ -28,7 +28,7 @@ STAGE = Stage(
     name="belt_readings",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/readings.nc",
     target="readings",
     memory_mb=620,
@@ -45,8 +45,8 @@ def readings(job: Job) -> Iterator[Reading]:
     """Name, scene and friction of each reading, and its damping ratios over the limit beside its own."""
     section, statistics = job.scene.oscillator, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(job.scene, statistics)
-    if statistics is not None and section.penetration_percentile is not None:
-        friction = store.read(statistics)
+    friction = mass_on_belt.of_windows(statistics)
+    if friction is not None and section.penetration_percentile is not None:
         others = friction["percentile"] != section.penetration_percentile
         level = nearest_level(friction["beta_distance_standardised"], friction["combined_skewness"], others)
         scene = _changed(job, "oscillator", penetration_percentile=float(friction["percentile"][level]))
@@ -89,7 +89,7 @@ def _summed_up(
 ) -> dict[str, store.Variable]:
     """The runs of one reading around its own limit of existence, and at its own damping ratio."""
     ensemble, statistics = scene.ensemble, job.arguments.friction
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     process = mass_on_belt.friction_process(scene, numbers, statistics)
     is_free = belt.excitation_force_n == 0
     hopf, limit = _limits(replace(belt, damping_ratio=0.0), law) if is_free else (np.nan, np.nan)

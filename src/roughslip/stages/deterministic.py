@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/deterministic.nc",
     memory_mb=620,
 )
@@ -63,7 +63,7 @@ def work(job: Job) -> None:
     """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
     scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(scene, statistics)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     with job.usage.core():
         limits, cycle = (np.nan, np.nan), None
         if belt.excitation_force_n == 0:
@@ -113,7 +113,8 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     scatter = mass_on_belt.pad_deviation(scene, numbers, path)
     title = "standard deviation of the friction coefficient of all windows in parallel"
     variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
-    if path is not None and not mass_on_belt.is_under_load(statistics := store.read(path)):
+    statistics = mass_on_belt.of_windows(path)
+    if path is not None and statistics is not None and not mass_on_belt.is_under_load(statistics):
         title = (
             "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
         )
@@ -123,7 +124,8 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
         percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         warn_of_load(job, statistics, scatter)
-    for name, value in asdict(numbers).items():
+    own = asdict(replace(numbers, curve=None))
+    for name, value in ((name, value) for name, value in own.items() if value is not None):
         unit = "m" if name.endswith("_m") else "1"
         variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
     return variables

@@ -20,7 +20,7 @@ STAGE = Stage(
     name="ensemble_pilot",
     reads="seed oscillator ensemble accuracy.cycles accuracy.cost_limit_cpu_s",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/allocation.nc",
     runs_if="accuracy.cycles",
     memory_mb=620,
@@ -34,7 +34,7 @@ def pilot_counts(job: Job) -> np.ndarray:
     """(2, RUNS, dampings) cycles of the pilot, with less scatter of friction and with more."""
     scene = job.scene
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     periods, dampings = scene.ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
     options, over = mass_on_belt.motion_options(scene), {"damping": dampings}
     std = numbers.standard_deviation

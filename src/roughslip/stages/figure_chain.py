@@ -18,11 +18,11 @@ STAGE = Stage(
     reads_if_given="friction.statistics friction.scatter load numerics.contact_area "
     "strip.window_m strip.width_m strip.window_spacing_m",
     inputs={"cycles": "cycles"},
-    optional={"friction": "friction friction_under_load", "scan": "scan", "allocation": "ensemble_pilot"},
+    optional={"friction": "friction friction_under_load record", "scan": "scan", "allocation": "ensemble_pilot"},
     result="figure_chain.nc",
     target="figure_chain",
     comes_with="figure5",
-    runs_if="not friction.statistics",
+    runs_if="not friction.statistics and not friction.record",
     caption="The chain in one picture: a piece of the rough surface, the contact pressure on it, friction along paths "
     "that the mass slips, and the limit cycle of several runs with such friction.",
 )

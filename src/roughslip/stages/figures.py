@@ -65,6 +65,14 @@ STAGES = [
         "unstable left of the dashed one.",
     ),
     figure(
+        name="figure_record",
+        of="record",
+        comes_with="record",
+        caption="A measured friction record: over time, over sliding speed with the mean curve and its 95 % band, what "
+        "the curve, drift and period leave, and the autocovariance of that with the fit. Below: synthetic records of "
+        "the fitted process, on the scale of the measured one.",
+    ),
+    figure(
         name="figure_residence",
         of="residence",
         caption="How long stick-slip and steady sliding last near the limit, and the share of stick-slip in the time. "

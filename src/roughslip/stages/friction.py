@@ -31,7 +31,7 @@ STAGE = Stage(
     optional={"scan": "scan", "allocation": "strip_allocation"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
-    runs_if="not friction.statistics and not load",
+    runs_if="not friction.statistics and not friction.record and not load",
     memory_mb=620,
 )
 

@@ -27,7 +27,7 @@ STAGE = Stage(
     inputs={"contact": "contact_periodic"},
     optional={"scan": "scan"},
     result="friction/under_load.nc",
-    runs_if="load and not friction.statistics",
+    runs_if="load and not friction.statistics and not friction.record",
     memory_mb=620,
 )
 

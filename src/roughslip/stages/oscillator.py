@@ -20,7 +20,7 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load", "allocation": "ensemble_pilot"},
+    optional={"friction": "friction friction_under_load record", "allocation": "ensemble_pilot"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
     memory_mb=620,
@@ -48,7 +48,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     """The runs on each friction path, by its number."""
     scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(scene, statistics)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     process = mass_on_belt.friction_process(scene, numbers, statistics)
     dampings = damping_ratios(scene, numbers, statistics)
     nodes = shares.given_or_found(job, lambda: ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")

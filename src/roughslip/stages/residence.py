@@ -22,7 +22,7 @@ STAGE = Stage(
     name="residence",
     reads="seed oscillator survival",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/residence.nc",
     memory_mb=620,
 )
@@ -40,7 +40,7 @@ def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.n
     """Durations (points, 3) by runs and theory, and the damping (3,) of a share of a half, at one scatter."""
     scene, friction = job.scene, job.arguments.friction
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     options, periods = mass_on_belt.motion_options(scene), asked.duration_periods
     scaled = replace(numbers, standard_deviation=factor * numbers.standard_deviation)
     process = mass_on_belt.friction_process(scene, scaled, friction)
@@ -83,7 +83,7 @@ def work(job: Job) -> None:
     """Write mean durations of both states and the share of stick-slip over scatter and damping."""
     scene, friction = job.scene, job.arguments.friction
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, friction)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
+    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     factors, found = np.array(asked.scatter_factors, dtype=np.float64), []
     deviations = factors * mass_on_belt.pad_deviation(scene, numbers, friction)
     with job.usage.core():

@@ -18,7 +18,7 @@ STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/map.nc",
     memory_mb=620,
 )

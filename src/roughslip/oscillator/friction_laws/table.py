@@ -13,7 +13,7 @@ import scipy
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.base_law import OPTIONS, SceneLaw
-from roughslip.validation import gate
+from roughslip.validation import gate, not_negative
 
 LEFT_OUT = 1e-6  # of the largest value: knots that the cubic between others meets within that are no ends of rows
 INTERPOLATIONS = ("monotone_cubic", "linear")
@@ -126,6 +126,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     static : [-] limit of stick, at least the first value; the first value where not given
     interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
         SIAM J. Numer. Anal. 17 (1980) 238), or linear
+    measured_from_m_per_s : [m/s] the slowest speed of the measurement; below it the table is a guess
 
     A step of the motion ends at each knot, where the curvature jumps. So of a monotone cubic, knots are left out where
     the cubic between their neighbours, of the same slopes, differs by less than LEFT_OUT: of a smooth curve, most.
@@ -135,6 +136,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     values: tuple[float, ...]
     static: float = math.nan
     interpolation: str = "monotone_cubic"
+    measured_from_m_per_s: float = 0.0
 
     def __post_init__(self) -> None:
         speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
@@ -165,6 +167,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
             raise ParameterError(
                 f"TableLaw.interpolation must be {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}"
             )
+        not_negative("TableLaw.measured_from_m_per_s", self.measured_from_m_per_s)
         object.__setattr__(self, "speeds_m_per_s", speeds)
         object.__setattr__(self, "values", values)
         if math.isnan(real("TableLaw.static", self.static)):
@@ -176,6 +179,11 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     def fastest_known(self) -> float:
         """The last speed of the table [m/s]."""
         return self.speeds_m_per_s[-1]
+
+    @property
+    def slowest_known(self) -> float:
+        """The slowest speed of the measurement [m/s]."""
+        return self.measured_from_m_per_s
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:

@@ -24,6 +24,7 @@ STREAM_MAP, STREAM_SURVIVAL = 15, 16
 STREAM_SQUARE_PILOT = 17
 STREAM_ANSWER, STREAM_CELL = 18, 19
 STREAM_BUDGET, STREAM_BASINS = 20, 21
+STREAM_RECORD = 24
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
 
 

@@ -21,11 +21,13 @@ from roughslip.friction.process import (
 )
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.scene.types import Scene
+from roughslip.stages.result_tables import record_table
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
@@ -40,6 +42,7 @@ class FrictionNumbers:
     mean, standard_deviation : of the friction coefficient
     correlation_length_m : [m] of its exponential autocorrelation
     beta_a, beta_b : shapes of its marginal
+    curve : the law that a record gives in place of the scene's, at this mean
     """
 
     mean: float
@@ -47,6 +50,7 @@ class FrictionNumbers:
     correlation_length_m: float
     beta_a: float
     beta_b: float
+    curve: TableLaw | None = None
 
 
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
@@ -65,6 +69,8 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
+    if record_table.is_record(result):
+        return of_record(scene, result)
     names = {"mean": "mean", "standard_deviation": "std", "correlation_length_m": "length_least_squares"}
     combined = "" if is_under_load(result) else "combined_"
     columns = {key: result[combined + name] for key, name in names.items()}
@@ -75,7 +81,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
         numbers |= {"mean": float(result["load_mean"]), "standard_deviation": float(window_scatter(result))}
     elif windows > 1:
         numbers["mean"] = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
-    return FrictionNumbers(**numbers)
+    return FrictionNumbers(**numbers, curve=None)
 
 
 def is_under_load(result: store.Result) -> bool:
@@ -115,9 +121,8 @@ def correlation(
     That of a single window, or of windows of which the scene gives the statistics, is exp(-s / L).
     """
     count, length = scene.oscillator.windows_in_parallel if windows is None else windows, numbers.correlation_length_m
-    if count == 1 or statistics is None:
+    if count == 1 or (result := of_windows(statistics)) is None:
         return length, None
-    result = store.read(statistics)
     name = "length_least_squares" if is_under_load(result) else "combined_length_least_squares"
     own = at_penetration(scene, result, result[name])  # a map may have others
     of_pad, shape = pad_correlation(scene, result, count)
@@ -147,9 +152,8 @@ def independent_windows(scene: Scene, statistics: Path | None, windows: int | No
     scene gives the statistics are independent.
     """
     count = scene.oscillator.windows_in_parallel if windows is None else windows
-    if count == 1 or statistics is None:
+    if count == 1 or (result := of_windows(statistics)) is None:
         return float(count)
-    result = store.read(statistics)
     own = window_scatter(result) if is_under_load(result) else result["combined_std"]
     return max(at_penetration(scene, result, own / of_pad(result, "pad_std", count)) ** 2, 1.0)
 
@@ -169,9 +173,34 @@ def oscillator(scene: Scene) -> Oscillator:
     return Oscillator(**{field.name: getattr(scene.oscillator, field.name) for field in fields(Oscillator)})
 
 
-def law(scene: Scene, mean: float) -> FrictionLaw:
-    """The friction law that the scene names, with the mean friction coefficient of the windows."""
-    return LAWS[scene.oscillator.law].from_scene(scene.oscillator, mean)
+def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
+    """The numbers of a record, for scatter as the scene says, and its curve as a table.
+
+    Below the slowest speed measured friction is taken as there. The limit of stick is that of the scene, at least the
+    first value of the curve.
+    """
+    curve, scatter = record_table.curve_of(result), record_table.scatter_of(result, scene.friction.scatter)
+    values = (curve.friction[0], *curve.friction)
+    law = TableLaw(
+        (0.0, *curve.speeds_m_per_s),
+        values,
+        max(scene.oscillator.static_friction, values[0]),
+        measured_from_m_per_s=float(curve.speeds_m_per_s[0]),
+    )
+    mean, (a, b) = float(result["record_mean"]), result["beta_shapes"]
+    deviation = scatter.standard_deviation * (mean if scene.friction.scatter == "multiplicative" else 1.0)
+    return FrictionNumbers(mean, deviation, scatter.correlation_length_m, float(a), float(b), law)
+
+
+def of_windows(statistics: Path | None) -> store.Result | None:
+    """The friction of windows; None where the scene gives numbers or a record, which is that of the whole pad."""
+    result = None if statistics is None else store.read(statistics)
+    return None if result is None or record_table.is_record(result) else result
+
+
+def law(scene: Scene, numbers: FrictionNumbers) -> FrictionLaw:
+    """The friction law of the record, or that which the scene names, with the mean friction coefficient."""
+    return numbers.curve or LAWS[scene.oscillator.law].from_scene(scene.oscillator, numbers.mean)
 
 
 def unit_of_scatter(scene: Scene, numbers: FrictionNumbers, kind: str | None = None) -> float:
@@ -194,7 +223,7 @@ def response_of_limit(
     Raises as `grazing_response` does.
     """
     section, scatter_is = scene.oscillator, kind or scene.friction.scatter
-    response = grazing_response(belt, law(scene, numbers.mean), section.stochastic_static_limit, scatter_is)
+    response = grazing_response(belt, law(scene, numbers), section.stochastic_static_limit, scatter_is)
     length, shape = correlation(scene, numbers, statistics, windows)
     scatter = response.scatter(partial(autocorrelation_at, length_m=length, shape=shape))
     return response, scatter / unit_of_scatter(scene, numbers, kind)
@@ -235,9 +264,9 @@ def friction_process(
     kind = scene.ensemble.marginal
     marginal: Marginal
     if kind == "empirical":
-        if statistics is None:
+        if (result := of_windows(statistics)) is None:
             raise InputError("the quantiles of the windows need --friction")
-        marginal = QuantileDistribution(store.read(statistics)["quantile"], *moments)
+        marginal = QuantileDistribution(result["quantile"], *moments)
     else:
         shapes = PAPER_SHAPES if kind == "paper" else (numbers.beta_a, numbers.beta_b)
         window = BetaDistribution.of_moments(*shapes, *moments)

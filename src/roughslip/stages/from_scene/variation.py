@@ -59,7 +59,7 @@ PARAMETERS = {
 
 def system(scene: Scene, numbers: FrictionNumbers) -> System:
     """What the scene states. It reads the section `oscillator`."""
-    law = mass_on_belt.law(scene, numbers.mean)
+    law = mass_on_belt.law(scene, numbers)
     return System(mass_on_belt.oscillator(scene), law, numbers, scene.oscillator.windows_in_parallel)
 
 
@@ -102,7 +102,7 @@ def changed(scene: Scene, numbers: FrictionNumbers, values: Mapping[str, float])
         correlation_length_m=values.get("correlation_length", numbers.correlation_length_m),
     )
     windows = max(round(values.get("windows", own.windows)), 1)
-    law = mass_on_belt.law(scene, mean) if "mean_friction" in values else own.law
+    law = mass_on_belt.law(scene, friction) if "mean_friction" in values else own.law
     return System(belt, law, friction, windows)
 
 
@@ -128,7 +128,7 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
     if (given := unless_auto(scene.ensemble.damping_ratios)) is not None:
         return given
     free = replace(mass_on_belt.oscillator(scene), excitation_force_n=0.0)
-    law = mass_on_belt.law(scene, numbers.mean)
+    law = mass_on_belt.law(scene, numbers)
     try:
         response, scatter = mass_on_belt.response_of_limit(scene, free, numbers, statistics)
     except (ParameterError, IllPosedError, ConvergenceError) as error:

@@ -114,7 +114,8 @@ def check_sources(stage: Stage, entry: Mapping[str, Any]) -> None:
     edited = [name for name, known in sources.get("files", {}).items() if _differs(SOURCE / name, known)]
     if edited and closure_hash(stage.modules, SOURCE, FRAME) != sources["closure"]:
         raise StoreError(f"{edited[0]} was edited during the run: nothing is written; run snakemake again")
-    for name, known in zip(entry["inputs"]["scan"] if "scans" in entry else (), entry.get("scans", ()), strict=True):
+    given = entry["inputs"][stage.name] if "scans" in entry else ()
+    for name, known in zip(given, entry.get("scans", ()), strict=True):
         if _differs(Path(name), known):
             raise StoreError(f"{name} was changed during the run: nothing is written; run snakemake again")
 

@@ -1,0 +1,64 @@
+"""The figure of a friction record: its curve, the scatter about it, and synthetic records beside it."""
+
+from __future__ import annotations
+
+from textwrap import fill
+
+from matplotlib.figure import Figure
+
+from roughslip.figures.style import (
+    Arrays,
+    despine,
+    draw_curve,
+    heads,
+    legend_above,
+    panels,
+    with_ends,
+    with_interval_names,
+)
+
+DRAWN = {
+    "figure_record": [
+        *("sample_time", "sample_speed", "sample_friction", "sample_explained", "twin", "lag", "covariance"),
+        *("covariance_fit", "curve_speed", "curve_form", "kind", "shape", "note", "misfit", "ratio", "drift", "period"),
+        *("ramps", "additive_identified", "multiplicative_identified"),
+        *with_interval_names("curve", "additive_std", "additive_length", "multiplicative_std", "multiplicative_length"),
+    ]
+}
+RECORD, CURVE, TWIN = "0.15", "C0", "C1"
+WIDEST = 150  # letters in a line across the figure
+
+
+def figure_record(result: Arrays) -> Figure:
+    """Record over time, curve over speed with its band, residuals, autocovariance, and two synthetic records."""
+    figure, grid = panels(3, 2, 4.3)
+    time, friction, explained = (result[f"sample_{name}"] for name in ("time", "friction", "explained"))
+    speed, kind, form = result["sample_speed"], str(result["kind"][0]), str(result["curve_form"][0])
+    axes = grid.ravel()
+    axes[0].plot(time, friction, color=RECORD, lw=0.5, label="measured")
+    axes[0].plot(time, explained, color=CURVE, lw=1.2, label="curve, drift and period")
+    axes[1].plot(1e3 * speed, friction, ".", color="0.7", ms=1.5, label="measured")
+    look = {"color": CURVE, "lw": 1.6, "label": f"{form} (95 %)"}
+    draw_curve(axes[1], 1e3 * result["curve_speed"], with_ends(result, "curve"), look, alpha=0.4)
+    axes[1].set(xlabel="sliding speed [mm/s]", ylabel="friction coefficient", xscale="log")
+    axes[2].plot(time, friction - explained, color=RECORD, lw=0.5)
+    axes[2].set(xlabel="time of sliding [s]", ylabel="residual of friction")
+    axes[3].plot(1e3 * result["lag"], result["covariance"], ".", color=RECORD, label="residuals, noise at 0")
+    axes[3].plot(
+        1e3 * result["lag"], result["covariance_fit"], color=CURVE, label=f"fitted scatter, {result['shape'][0]}"
+    )
+    axes[3].axhline(0.0, color="0.6", lw=0.6)
+    axes[3].set(xlabel="slipped distance [mm]", ylabel="autocovariance")
+    for panel, twin in zip(axes[4:], result["twin"], strict=True):
+        panel.plot(time, twin, color=TWIN, lw=0.5)
+    for panel in (axes[0], *axes[4:]):
+        panel.set(xlabel="time of sliding [s]", ylabel="friction coefficient")
+    for panel in axes[4:]:
+        panel.set_ylim(axes[0].get_ylim())
+    for panel in (axes[0], axes[1], axes[3]):
+        legend_above(panel)
+    heads(axes, "the record", "mean curve", "residuals", f"scatter: {kind}", "a synthetic record", "another one")
+    notes = f"Left open: {'; '.join(map(str, result['note']))}"
+    figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
+    despine(*axes)
+    return figure

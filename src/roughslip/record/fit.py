@@ -1,0 +1,253 @@
+"""What a record says: its mean curve, the scatter about it, and what else was in it that is neither.
+
+Drift, the period of a revolution and the difference of ramps up and down are regressors of the mean. The process is
+fitted about a flexible curve, so that a law which does not fit leaves nothing to the scatter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from roughslip.errors import IllPosedError
+from roughslip.record.curve import SpeedBasis, fitted_curve
+from roughslip.record.likelihood import ProcessFit, Samples, fitted_process
+from roughslip.record.process import SHAPES
+from roughslip.record.result import FrictionCurve, FrictionScatter
+
+FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell the scatter
+FEWEST_SAMPLES = 200
+CLEAR_RATIO = 3.0  # of log likelihoods: one kind of scatter is twenty times as likely as the other
+SIGNIFICANT = 1e-3  # p-value of drift, of a period and of ramps that differ
+SEPARATE = 0.9  # share of drift that the curve may explain: above it, the two cannot be told apart
+LEAST_RAMP = 0.05  # of the range of speeds in the time of the record: slower changes are no ramp
+HARMONICS = 2  # of a revolution
+MOST_PERIODS = 300  # wavelengths that are searched
+LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
+TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
+
+
+@dataclass(frozen=True, eq=False)
+class RecordFit:
+    """All that a record says.
+
+    curve : mean friction over speed
+    additive, multiplicative : the scatter about it, if it is the one or the other
+    kind : additive, multiplicative or cannot tell
+    ratio : log likelihood of multiplicative scatter over that of additive
+    skewness, excess : of the scatter, each with its standard error
+    drift, period, ramps : p-values that there is none; NaN where the record cannot tell
+    period_m : [m] of the period, NaN without one
+    fits : of the process if it is additive, and if it is multiplicative
+    mean, explained : (n,) [-] of the samples, without and with drift and period
+    notes : what the record leaves open
+    """
+
+    curve: FrictionCurve
+    additive: FrictionScatter
+    multiplicative: FrictionScatter
+    kind: str
+    ratio: float
+    skewness: tuple[float, float]
+    excess: tuple[float, float]
+    drift: float
+    period: float
+    period_m: float
+    ramps: float
+    fits: dict[str, ProcessFit]
+    mean: np.ndarray
+    explained: np.ndarray
+    notes: tuple[str, ...]
+
+    def scatter(self, kind: str) -> FrictionScatter:
+        """The scatter if it is additive or multiplicative."""
+        return self.multiplicative if kind == "multiplicative" else self.additive
+
+
+def fit_record(
+    samples: Samples, circumference_m: float | None = None, time_constant_s: float | None = None
+) -> RecordFit:
+    """Fit curve and scatter of all records together.
+
+    circumference_m : [m] of the track; not given, a period is searched
+    time_constant_s : [s] of the instrument; not given, it is fitted
+
+    Raises IllPosedError where the samples are too few, or no process is the most likely one.
+    """
+    n = samples.friction.size
+    if n < FEWEST_SAMPLES:
+        raise IllPosedError(f"{n} samples of sliding; a fit takes at least {FEWEST_SAMPLES}: record longer or faster")
+    basis, notes = SpeedBasis(samples.speed), []
+    spline = basis.at(samples.speed)
+    drift, separate = _drift_columns(samples, spline)
+    if not separate:
+        notes.append("drift cannot be told from the curve: record ramps up and down, or speeds in random order")
+    ramps = _ramp_columns(samples)
+    known = {"drift": drift, "ramps": ramps}
+    if circumference_m is not None:
+        known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
+    ones = np.ones(n)
+    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, ones)
+    period_m = np.nan if circumference_m is None else circumference_m
+    if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
+        period_m, known["period"] = found, _waves(samples, found)
+    p_values = {name: _p_value(samples, spline, known, name, fit) for name in known}
+    if not p_values["ramps"] < SIGNIFICANT:
+        known["ramps"] = np.empty((n, 0))
+    columns = _columns(spline, known)
+    if p_values["ramps"] < SIGNIFICANT:
+        notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
+    mean, explained = _explained(samples, spline, columns, fit)
+    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
+    simple = {
+        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, fit)
+        for name, weight in (("additive", ones), ("multiplicative", relative))
+    }
+    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
+    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
+    kind = "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+    fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
+    chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
+    mean, explained = _explained(samples, spline, columns, chosen)
+    others = columns[:, spline.shape[1] :]
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: chosen.whiten(samples, one))
+    moments = _moments(samples, explained, chosen)
+    total = float(samples.slipped[-1])
+    if total / chosen.length < FEWEST_LENGTHS:
+        notes.append(
+            f"the record holds {total / chosen.length:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it "
+            "cannot tell the scatter"
+        )
+    return RecordFit(
+        curve,
+        _scatter(fits["additive"], total, 1.0),
+        _scatter(fits["multiplicative"], total, 1.0 / float(np.mean(mean))),
+        kind,
+        ratio,
+        *moments,
+        p_values.get("drift", np.nan) if separate else np.nan,
+        p_values.get("period", np.nan),
+        period_m,
+        p_values["ramps"],
+        fits,
+        mean,
+        explained,
+        tuple(notes),
+    )
+
+
+def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
+    return np.column_stack([spline, *known.values()])
+
+
+def _best_shape(samples: Samples, columns: np.ndarray, time_constant_s: float | None, simple: ProcessFit) -> ProcessFit:
+    """The fit of the shape of the least criterion. simple : the exponential one; others start from it."""
+    found = [simple]
+    for shape in SHAPES.keys() - {simple.shape}:
+        try:
+            found.append(fitted_process(samples, columns, shape, time_constant_s, simple.weight, simple))
+        except IllPosedError:  # the record does not determine it
+            continue
+    return min(found, key=lambda one: one.criterion)
+
+
+def _drift_columns(samples: Samples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
+    """(n, 2) a slow trend over time, and whether it can be told from the curve."""
+    u = 2.0 * samples.elapsed / samples.elapsed[-1] - 1.0
+    trend = np.column_stack([u, 1.5 * u**2 - 0.5])
+    left = trend - spline @ np.linalg.lstsq(spline, trend, rcond=None)[0]
+    share = 1.0 - np.sum(left**2, axis=0) / np.sum((trend - trend.mean(axis=0)) ** 2, axis=0)
+    separate = bool(np.all(share < SEPARATE))
+    return trend if separate else np.empty((u.size, 0)), separate
+
+
+def _ramp_columns(samples: Samples) -> np.ndarray:
+    """(n, 2) whether speed rises or falls, and that times the logarithm of speed; none without ramps of both kinds."""
+    least = LEAST_RAMP * np.ptp(samples.speed) / samples.elapsed[-1]
+    sign = np.where(np.abs(samples.change) < least, 0.0, np.sign(samples.change))
+    if min(np.count_nonzero(sign > 0), np.count_nonzero(sign < 0)) < 0.1 * sign.size:
+        return np.empty((sign.size, 0))
+    log_speed = np.log(samples.speed)
+    return np.column_stack([sign, sign * (log_speed - log_speed.mean()) / max(float(np.std(log_speed)), 1e-9)])
+
+
+def _waves(samples: Samples, wavelength_m: float) -> np.ndarray:
+    """(n, 2) a wave over the slipped distance."""
+    phase = 2.0 * np.pi * samples.slipped / wavelength_m
+    return np.column_stack([np.cos(phase), np.sin(phase)])
+
+
+def _left(white: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """What whitened columns leave of whitened targets."""
+    basis = scipy.linalg.orth(white / np.linalg.norm(white, axis=0))
+    return np.asarray(target - basis @ (basis.T @ target))
+
+
+def _p_value(samples: Samples, spline: np.ndarray, known: dict[str, np.ndarray], name: str, fit: ProcessFit) -> float:
+    """That the regressors of this name explain nothing: an F test of whitened columns. NaN where there are none."""
+    tested = known[name].shape[1]
+    if tested == 0:
+        return np.nan
+    others = _columns(spline, {other: part for other, part in known.items() if other != name})
+    white = fit.whiten(samples, np.column_stack([samples.friction, others, known[name]]))
+    simple = float(np.sum(_left(white[:, 1 : 1 + others.shape[1]], white[:, 0]) ** 2))
+    full = float(np.sum(_left(white[:, 1:], white[:, 0]) ** 2))
+    freedom = len(white) - white.shape[1] + 1
+    return float(scipy.stats.f.sf((simple - full) / tested / (full / freedom), tested, freedom))
+
+
+def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> float | None:
+    """The wavelength [m] of the wave that explains most, where it is no chance among all that are tried."""
+    total = float(samples.slipped[-1])
+    tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
+    tried = tried[tried > 4.0 * np.median(samples.step)]
+    white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
+    residual = _left(white[:, 1:], white[:, 0])
+    waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
+    waves = _left(white[:, 1:], fit.whiten(samples, waves))
+    pairs = np.linalg.qr(waves.reshape(len(waves), -1, 2).transpose(1, 0, 2))[0]
+    gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
+    best = int(np.argmax(gains))
+    return float(tried[best]) if scipy.stats.chi2.sf(gains[best], 2) * len(tried) < SIGNIFICANT else None
+
+
+def _explained(
+    samples: Samples, spline: np.ndarray, columns: np.ndarray, fit: ProcessFit
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) of the curve alone, and of all regressors, by generalised least squares."""
+    white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
+    coefficients = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)[0]
+    return spline @ coefficients[: spline.shape[1]], columns @ coefficients
+
+
+def _moments(
+    samples: Samples, explained: np.ndarray, fit: ProcessFit
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Skewness and excess kurtosis of the scatter with their standard errors, of as many values as are independent.
+
+    Normal noise adds to the variance alone, so moments of residuals are divided by powers of the share of the scatter.
+    """
+    residual = (samples.friction - explained) / fit.weight
+    variance = float(np.var(residual))
+    share = min(fit.deviation**2 / variance, 1.0)
+    standard = (residual - residual.mean()) / np.sqrt(variance)
+    count = max(float(samples.slipped[-1]) / (2.0 * fit.length), 8.0)
+    skewness = float(np.mean(standard**3)) / share**1.5
+    excess = (float(np.mean(standard**4)) - 3.0) / share**2
+    return (skewness, np.sqrt(6.0 / count) / share**1.5), (excess, np.sqrt(24.0 / count) / share**2)
+
+
+def _scatter(fit: ProcessFit, total: float, unit: float) -> FrictionScatter:
+    """The scatter of a fit. unit : of its deviation"""
+    lengths = total / fit.length
+    return FrictionScatter(
+        fit.deviation * unit,
+        fit.length,
+        fit.log_covariance,
+        fit.shape,
+        fit.parameters,
+        lengths,
+        lengths >= FEWEST_LENGTHS,
+    )

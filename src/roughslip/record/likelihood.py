@@ -1,0 +1,208 @@
+"""Fit of scatter, instrument and noise by restricted maximum likelihood, and the errors of what is fitted.
+
+Restricted: the likelihood of what no regressor explains, so that a curve of ten parameters takes no scatter with it
+(H. D. Patterson & R. Thompson, Biometrika 58 (1971) 545).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from roughslip.errors import IllPosedError
+from roughslip.record.process import SHAPES, Course, Modes, modes, whitened
+
+STEP = 0.02  # of a logarithm, for second differences of the likelihood
+NOISE = (-14.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
+OPTIONS = {"eps": 1e-4, "ftol": 1e-8}  # of the search, whose parameters are logarithms
+AT_BOUND = 0.05  # of a logarithm: nearer to a bound a parameter is not identified, and is kept there
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """All records, one after another.
+
+    friction : (n,) [-] as measured; speed : (n,) [m/s] of sliding
+    step : (n,) [m] slipped since the sample before, negative at the first sample of a record
+    seconds : (n,) [s] since the sample before
+    change : (n,) [m/s^2] of the speed of the belt
+    """
+
+    friction: np.ndarray
+    speed: np.ndarray
+    step: np.ndarray
+    seconds: np.ndarray
+    change: np.ndarray
+
+    @property
+    def slipped(self) -> np.ndarray:
+        """(n,) [m] in all."""
+        return np.cumsum(np.maximum(self.step, 0.0))
+
+    @property
+    def elapsed(self) -> np.ndarray:
+        """(n,) [s] in all."""
+        return np.cumsum(np.where(self.step < 0.0, 0.0, self.seconds))
+
+    def course(self, time_constant_s: float, weight: np.ndarray) -> Course:
+        """What the samples went through with an instrument of this time constant [s]."""
+        memory = np.exp(-self.seconds / time_constant_s) if time_constant_s > 0.0 else np.zeros(self.seconds.size)
+        return Course(self.step, memory, weight)
+
+
+@dataclass(frozen=True, eq=False)
+class ProcessFit:
+    """The most likely scatter of one shape about given regressors.
+
+    deviation : [-]; length : [m]; parameters : of the shape; noise : [-] deviation of the white noise
+    time_constant : [s] of the instrument
+    log_covariance : (2, 2) of log deviation and log length
+    log_likelihood : restricted, comparable where the regressors are the same
+    """
+
+    shape: str
+    deviation: float
+    length: float
+    parameters: tuple[float, ...]
+    noise: float
+    time_constant: float
+    log_covariance: np.ndarray
+    log_likelihood: float
+    weight: np.ndarray
+
+    @property
+    def modes(self) -> Modes:
+        """The modes of the scatter."""
+        return modes(self.shape, self.length, self.parameters)
+
+    @property
+    def criterion(self) -> float:
+        """Bayesian criterion: less is better."""
+        return len(self.parameters) * float(np.log(self.weight.size)) - 2.0 * self.log_likelihood
+
+    def whiten(self, samples: Samples, columns: np.ndarray) -> np.ndarray:
+        """Columns : (n, k) as independent unit normals."""
+        course = samples.course(self.time_constant, self.weight)
+        return whitened(self.modes, course, (self.noise / self.deviation) ** 2, columns)[0] / self.deviation
+
+
+def fitted_process(
+    samples: Samples,
+    regressors: np.ndarray,
+    shape: str,
+    time_constant_s: float | None,
+    weight: np.ndarray,
+    start: ProcessFit | None = None,
+) -> ProcessFit:
+    """The most likely scatter of a shape.
+
+    regressors : (n, k) of the mean, of full rank
+    time_constant_s : [s] of the instrument; None to fit it
+    weight : (n,) of the scatter: ones, or the mean friction over its average
+    start : a fit to begin with
+
+    Raises IllPosedError where the likelihood has no maximum within its bounds.
+    """
+    columns = np.column_stack([samples.friction, regressors])
+    n, k = len(regressors), len(regressors.T)
+    first, bounds = _search_space(samples, shape, time_constant_s, start)
+
+    def parts(theta: np.ndarray) -> tuple[float, float]:
+        """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
+        seconds, rest = _split(theta, time_constant_s)
+        course = samples.course(seconds, weight)
+        white, log_det = whitened(modes(shape, float(np.exp(theta[0])), rest), course, np.exp(theta[1]), columns)
+        upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
+        return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))
+
+    def profile(theta: np.ndarray) -> float:
+        squares, others = parts(theta)
+        return (n - k) * np.log(squares) + others
+
+    lows, highs = np.transpose(bounds)
+    starts = [first] if start is not None else [first, [first[0] + 2.5, *first[1:]]]
+    tried = [
+        scipy.optimize.minimize(profile, np.clip(at, lows, highs), method="L-BFGS-B", bounds=bounds, options=OPTIONS)
+        for at in starts
+    ]
+    best = min(tried, key=lambda one: float(one.fun))
+    theta = best.x
+    variance = parts(theta)[0] / (n - k)
+    seconds, rest = _split(theta, time_constant_s)
+    deviation = float(np.sqrt(variance))
+
+    def minus_twice(full: np.ndarray) -> float:
+        squares, others = parts(full[1:])
+        return 2.0 * (n - k) * full[0] + squares * np.exp(-2.0 * full[0]) + others
+
+    free = [0, *(i + 1 for i, (low, high) in enumerate(bounds) if low + AT_BOUND < theta[i] < high - AT_BOUND)]
+    found = np.append(np.log(deviation), theta)
+    if 1 not in free or (covariance := _covariance(minus_twice, found, free)) is None:
+        shortest, longest = np.exp(bounds[0])
+        raise IllPosedError(
+            f"no correlation length from {shortest:.2g} m, a third of a sample, to {longest:.2g} m, the record, is "
+            "the most likely one"
+        )
+    return ProcessFit(
+        shape,
+        deviation,
+        float(np.exp(theta[0])),
+        rest,
+        deviation * float(np.exp(0.5 * theta[1])),
+        seconds,
+        covariance,
+        -0.5 * minus_twice(found),
+        weight,
+    )
+
+
+def _search_space(
+    samples: Samples, shape: str, time_constant_s: float | None, start: ProcessFit | None
+) -> tuple[list[float], list[tuple[float, float]]]:
+    """Start and bounds of the logarithms of length, noise and time constant, and of the parameters of the shape."""
+    total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))
+    ds = float(np.median(samples.step[samples.step > 0.0]))
+    first, bounds = [np.log(10.0 * ds), np.log(0.1)], [(np.log(0.3 * ds), np.log(total)), NOISE]
+    if start is not None:
+        first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 1e-3))]
+    if time_constant_s is None:
+        bounds.append((np.log(0.1 * dt), np.log(30.0 * dt)))
+        first.append(np.log(0.5 * dt if start is None else max(start.time_constant, 0.2 * dt)))
+    for at, low, high in SHAPES[shape]:
+        first.append(at)
+        bounds.append((low, high))
+    return first, bounds
+
+
+def _split(theta: np.ndarray, time_constant_s: float | None) -> tuple[float, tuple[float, ...]]:
+    """Time constant [s] and parameters of the shape."""
+    if time_constant_s is None:
+        return float(np.exp(theta[2])), tuple(map(float, theta[3:]))
+    return time_constant_s, tuple(map(float, theta[2:]))
+
+
+def _covariance(minus_twice: Callable[[np.ndarray], float], at: np.ndarray, free: list[int]) -> np.ndarray | None:
+    """(2, 2) covariance of the first two parameters: the inverse of the observed information of the free ones.
+
+    The last of these is kept where it is, as long as the likelihood has no maximum in it. None without any maximum.
+    """
+    count = len(free)
+    hessian = np.empty((count, count))
+    steps = np.zeros((count, at.size))
+    steps[np.arange(count), free] = STEP
+    centre = minus_twice(at)
+    one = [(minus_twice(at + step), minus_twice(at - step)) for step in steps]
+    for i in range(count):
+        hessian[i, i] = (one[i][0] + one[i][1] - 2.0 * centre) / STEP**2
+        for j in range(i):
+            corners = minus_twice(at + steps[i] + steps[j]) + minus_twice(at - steps[i] - steps[j])
+            corners += 2.0 * centre - sum(one[i]) - sum(one[j])
+            hessian[i, j] = hessian[j, i] = corners / (2.0 * STEP**2)
+    for kept in range(count, 1, -1):
+        values, vectors = np.linalg.eigh(0.5 * hessian[:kept, :kept])
+        if values[0] > 0.0:
+            return np.asarray((vectors / values @ vectors.T)[:2, :2])
+    return None

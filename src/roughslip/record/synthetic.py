@@ -1,0 +1,43 @@
+"""Synthetic records: a known curve and process along a course of speeds, as an instrument shows them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.record.process import modes
+
+TRIANGLE_NODES = 128  # white numbers in an average of the triangle
+
+
+def scatter_at(
+    shape: str, length_m: float, parameters: tuple[float, ...], slipped_m: np.ndarray, generator: np.random.Generator
+) -> np.ndarray:
+    """A Gaussian path of unit variance at slipped distances : (n,) [m], which do not fall.
+
+    Exponentials are exact recursions; the triangle is an average of white noise, straight between its nodes.
+    """
+    if shape == "triangle":
+        base = 2.0 * length_m
+        nodes = np.arange(0.0, slipped_m[-1] - slipped_m[0] + 2.0 * base, base / TRIANGLE_NODES)
+        walk = np.cumsum(generator.standard_normal(nodes.size)) / np.sqrt(TRIANGLE_NODES)
+        place = slipped_m - slipped_m[0]
+        return np.interp(place + base, nodes, walk) - np.interp(place, nodes, walk)
+    found = modes(shape, length_m, parameters)
+    path = np.zeros(slipped_m.size)
+    for rate, variance in zip(*found, strict=True):
+        keep = np.exp(-rate * np.diff(slipped_m, prepend=-np.inf))
+        kicks = np.sqrt(variance * (1.0 - keep**2)) * generator.standard_normal(keep.size)
+        x = 0.0
+        for t, (kept, kick) in enumerate(zip(keep, kicks, strict=True)):
+            x = kept * x + kick
+            path[t] += x
+    return path
+
+
+def through_instrument(values: np.ndarray, memory: np.ndarray) -> np.ndarray:
+    """values : (n,) after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
+    shown, level = np.empty(values.size), values[0]
+    for t, (value, a) in enumerate(zip(values, memory, strict=True)):
+        level = a * level + (1.0 - a) * value
+        shown[t] = level
+    return shown

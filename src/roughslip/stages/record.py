@@ -1,0 +1,103 @@
+"""Stage record: mean curve and scatter of a measured friction record, with synthetic records of the fitted process."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from roughslip import store
+from roughslip.record.fit import RecordFit, fit_record
+from roughslip.record.process import autocorrelation
+from roughslip.record.reading import read_record
+from roughslip.record.sliding import Rig, Sliding, sliding
+from roughslip.record.synthetic import scatter_at, through_instrument
+from roughslip.scene.declarations import Stage
+from roughslip.stages.from_scene import geometry
+from roughslip.stages.result_tables import record_table
+from roughslip.stages.runtime.command import Job
+
+STAGE = Stage(
+    name="record",
+    reads="seed friction.record",
+    reads_if_given="friction.scatter oscillator.static_friction",
+    inputs={"record": "friction.record.file"},
+    result="friction/record.nc",
+    runs_if="friction.record",
+    memory_mb=700,
+)
+
+TWINS = 2  # synthetic records next to the measured one
+LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
+NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
+MOST_SHAPES = 200.0  # their sum
+SURE = 2.0  # standard errors of moments, below which the scatter counts as normal
+
+
+def beta_shapes(found: RecordFit) -> tuple[float, float]:
+    """Shapes of the Beta distribution with skewness and excess kurtosis of the scatter (N. L. Johnson et al.,
+    Continuous Univariate Distributions 2, 1995, ch. 25); those of a normal one where neither is significant."""
+    (skewness, s_error), (excess, e_error) = found.skewness, found.excess
+    if abs(skewness) < SURE * s_error and abs(excess) < SURE * e_error:
+        return NORMAL
+    s = min(skewness**2, 4.0)
+    bounded = 1.5 * s - excess  # positive for every Beta, and small near a gamma distribution
+    total = min(3.0 * (2.0 + excess - s) / bounded, MOST_SHAPES) if bounded > 0.0 else MOST_SHAPES
+    total = max(total, 2.0)
+    share = math.copysign(math.sqrt(s / (s + 16.0 * (total + 1.0) / (total + 2.0) ** 2)), skewness)
+    return 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
+
+
+def work(job: Job) -> None:
+    """Read, separate stick from slip, fit, draw synthetic records."""
+    wanted = job.scene.friction.record
+    assert wanted is not None
+    rig = None
+    if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
+        rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
+    traces = read_record(job.arguments.record, wanted.radius_m)
+    with job.usage.core():
+        slid = sliding(traces, rig)
+        around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
+        found = fit_record(slid.samples, around, wanted.time_constant_s)
+    job.usage.warn(*found.notes, *slid.notes)
+    asked = job.scene.friction.scatter
+    if found.kind not in (asked, "cannot tell"):
+        job.usage.warn(f"the record has {found.kind} scatter, and friction.scatter is {asked}")
+    first, limit = float(found.curve.friction[0]), job.scene.oscillator.static_friction
+    if limit is not None and limit < first:
+        job.usage.warn(
+            f"oscillator.static_friction = {limit:g} is less than the {first:.3g} of the slowest sliding, "
+            "which is taken"
+        )
+    job.usage.count(samples=slid.samples.friction.size)
+    variables = record_table.of_fit(found, slid, beta_shapes(found))
+    store.write(job.arguments.output, variables | _drawn(job.scene.seed, found, slid), job.key)
+
+
+def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
+    """Autocorrelation of the residuals with that of the fit, and synthetic records of the fit."""
+    kind = found.kind if found.kind in found.fits else "additive"
+    fit, samples = found.fits[kind], slid.samples
+    place, residual = samples.slipped, (samples.friction - found.explained) / fit.weight
+    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.length * LAGS / REACH, 1e5)) + 2)
+    values = np.interp(even, place, residual)
+    values -= values.mean()
+    lags = min(LAGS, even.size - 1)
+    products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
+    modelled = fit.deviation**2 * autocorrelation(fit.modes, even[:lags])
+    step = -(-samples.friction.size // record_table.MOST_DRAWN)
+    twins = []
+    for number in range(TWINS):
+        generator = np.random.default_rng([seed, geometry.STREAM_RECORD, number])
+        path = fit.deviation * fit.weight * scatter_at(fit.shape, fit.length, fit.parameters, place, generator)
+        memory = samples.course(fit.time_constant, fit.weight).memory
+        noise = fit.noise * generator.standard_normal(place.size)
+        twins.append((found.explained + through_instrument(path, memory) + noise)[::step])
+    titles = "autocovariance of the residuals", "autocovariance of the fitted scatter"
+    return {
+        "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),
+        "covariance": store.Variable(("lag",), np.array(products), "1", titles[0]),
+        "covariance_fit": store.Variable(("lag",), modelled, "1", titles[1]),
+        "twin": store.Variable(("number", "sample"), np.array(twins), "1", "synthetic records"),
+    }

@@ -1,0 +1,67 @@
+"""Friction in slip by the balance of forces, and what is left out where the rig is not known."""
+
+import numpy as np
+import pytest
+
+from roughslip import IllPosedError
+from roughslip.record.reading import Trace
+from roughslip.record.sliding import Rig, sliding
+
+RIG = Rig(2.0, 800.0, 8.0)
+LOAD, DT = 20.0, 1.0 / 400.0
+
+
+def mu(speed):
+    return 0.25 / (1.0 + 20.0 * speed) + 0.2
+
+
+def trace(belt, seconds=4.0, inner=10, noise=0.0):
+    """A pin on a rig over a belt of constant speed, by small steps, from rest if slow: the force in its support."""
+    x, velocity, forces = 0.0 if belt < 0.1 else LOAD * mu(belt) / RIG.stiffness_n_per_m, 0.0, []
+    for t in range(int(seconds / DT) * inner):
+        held = RIG.stiffness_n_per_m * x + RIG.damping_n_s_per_m * velocity
+        if t % inner == 0:
+            forces.append(held)
+        velocity += DT / inner / RIG.mass_kg * (LOAD * mu(max(belt - velocity, 0.0)) - held)
+        velocity = min(velocity, belt)
+        x += DT / inner * velocity
+    forces = np.array(forces) + noise * np.random.default_rng(1).standard_normal(len(forces))
+    ones = np.ones(forces.size)
+    return Trace(np.arange(forces.size) * DT, belt * ones, forces / LOAD, LOAD * ones, None)
+
+
+def test_slips_show_the_curve_that_stick_slip_hides():
+    """The error of the balance is that of a derivative over five samples of a slip: below 0.01."""
+    found = sliding([trace(0.05)], RIG)
+    samples = found.samples
+    assert 0.3 < np.mean(found.stick[0]) < 0.9
+    assert samples.speed.max() > 0.08  # nearly twice the belt's
+    assert np.sqrt(np.mean((samples.friction - mu(samples.speed)) ** 2)) < 0.01
+    assert found.notes == ()
+
+
+def test_without_the_rig_slips_are_left_out_and_a_note_says_so():
+    slow, fast = trace(0.03, noise=0.01), trace(0.5, noise=0.01)
+    one = Trace(
+        np.arange(slow.time.size + fast.time.size) * DT,
+        *(np.concatenate([getattr(part, name) for part in (slow, fast)]) for name in ("speed", "friction", "load")),
+        None,
+    )
+    found = sliding([one])
+    assert found.samples.speed.min() > 0.4
+    assert "50% of the record is stick-slip and not used" in found.notes[0]
+
+
+def test_noise_is_no_stick_slip():
+    steady = np.random.default_rng(4).normal(0.3, 0.01, 8000)
+    found = sliding([Trace(np.arange(8000) * DT, np.full(8000, 0.1), steady, None, None)])
+    assert not found.stick[0].any()
+    assert found.samples.friction.size == 4000  # means of two
+    assert found.samples.slipped[-1] == pytest.approx(8000 * DT * 0.1, rel=1e-3)
+
+
+def test_a_specimen_that_never_slides_has_no_friction():
+    n = 1000
+    place = np.arange(n) * DT * 0.1
+    with pytest.raises(IllPosedError, match="no sample of the record is in steady sliding"):
+        sliding([Trace(np.arange(n) * DT, np.full(n, 0.1), np.full(n, 0.3), None, place)])

@@ -1,0 +1,103 @@
+"""A record as the friction of a scene: what is stored is read back, and gives law and process of the oscillator."""
+
+from argparse import Namespace
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.figures.figure_record import DRAWN, figure_record
+from roughslip.oscillator.stick_slip import leaves_known_speeds
+from roughslip.probability import beta_moments
+from roughslip.record.synthetic import scatter_at
+from roughslip.scene.types import scene_of
+from roughslip.stages import record
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.result_tables import record_table
+from roughslip.stages.runtime.command import Job
+from roughslip.stages.runtime.usage import Usage
+from tests.stages.scenes import OSCILLATOR
+
+SECONDS, N, LENGTH = 30.0, 500, 1e-3
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """The scene and the result of a record of some 40 lengths, from 0.1 to 2 mm/s and back."""
+    folder = tmp_path_factory.mktemp("record")
+    time = np.arange(N) * SECONDS / N
+    speed = 2e-3 * np.exp(3.0 * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
+    slipped = np.cumsum(speed) * SECONDS / N
+    generator = np.random.default_rng(6)
+    friction = 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * scatter_at("exponential", LENGTH / 2, (), slipped, generator)
+    header = "time [s],speed [mm/s],friction [1]"
+    np.savetxt(folder / "trace.csv", np.c_[time, 1e3 * speed, friction], header=header, comments="", delimiter=",")
+    scene = {
+        "seed": 7,
+        "friction": {"record": {"file": "trace.csv", "time_constant_s": 0.0}, "scatter": "additive"},
+        "oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 1e-3},
+    }
+    output = folder / "record.nc"
+    job = Job(
+        store.Key(scene, "code"), Namespace(record=folder / "trace.csv", output=output), Usage(folder / "u", "record")
+    )
+    record.work(job)
+    return scene, output
+
+
+def test_the_law_of_the_oscillator_is_the_measured_curve(recorded):
+    scene, output = scene_of(recorded[0]), recorded[1]
+    result = store.read(output)
+    curve = record_table.curve_of(result)
+    numbers = mass_on_belt.friction_numbers(scene, output)
+    law = mass_on_belt.law(scene, numbers)
+    assert law.mu(curve.speeds_m_per_s) == pytest.approx(curve.friction, rel=1e-12)
+    assert law.fastest_known == pytest.approx(2e-3, rel=0.02)
+    assert law.slowest_known == pytest.approx(2e-3 * np.exp(-3.0), rel=0.02)
+    assert law.static == max(OSCILLATOR["static_friction"], curve.friction[0])
+
+
+def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
+    scene, output = scene_of(recorded[0]), recorded[1]
+    scatter = record_table.scatter_of(store.read(output), "additive")
+    process = mass_on_belt.friction_process(scene, mass_on_belt.friction_numbers(scene, output), output)
+    assert process.correlation_length_m == scatter.correlation_length_m
+    assert process.autocorrelation(np.array([scatter.correlation_length_m])) == pytest.approx([np.exp(-1)])
+    marginal = process.marginal
+    assert marginal.scale * beta_moments(marginal.a, marginal.b)[1] == pytest.approx(scatter.standard_deviation)
+    low, high = scatter.interval()[0]
+    assert low < 0.02 < high
+
+
+def test_multiplicative_scatter_is_over_the_mean(recorded):
+    values, output = recorded
+    scene = scene_of(values | {"friction": values["friction"] | {"scatter": "multiplicative"}})
+    numbers = mass_on_belt.friction_numbers(scene, output)
+    relative = record_table.scatter_of(store.read(output), "multiplicative").standard_deviation
+    assert numbers.standard_deviation / numbers.mean == pytest.approx(relative)
+
+
+@pytest.mark.parametrize(("velocity", "outside"), [(5e-4, True), (1e-3, False), (3e-3, True)])
+def test_an_answer_outside_the_measured_speeds_is_not_identified(recorded, velocity, outside):
+    """Known from 0.1 mm/s, more than a tenth of 0.5 mm/s, to 2 mm/s; a light load lets no slip be much faster."""
+    scene, output = scene_of(recorded[0]), recorded[1]
+    law = mass_on_belt.law(scene, mass_on_belt.friction_numbers(scene, output))
+    belt = replace(mass_on_belt.oscillator(scene), belt_velocity_m_per_s=velocity, normal_force_n=0.1)
+    assert leaves_known_speeds(belt, law) == outside
+
+
+def test_the_figure_draws_what_is_stored(recorded):
+    result = store.read(recorded[1])
+    assert set(DRAWN["figure_record"]) <= set(result)
+    figure = figure_record(result)
+    assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
+    assert result["twin"].shape == (2, N)
+    assert result["covariance_fit"][0] == pytest.approx(result["additive_std"] ** 2)
+
+
+def test_shapes_of_the_marginal_have_the_moments():
+    """Beta(2, 5) has skewness 0.596 and excess -0.12, as in Johnson et al."""
+    fit = Namespace(skewness=(0.5963, 0.01), excess=(-0.12, 0.01))
+    assert record.beta_shapes(fit) == pytest.approx((2.0, 5.0), rel=0.01)
+    assert record.beta_shapes(Namespace(skewness=(0.1, 0.1), excess=(0.1, 0.2))) == record.NORMAL

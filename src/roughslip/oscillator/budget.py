@@ -146,7 +146,7 @@ def uncertainty_budget(
     return Budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
-        outcome={name: part * max(first[0], 0.0) for name, first in found[0].first.items()},
+        outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
         limits=dict(zip(searched, found[1:], strict=True)),
     )
 

@@ -9,8 +9,6 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import FrictionProcess, path_sampler
 from roughslip.oscillator import Oscillator, Sampling, ScatteringFriction, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.changed import changed_oscillator, damper_kg_per_s
-from roughslip.oscillator.durations import Residence
-from roughslip.oscillator.stick_slip import in_the_long_run
 from roughslip.probability import BetaDistribution
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
@@ -54,18 +52,3 @@ def test_a_question_without_an_answer_is_refused():
             answer(dataclasses.replace(BELT, **change), LAW, FRICTION)
     with pytest.raises(ParameterError, match="PathSampler"):
         ScatteringFriction(np.zeros(9), LENGTH)
-
-
-@pytest.mark.parametrize(
-    ("stick_slip", "sliding", "share"),
-    [
-        ((30.0, 20.0, 40.0), (10.0, 8.0, 20.0), (0.75, 0.5, 40 / 48)),
-        ((np.inf, 60.0, np.inf), (0.1, 0.05, 0.2), (1.0, 60 / 60.2, 1.0)),  # a start in sliding is no state
-        ((0.5, 0.4, 0.7), (np.inf, 70.0, np.inf), (0.0, 0.0, 0.01)),
-        ((np.inf, 60.0, np.inf), (np.inf, 70.0, np.inf), (np.nan, 0.0, 1.0)),
-    ],
-)
-def test_the_share_of_time_is_that_of_the_long_run(stick_slip, sliding, share):
-    """Not that of the runs, of which half begin in sliding: mean duration over the sum of both."""
-    found = in_the_long_run(Residence(*(np.array(values) for values in (stick_slip, sliding, [0.5] * 3))))
-    assert found.share == pytest.approx(np.array(share), rel=0.02, nan_ok=True)

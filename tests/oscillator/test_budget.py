@@ -120,6 +120,10 @@ def test_the_probability_is_that_of_simulated_machines_of_drawn_inputs():
     ratios = np.linspace(0.18, 0.40, 12)
     shares = [np.mean([stick_slips(machine(given | {"damping": d}), n) for n in range(80)]) for d in ratios]
     band = tuple(float(np.interp(-level, -np.array(shares), ratios)) for level in (0.95, 0.05))
+    rougher = machine(given | {"scatter": 1.4})
+    response = grazing_response(rougher.oscillator, law)
+    chance = _Chance(machine(given), response, band).probability(rougher, response.limit)
+    assert chance == pytest.approx(np.mean([stick_slips(rougher, 500 + n) for n in range(100)]), abs=0.15)
     sources = [
         Source.independent("damping", {"damping": (0.29, 0.03)}),
         Source.independent("others", {"mass": (1.0, 0.2), "scatter": (1.0, 0.2)}),

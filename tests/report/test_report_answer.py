@@ -286,7 +286,7 @@ def test_a_question_without_an_answer_says_why():
 
 def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
     parts = {"damping": (0.8, 0.7, 0.9), "mass": (0.1, 0.0, 0.2)}
-    damping = {"value": 0.32, "interval": (0.28, 0.36), "first": parts}
+    damping = {"value": 0.32, "interval": (0.28, 0.36), "first": parts, "beyond": 0.08}
     budget = {
         "probability": {"mean": 0.62},
         "answer": {"value": 0.98},
@@ -297,10 +297,11 @@ def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
     }
     lines = of_budget(budget)
     assert lines[0].startswith("Stick-slip has a probability of 98 % at the given values, and of 62 % averaged")
-    assert "D = 0.32 (0.28 to 0.36)" in lines[1]
+    assert "D = 0.32 (0.28 to 0.36, 8 % of them beyond a factor of ten)." in lines[1]
     content = parsed(machine_scene(budget=budget | {"summary": lines}))
     text = " ".join(" ".join(content.text).split())
     assert "What is worth measuring" in text
+    assert "; 62 % over what is uncertain" in text
     assert text.index("damping 50 %") < text.index("scatter of friction 40 %") < text.index("mass 5 %")
     assert "how sure the inputs are; that is above" in text
     assert "What is worth measuring" not in " ".join(parsed(machine_scene()).text)

@@ -41,7 +41,7 @@ def figure_budget(result: Arrays) -> Figure:
         panel.set_yticks(rows, [""] * len(rows))
         panel.set(xlabel="Sobol' index")
     for panel in (outcome, *others):
-        panel.set(xlim=(0.0, 1.05), ylim=(len(rows) + 0.6, -0.6))
+        panel.set(xlim=(0.0, 1.05), xticks=(0.0, 0.5, 1.0), ylim=(len(rows) + 0.6, -0.6))
     if others:
         others[-1].legend(loc="lower right")
     mean = 100.0 * float(result["averaged_probability"])

@@ -11,9 +11,10 @@ sources as in `probability.sensitivity`. The limits depend on the inputs alone, 
 Limits are those of the cycle without scatter, searched anew at each draw. Scatter blurs that in damping, D*: to first
 order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is held as at the given values, so that
 
-    b ~ sigma (F / V) s(L / V),      p = Phi((D* + c b - D) / (w b)),
+    b ~ sigma (F / V) s(L / V),      p = Phi((D* + c - D) / (w b)),
 
-with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1.
+with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1. The
+shift c is held: many loops that each may fail lower the band, and friction that quick slip meets sooner raises it.
 """
 
 from __future__ import annotations
@@ -146,7 +147,7 @@ def uncertainty_budget(
     return Budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
-        outcome={name: part * max(first[0], 0.0) for name, first in found[0].first.items()},
+        outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
         limits=dict(zip(searched, found[1:], strict=True)),
     )
 
@@ -164,9 +165,9 @@ class _Chance:
 
         self._given, self._blur, own = given, np.log([scatter(ratio) for ratio in RATIOS]), scatter(1.0)
         self._width = max(positive("deviation", given.deviation) * own, LEAST_BLUR * response.limit)
-        self._offset = 0.0
+        self._shift = 0.0
         if band is not None:
-            self._offset = 0.5 * (band[0] + band[1]) - response.limit
+            self._shift = 0.5 * (band[0] + band[1]) - response.limit
             self._width = (band[1] - band[0]) / (2.0 * LEVEL)
         self._own = math.log(own)
 
@@ -176,7 +177,7 @@ class _Chance:
         ratio = here.length_m / self._given.length_m * own.V / belt.V
         of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._own)
         factor = here.deviation / self._given.deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
-        distance = limit - belt.damping_ratio + factor * self._offset
+        distance = limit - belt.damping_ratio + self._shift
         return float(scipy.special.ndtr(distance / (factor * self._width)))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from roughslip.report.answer import SURE, amount, digits, joined
+from roughslip.probability.estimate import TAILS
+from roughslip.report.answer import SURE, amount, digits, ends, joined
 
 SURE_FROM = 0.95  # of the averaged probability, either way: more knowledge then changes the margin, not the verdict
 SCATTER = "scatter of friction"
@@ -18,9 +19,10 @@ def summary(budget: Mapping[str, Any]) -> list[str]:
     first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
     limits = []
     for name, limit in budget["limits"].items():
-        unit = budget["units"][name]
-        low, high = (amount(end, unit, SURE, like=limit["value"]) for end in limit["interval"])
-        limits.append(f"{LIMITS[name]} = {amount(limit['value'], unit)} ({low} to {high})")
+        number = {**limit, "unit": budget["units"][name]}
+        beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
+        shown = f"{amount(limit['value'], number['unit'])} ({ends(number, limit['value'], SURE)}{beyond})"
+        limits.append(f"{LIMITS[name]} = {shown}")
     second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
     return [f"{first}averaged over what is uncertain.", second, next_to_measure(budget)]
 

@@ -61,6 +61,7 @@ def text() -> str:
     optional = uncertain.with_forms(_optional(schema))
     both = optional["properties"]["accuracy"]
     optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
+    optional["$defs"] = {"uncertain": uncertain.GROUP}
     return json.dumps(optional, indent=2, ensure_ascii=False) + "\n"
 
 

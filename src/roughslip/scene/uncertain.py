@@ -14,6 +14,12 @@ from roughslip.scene.mistakes import KeyPath, Values, shown
 
 VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 FORM = f"{{{VALUE}: 10, {UNCERTAINTY}: 1}}"
+GROUP: Values = {
+    "description": "A number with its standard uncertainty, in one unit",
+    "type": "object",
+    "additionalProperties": False,
+    "properties": {VALUE: {"type": "number"}, UNCERTAINTY: {"type": "number", "exclusiveMinimum": 0}},
+}
 
 
 def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tuple[KeyPath, str]]]:
@@ -68,21 +74,8 @@ def _is_number(value: Any) -> bool:
 
 
 def with_forms(part: Any) -> Any:
-    """A schema for editors, in which a measured number may also be such a group."""
+    """A part of the schema for editors, in which a measured number may also be a GROUP."""
     if not isinstance(part, dict):
         return part
     inner = {key: with_forms(value) for key, value in part.items()}
-    if inner.pop("measured", None) is not True:
-        return inner
-    uncertainty = {
-        "description": "Standard uncertainty, in the unit of the value",
-        "type": "number",
-        "exclusiveMinimum": 0,
-    }
-    group = {
-        "description": "The number with its standard uncertainty",
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {VALUE: inner, UNCERTAINTY: uncertainty},
-    }
-    return {"anyOf": [inner, group]}
+    return {"anyOf": [inner, {"$ref": "#/$defs/uncertain"}]} if inner.pop("measured", False) else inner

@@ -128,7 +128,7 @@ def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
 def _of_scan(scene: Scene, scan: Path) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
     """Relative errors of height and length of the scan, and the powers by which they change the scatter."""
     strip, modulus = scene.strip, elastic.material(scene).plane_strain_modulus_pa
-    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m)
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, scene.load.pad_length_m)
     covariance = gaussian_model(scene, scan).covariance
     powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)
     return (_relative_errors(store.read(scan), OF_SCAN, float) if powers else {}), powers

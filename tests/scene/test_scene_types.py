@@ -28,6 +28,7 @@ UNITS = {
     "s_per_m": "s/m",
     "n_per_m": "N/m",
     "s2_per_m2": "s^2/m^2",
+    "n_s_per_m": "N s/m",
     "per_m2": "1/m^2",
     "m2": "m^2",
     "percentile": "%",

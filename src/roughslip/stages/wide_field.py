@@ -25,9 +25,9 @@ from roughslip.surface.plausibility import slope_mistake
 STAGE = Stage(
     name="wide_field",
     reads="seed material roughness strip.cell_m strip.width_m strip.window_m strip.window_spacing_m "
-    "friction.mean_at_median friction.least_contact_fraction oscillator.penetration_percentile "
     "numerics.contact_area numerics.contact_tolerance",
-    reads_if_given="oscillator.normal_force_n",
+    reads_if_given="friction.mean_at_median friction.least_contact_fraction oscillator.penetration_percentile "
+    "oscillator.normal_force_n",
     inputs={"friction": "friction"},
     optional={"scan": "scan"},
     result="friction/wide_field.nc",

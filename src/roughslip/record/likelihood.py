@@ -16,8 +16,9 @@ from roughslip.errors import IllPosedError
 from roughslip.record.process import SHAPES, Course, Modes, modes, whitened
 
 STEP = 0.02  # of a logarithm, for second differences of the likelihood
-NOISE = (-14.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
+NOISE = (-9.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
 OPTIONS = {"eps": 1e-4, "ftol": 1e-8}  # of the search, whose parameters are logarithms
+LENGTHS, SLOWER = (-1.2, 1.2), 1.1  # of logarithms: starts of a search without one
 AT_BOUND = 0.05  # of a logarithm: nearer to a bound a parameter is not identified, and is kept there
 
 
@@ -123,7 +124,9 @@ def fitted_process(
         return (n - k) * np.log(squares) + others
 
     lows, highs = np.transpose(bounds)
-    starts = [first] if start is not None else [first, [first[0] + 2.5, *first[1:]]]
+    starts = [first] if start is not None else [[first[0] + a, first[1], *first[2:]] for a in LENGTHS]
+    if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
+        starts += [[*one[:2], one[2] + SLOWER, *one[3:]] for one in starts]
     tried = [
         scipy.optimize.minimize(profile, np.clip(at, lows, highs), method="L-BFGS-B", bounds=bounds, options=OPTIONS)
         for at in starts
@@ -165,9 +168,9 @@ def _search_space(
     """Start and bounds of the logarithms of length, noise and time constant, and of the parameters of the shape."""
     total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))
     ds = float(np.median(samples.step[samples.step > 0.0]))
-    first, bounds = [np.log(10.0 * ds), np.log(0.1)], [(np.log(0.3 * ds), np.log(total)), NOISE]
+    first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(0.3 * ds), np.log(total)), NOISE]
     if start is not None:
-        first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 1e-3))]
+        first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
     if time_constant_s is None:
         bounds.append((np.log(0.1 * dt), np.log(30.0 * dt)))
         first.append(np.log(0.5 * dt if start is None else max(start.time_constant, 0.2 * dt)))

@@ -27,7 +27,7 @@ from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.scene.types import Scene
-from roughslip.stages.result_tables import record_table
+from roughslip.stages.from_scene import measured_friction
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
@@ -69,7 +69,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    if record_table.is_record(result):
+    if measured_friction.is_record(result):
         return of_record(scene, result)
     names = {"mean": "mean", "standard_deviation": "std", "correlation_length_m": "length_least_squares"}
     combined = "" if is_under_load(result) else "combined_"
@@ -179,7 +179,7 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
     Below the slowest speed measured friction is taken as there. The limit of stick is that of the scene, at least the
     first value of the curve.
     """
-    curve, scatter = record_table.curve_of(result), record_table.scatter_of(result, scene.friction.scatter)
+    curve, scatter = measured_friction.curve_of(result), measured_friction.scatter_of(result, scene.friction.scatter)
     values = (curve.friction[0], *curve.friction)
     law = TableLaw(
         (0.0, *curve.speeds_m_per_s),
@@ -195,7 +195,7 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
 def of_windows(statistics: Path | None) -> store.Result | None:
     """The friction of windows; None where the scene gives numbers or a record, which is that of the whole pad."""
     result = None if statistics is None else store.read(statistics)
-    return None if result is None or record_table.is_record(result) else result
+    return None if result is None or measured_friction.is_record(result) else result
 
 
 def law(scene: Scene, numbers: FrictionNumbers) -> FrictionLaw:

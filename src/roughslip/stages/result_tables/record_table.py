@@ -1,21 +1,16 @@
-"""What a friction record says as variables of a result, and read back."""
+"""What a friction record says as variables of a result."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from roughslip.record.fit import RecordFit
-from roughslip.record.result import FrictionCurve, FrictionScatter
+from roughslip.record.result import FrictionScatter
 from roughslip.record.sliding import Sliding
-from roughslip.store import Result, Variable, with_interval
+from roughslip.store import Variable, with_interval
 
 KINDS = ("additive", "multiplicative")
 MOST_DRAWN = 2000  # samples of the record that are drawn
-
-
-def is_record(result: Result) -> bool:
-    """Whether friction is that of a record, and not of windows."""
-    return "record_mean" in result
 
 
 def of_fit(found: RecordFit, slid: Sliding, beta_shapes: tuple[float, float]) -> dict[str, Variable]:
@@ -81,23 +76,3 @@ def _of_scatter(kind: str, scatter: FrictionScatter) -> dict[str, Variable]:
         f"{kind}_lengths": Variable((), scatter.lengths, "1", "correlation lengths in the record"),
         f"{kind}_identified": Variable((), int(scatter.identified), "1", "1 where the record can tell the scatter"),
     }
-
-
-def curve_of(result: Result) -> FrictionCurve:
-    """The curve of a stored record."""
-    form = str(result["curve_form"][0])
-    return FrictionCurve(form, result["curve_speed"], result["curve"], result["curve_factor"], float(result["misfit"]))
-
-
-def scatter_of(result: Result, kind: str) -> FrictionScatter:
-    """The scatter of a stored record, additive or multiplicative."""
-    parameters = result[f"{kind}_parameters"]
-    return FrictionScatter(
-        float(result[f"{kind}_std"]),
-        float(result[f"{kind}_length"]),
-        result[f"{kind}_log_covariance"],
-        str(result[f"{kind}_shape"][0]),
-        tuple(map(float, parameters[np.isfinite(parameters)])),
-        float(result[f"{kind}_lengths"]),
-        bool(result[f"{kind}_identified"]),
-    )

@@ -5,6 +5,7 @@ The README agrees with the kept results; the scenes in the documents are valid.
 
 import json
 import math
+import os
 import re
 import runpy
 import shutil
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 import yaml
 
+from roughslip.compilation.source_hash import compiled_folder
 from roughslip.report.sections import BY_CHANCE, by_chance, under_which
 from roughslip.scene.schema import scene_schema
 from tests.scene.shipped import properties
@@ -150,7 +152,9 @@ def test_whole_study(finished, tmp_path):
     copy.path("results/tiny/claims.json").unlink()
     copy.path("examples").mkdir()
     shutil.copy(EXAMPLES / "whole_study.py", copy.path("examples"))
-    done = subprocess.run([sys.executable, "examples/whole_study.py", "tiny"], capture_output=True, **copy.options)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(copy.path("src"))}
+    command = [sys.executable, str(copy.path("examples/whole_study.py")), "tiny"]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": friction coefficient ") == 2  # levels of the scene
     assert f"{'undecided':22} The friction coefficient is leptokurtic" in done.stdout  # on so few strips

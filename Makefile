@@ -55,7 +55,7 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) ruff check .
 	$(RUN) ruff format --check .
 	$(RUN) mypy src
-	$(RUN) snakefmt --check Snakefile workflow/rules
+	$(RUN) snakefmt --check Snakefile workflow/Snakefile workflow/rules
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
 	@set -e; for subject in surface contact chaos oscillator chain; do \

@@ -5,6 +5,7 @@ import os
 import sys
 import tempfile
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 from snakemake.utils import min_version
@@ -15,6 +16,16 @@ ROOT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 SOURCE = ROOT / "src"
 LOCK = ROOT / "requirements.lock"
 sys.path[:0] = [str(ROOT), str(SOURCE)]
+
+# Of an address Snakemake fetches the files of rules alone. Jobs run in the Python of Snakemake.
+if not SOURCE.is_dir():
+    sys.exit(
+        f"{ROOT}: the study runs from a clone: clone the project, `make setup`, and name the Snakefile of the clone"
+    )
+if lacking := [name for name in ("numpy", "scipy", "numba", "netCDF4", "matplotlib", "seaborn") if not find_spec(name)]:
+    sys.exit(
+        f"{sys.executable} has no {', '.join(lacking)}: `make setup` in {ROOT}, then run {ROOT}/.venv/bin/snakemake"
+    )
 
 
 configfile: f"{ROOT}/config/config.yaml"
@@ -31,7 +42,7 @@ from workflow.study import earlier_runs
 from workflow.study.closing import print_closing
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
-from workflow.study.scenes import BENCHMARKS, RULES, Scenes, check_config, check_targets
+from workflow.study.scenes import BENCHMARKS, RULES, Scenes, check_config, check_targets, scene_folders
 from workflow.study.terminal import seconds_of_stages, show_own_errors
 
 # Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.
@@ -53,11 +64,14 @@ if workflow.is_main_process and not workflow.output_settings.verbose:
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:
-    known = [name for scene, variants in all_names(ROOT / "config" / "scenes").items() for name in (scene, *variants)]
+    own = config.get("scenes_folder")
+    files = {scene: variants for folder in scene_folders(ROOT, own) for scene, variants in all_names(folder).items()}
+    known = [name for scene, variants in files.items() for name in (scene, *variants)]
     options = check_config(config, known)
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
-    check_targets(words, known, RULES | {"all"})
-    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked")
+    if workflow.modifier.is_main_snakefile():  # of a module, targets may be rules of the caller
+        check_targets(words, known, RULES | {"all"})
+    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked", own=own)
     compared = scenes.compared(config["compare"]) if "compare" in config else None
     names = Names(scenes, ROOT, writes=RUNS)
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
@@ -130,5 +144,5 @@ for name in known:
 
 
 # A line when a job starts, in place of a block of files and reasons.
-for each in workflow.rules:
+for each in workflow.modifier.rules:
     each.message = each.message or (f"{each.name}: {{wildcards}}" if each.wildcard_names else each.name)

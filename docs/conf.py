@@ -19,13 +19,14 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent / "src")]
 os.environ["PYTHONPATH"] = os.pathsep.join(sys.path[:3])  # of the notebooks
 
+import api_pages  # noqa: E402
 import generated  # noqa: E402
 
 import roughslip  # noqa: E402
 
 project, author, copyright, language = "roughslip", "", "", "en"
 version = release = roughslip.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
 exclude_patterns = ["_build", "notebook"]  # measurements are for developers
 html_theme, html_title = "furo", f"roughslip {version}"
 html_static_path, html_css_files = ["_static"], ["manual.css"]
@@ -70,4 +71,5 @@ def setup(app: Sphinx) -> None:
     app.add_html_math_renderer("mathml", (inline_formula, None), (displayed_formula, None))
     app.config.html_math_renderer = "mathml"
     app.connect("source-read", generated.fill)
-    app.connect("autodoc-process-docstring", generated.as_restructured_text)
+    app.connect("autodoc-process-docstring", api_pages.as_restructured_text)
+    api_pages.write(HERE / "reference" / "api")

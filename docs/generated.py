@@ -1,4 +1,4 @@
-"""Parts of the manual that follow from the source: scene keys, what a key affects, results, verdicts, messages, names.
+"""Parts of the manual that follow from the source: scene keys, what a key affects, results, verdicts, messages.
 
 A comment `<!-- generated: part argument -->` on a page stands for the text that the function of that name returns.
 """
@@ -6,7 +6,6 @@ A comment `<!-- generated: part argument -->` on a page stands for the text that
 from __future__ import annotations
 
 import ast
-import importlib
 import inspect
 import re
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import api_pages
 from sphinx.application import Sphinx
 
 from roughslip import errors
@@ -96,6 +96,7 @@ def scene_keys() -> str:
         rows = [
             f"{meaning}.",
             f"*Allowed:* {describe_allowed(part)}." if "type" in part and part["type"] != "object" else "",
+            "*Or:* `{value: ..., standard_uncertainty: ...}`." if part.get("measured") else "",
             f"*Default:* `{part['default']}`." if "default" in part else "",
             f"*In* `resolved`*:* `{f'{value:g}' if isinstance(value, float) else value}`." if value is not None else "",
             f"*Read by:* {', '.join(stages)}." if stages else f"*Says* {OF_THE_PLAN[key]}.",
@@ -219,49 +220,16 @@ def scene_messages() -> str:
     return "\n".join(f"```text\n{given}\n\n→ {line.strip()}\n```\n" for given, _, line in cases)
 
 
-def names(package: str) -> str:
-    """Directives of autodoc for every public name of a package."""
-    module, text = importlib.import_module(package), []
-    for name in getattr(module, "__all__", ()):
-        value = getattr(module, name)
-        kind = "class" if inspect.isclass(value) else "function"
-        if not callable(value):
-            meaning = f"{value:g}" if isinstance(value, float) else f"One of {', '.join(f'`{word}`' for word in value)}"
-            text.append(f"```{{py:data}} {package}.{name}\n{meaning}.\n```\n")
-            continue
-        members = "\n   :members:" if kind == "class" and not issubclass(value, Exception) else ""
-        text.append(f"```{{eval-rst}}\n.. auto{kind}:: {package}.{name}{members}\n```\n")
-    return "\n".join(text)
+def packages() -> str:
+    """The table of the library's packages."""
+    return api_pages.packages()
 
 
-def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
-    """Docstrings of the project as reStructuredText: `name : (shape) [unit] what it is` becomes an item of a list."""
-    made: list[str] = []
-    block = ""  # what indented lines continue: an item of a list, or a formula that is written out
-    for line in lines:
-        field = re.match(r"(\w[\w, ]*?) : (.*)", line)
-        if field:
-            made += [] if block == "item" else [""]
-            made.append(f"- **{_escaped(field[1])}** – {_escaped(field[2])}")
-            block = "item"
-        elif line.startswith("    ") and block == "item":
-            made.append(f"  {_escaped(line.strip())}")
-        elif line.startswith("    "):
-            made += [line] if block else ["::", "", line]
-            block = "formula"
-        elif not line:
-            made.append(line)
-            block = "formula" if block == "formula" else ""
-        else:
-            made += ["", _escaped(line)] if block else [_escaped(line)]
-            block = ""
-    lines[:] = made
+def examples() -> str:
+    """The sections of the gallery."""
+    from gallery import sections  # with seaborn
 
-
-def _escaped(text: str) -> str:
-    """A line without marks of reStructuredText; what stands between backticks is code."""
-    parts = re.split(r"(`[^`]+`)", text.replace("\\", "\\\\"))
-    return "".join(f"`{part}`" if part.startswith("`") else re.sub(r"([*|_])", r"\\\1", part) for part in parts)
+    return sections()
 
 
 missing = sorted(key for key, part in keys().items() if "properties" not in part and not affected(key)[0])

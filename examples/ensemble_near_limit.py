@@ -8,7 +8,7 @@ from roughslip.oscillator import (
     Oscillator,
     StribeckLaw,
     count_difference,
-    ensemble_counts,
+    ensemble,
     grazing_response,
 )
 from roughslip.probability import BetaDistribution
@@ -31,9 +31,9 @@ print(f"without scatter the cycle ends at D = {response.limit:.4f}; with it the 
 dampings = response.limit + scatter * np.array([-4.0, -2.0, -1.0, 1.0, 4.0])
 paths = path_sampler(process, spacing_m=process.correlation_length_m / 4, length_m=2.0)
 runs = [KeptPath(paths.realisation([1, number])) for number in range(24)]
-counts = [ensemble_counts(belt, law, path, paths.spacing, 100.0, dampings).cycles for path in runs]
-without = ensemble_counts(belt, law, None, 0.0, 100.0, dampings).cycles
-lost = count_difference(without, np.array(counts))
+counts = ensemble(belt, law, runs, paths.spacing, over={"damping": dampings}).cycles
+(without,) = ensemble(belt, law, [None], over={"damping": dampings}).cycles
+lost = count_difference(without, counts)
 print("cycles in 100 natural periods:")
 for row in zip(dampings, without, lost.mean, lost.low, lost.high, strict=True):
     print("  D = {:.4f}: {} without scatter, {:.1f} with it; lost {:.1f} to {:.1f}".format(*row))

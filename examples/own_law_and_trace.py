@@ -1,11 +1,11 @@
-"""A friction law given as a function, and friction along the belt given as an array."""
+"""A friction law given as a function, friction along the belt given as an array, and two sweeps."""
 
 import itertools
 import math
 
 import numpy as np
 
-from roughslip.oscillator import Oscillator, existence_limit, friction_law, hopf_damping, simulate
+from roughslip.oscillator import Oscillator, ensemble, existence_limit, friction_law, hopf_damping, simulate
 
 belt = Oscillator(
     mass_kg=2.0,
@@ -26,9 +26,15 @@ by_hand = 0.1 / 0.04 * math.exp(-0.05 / 0.04) * 40.0 / (2 * 2.0 * 60.0)  # -mu'(
 print(f"sliding is unstable below D = {hopf_damping(belt, law):.5f}, by hand {by_hand:.5f}")
 print(f"the cycle exists up to D = {existence_limit(belt, law):.3f}")
 
-# Friction as measured along a track of 20 mm, a value each 50 µm: what is left of it after the mean curve.
-track = 0.01 * np.random.default_rng(1).standard_normal(400).cumsum() / 20
-track -= track.mean()
-ended = simulate(belt, law, track, spacing_m=5e-5, duration_periods=3.0)
-repeated = simulate(belt, law, itertools.repeat(track), spacing_m=5e-5, duration_periods=100.0)
-print(f"{ended.cycles} cycles on the track once, {repeated.cycles} in 100 natural periods round and round")
+# Friction as measured along eight tracks of 20 mm, a value each 50 µm: what is left after the mean curve.
+tracks = 0.01 * np.random.default_rng(1).standard_normal((8, 400)).cumsum(axis=1) / 20
+tracks -= tracks.mean(axis=1, keepdims=True)
+ended = simulate(belt, law, tracks[0], spacing_m=5e-5, duration_periods=3.0)
+print(f"{ended.cycles} cycles on a track once, in 100 natural periods round and round:")
+runs = [itertools.repeat(track) for track in tracks]
+counts = {}
+for name, values in {"damping": np.linspace(0.05, 0.45, 9), "belt_velocity": np.linspace(0.02, 0.18, 9)}.items():
+    counts[name] = ensemble(belt, law, runs, spacing_m=5e-5, over={name: values}).cycles
+    (without,) = ensemble(belt, law, [None], over={name: values}).cycles
+    for value, some, one in zip(values, counts[name].T, without, strict=True):
+        print(f"  {name} {value:.2f}: {some.mean():.1f} ({some.min()} to {some.max()}), without the tracks {one}")

@@ -19,18 +19,20 @@ WORKFLOW = sorted((ROOT / "workflow").rglob("*.py"))
 # The ground floor, which everyone may import, and then who else a package may import.
 GROUND = (
     *("errors", "atomic_write", "validation", "grid", "store", "compilation", "probability", "limits", "fft"),
-    "public_names",
+    *("public_names", "short_repr"),
 )
 SUBJECTS = ("surface", "contact", "chaos", "friction", "oscillator")
 ALLOWED = {
     **dict.fromkeys(GROUND, ()),
     **dict.fromkeys((*SUBJECTS, "scene", "figures", "report", "datasets"), ()),
     "plot": ("contact", "oscillator"),
+    "record": (),
     "scan": ("surface",),
     "verdicts": ("chaos", "friction"),
     "stages": (
         "surface",
         "scan",
+        "record",
         "contact",
         "chaos",
         "friction",
@@ -93,11 +95,11 @@ def test_arrows_point_downwards_only():
 
 def test_the_root_of_the_package_holds_the_ground_floor_and_what_is_for_users():
     loose = {file.stem for file in MODULES.values() if file.parent == SOURCE / "roughslip"}
-    assert loose <= {*GROUND, "__init__", "datasets", "plot"}
+    assert loose <= {*GROUND, "__init__", "__main__", "datasets", "plot"}
 
 
 def test_each_file_format_has_one_reader():
-    assert importers_of("xarray") == {"roughslip.store", "roughslip.datasets"}
+    assert importers_of("xarray") == {"roughslip.store", "roughslip.datasets", "roughslip.validation"}  # as a type
     assert importers_of("netCDF4") <= {"roughslip.store", "roughslip.scan.named_arrays"}
     assert {room(module) for module in importers_of("SurfaceTopography", "h5py")} == {"scan"}
 
@@ -109,6 +111,16 @@ def test_only_figures_know_plotting():
 
 def test_the_package_does_not_know_the_workflow():
     assert importers_of("snakemake", "workflow") == set()
+
+
+def test_the_wheel_is_the_library():
+    """It holds all but the study, and imports neither that nor a package that only the study installs."""
+    wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
+    study = {Path(folder).name for folder in wheel["exclude"]}
+    assert study == {"scene", "stages", "figures", "verdicts", "report"}
+    library = {module for module in MODULES if room(module) not in study}
+    assert not {(module, name) for module in library for name in imported(module) if room(name) in study}
+    assert {room(module) for module in importers_of("jinja2", "yaml", "jsonschema", "snakemake", "seaborn")} <= study
 
 
 def test_nothing_imports_a_stage_that_is_a_command():

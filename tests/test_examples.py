@@ -3,28 +3,32 @@
 The README agrees with the kept results; the scenes in the documents are valid.
 """
 
+import ast
 import json
 import math
-import os
 import re
 import runpy
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from roughslip.compilation.source_hash import compiled_folder
+from roughslip.oscillator import existence_limit, hopf_damping
 from roughslip.report.sections import BY_CHANCE, by_chance, under_which
 from roughslip.scene.schema import scene_schema
 from tests.scene.shipped import properties
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
+# Of tasks that a user brings: what they may take, at most.
+MOST_LINES = {"contact_of_heights": 21, "contact_of_scan": 14, "contact_plastic": 10, "surface_anisotropic": 11}
+MOST_LINES |= {"friction_windows": 18, "expansion_sobol": 15, "bifurcation": 22, "own_law_and_trace": 34}
 
 
 def run(name: str) -> dict:
@@ -43,12 +47,47 @@ def test_contact_hertz():
 
 
 def test_contact_plastic():
-    """No node yields below Hertz's limit. Where all of the contact yields, its area is the load over the hardness; the
-    shares of cells at its edge make an error of some per mille."""
+    """Where all of the contact yields, its area is the load over the hardness, to the shares of cells at its edge. No
+    contact of the hardest surface has yielded."""
     found = run("contact_plastic")
-    assert found["yielded"][0.9] == 0 < found["yielded"][1.1] < found["yielded"][2.0]
-    assert found["area"]["soft"] == pytest.approx(0.1, rel=5e-3)
-    assert found["area"]["elastic"] < found["area"]["as hard as it is"] + 0.01
+    np.testing.assert_allclose(found["curve"].area, [0.05, 0.1], rtol=5e-3)
+    assert found["curve"].solutions[0].yielded_share > 0.9
+
+
+def test_contact_of_heights():
+    """Load and penetration are inverse to each other; area grows a little slower than the load."""
+    found = run("contact_of_heights")
+    assert found["heights"].max() - found["pressed"].plane == pytest.approx(1e-7, rel=1e-8)
+    slopes = np.diff(np.log(found["curve"].area)) / np.diff(np.log(found["curve"].mean_pressure))
+    assert 0.6 < slopes.min() < np.mean(slopes[-3:]) < 1.0
+
+
+@pytest.mark.slow
+def test_contact_of_scan():
+    found = run("contact_of_scan")
+    assert found["deep"].plane == pytest.approx(found["pressed"].plane, abs=1e-12)
+    assert (np.diff(found["curve"].area) > 0).all()
+
+
+def test_surface_anisotropic():
+    """Between points the slope is 0.982 of that of the field, and the curvature 0.960."""
+    found = run("surface_anisotropic")
+    assert found["found"].rms_slope.low < 0.0982 < found["found"].rms_slope.high
+    assert found["found"].rms_curvature.low < 0.96 * 7.54e4 < found["found"].rms_curvature.high
+
+
+@pytest.mark.slow
+def test_bifurcation():
+    """Stick-slip from rest while the cycle exists, at D = 0.25; from sliding where that is unstable too."""
+    found = run("bifurcation")
+    belts = [replace(found["pad"], belt_velocity_m_per_s=velocity) for velocity in found["velocities"]]
+    exists = np.array([existence_limit(belt, found["law"]) > 0.25 for belt in belts])
+    hopf = np.array([hopf_damping(belt, found["law"]) for belt in belts])
+    up, down = np.array(found["up"]), np.array(found["down"])
+    np.testing.assert_array_equal(down > 0.5, exists)
+    np.testing.assert_allclose(up[hopf > 0.26], down[hopf > 0.26], rtol=1e-3)
+    np.testing.assert_allclose(up[hopf < 0.23], 0.0, atol=0.01)
+    assert exists[hopf < 0.23].any()
 
 
 def test_contact_periodic():
@@ -88,23 +127,19 @@ def test_surface_from_scan():
         assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high
 
 
-@pytest.mark.slow
 def test_expansion_sobol():
-    """Jansen's estimate from 1000 pairs has a standard error of some 4 % of itself."""
+    """A product of lognormal powers: variances of the logarithms decide. Latin hypercubes of 200 samples."""
     found = run("expansion_sobol")
-    assert found["fit"].leave_one_out < 0.02
+    assert found["fit"].leave_one_out < 1e-5
+    np.testing.assert_allclose(found["first"], found["exact"], atol=1e-3)
     assert (found["first"] <= found["total"]).all()
-    np.testing.assert_allclose(found["total"], found["brute"], rtol=0.15, atol=0.003)
 
 
 def test_friction_windows():
-    """The scatter that the study keeps lies in the interval. A path of 1700 correlation lengths gives its scatter to
-    3 % and its correlation to 0.03."""
+    """The scatter that the study keeps lies in the interval."""
     found = run("friction_windows")
-    assert float(found["found"].mean.value) == pytest.approx(0.3, rel=1e-12)
-    assert found["variation"].low < 0.111 < found["variation"].high
-    assert found["path"].std() == pytest.approx(float(found["found"].std.value), rel=0.06)
-    assert found["correlation"] == pytest.approx(np.exp(-300 / 290), abs=0.06)
+    assert float(found["found"].mean.value) == pytest.approx(0.3, rel=1e-2)
+    assert found["found"].variation.low < 0.111 < found["found"].variation.high
 
 
 def test_stick_slip_cycle():
@@ -119,12 +154,25 @@ def test_stick_slip_cycle():
 
 @pytest.mark.slow  # compiles the motion for the law of the example
 def test_own_law_and_trace():
-    """The slope by differences is that by hand, and a cycle takes a natural period or little more."""
+    """The slope by differences is that by hand, and a cycle takes a natural period or little more. It ends with
+    damping, and with speed."""
     found = run("own_law_and_trace")
     assert found["by_hand"] == pytest.approx(math.exp(-1.25) * 2.5 / 6.0, rel=1e-12)
     assert found["hopf_damping"](found["belt"], found["law"]) == pytest.approx(found["by_hand"], rel=1e-9)
-    assert 80 < found["repeated"].cycles <= 100
     assert found["ended"].cycles == 2
+    for counts in found["counts"].values():
+        assert counts.shape == (8, 9)
+        assert counts[:, 0].min() > 20
+        assert counts[:, -1].max() == 0
+
+
+@pytest.mark.slow
+def test_examples_have_types():
+    """As strictly as mypy can, for those who copy them."""
+    command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "examples"]
+    command += ["--disable-error-code=import-not-found"]  # of a public solver, where it is not installed
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.slow
@@ -152,9 +200,7 @@ def test_whole_study(finished, tmp_path):
     copy.path("results/tiny/claims.json").unlink()
     copy.path("examples").mkdir()
     shutil.copy(EXAMPLES / "whole_study.py", copy.path("examples"))
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(copy.path("src"))}
-    command = [sys.executable, str(copy.path("examples/whole_study.py")), "tiny"]
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "examples/whole_study.py", "tiny"], capture_output=True, **copy.options)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": friction coefficient ") == 2  # levels of the scene
     assert f"{'undecided':22} The friction coefficient is leptokurtic" in done.stdout  # on so few strips
@@ -166,8 +212,19 @@ def test_every_example_is_tested_short_and_listed():
     assert {f"test_{name}" for name in names} <= globals().keys()
     listed = (ROOT / "docs/library.md").read_text(encoding="utf-8")
     assert [name for name in names if f"(../examples/{name}.py)" not in listed] == []
-    lines = {name: len((EXAMPLES / f"{name}.py").read_text(encoding="utf-8").splitlines()) for name in names}
-    assert max(lines.values()) <= 45
+    assert max(len((EXAMPLES / f"{name}.py").read_text(encoding="utf-8").splitlines()) for name in names) <= 50
+    lines = {name: statement_lines((EXAMPLES / f"{name}.py").read_text(encoding="utf-8")) for name in MOST_LINES}
+    assert {name: count for name, count in lines.items() if count > MOST_LINES[name]} == {}
+
+
+def statement_lines(source: str) -> int:
+    """Lines without those that are empty or of comments and docstrings."""
+    docstrings = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            docstrings |= set(range(node.lineno, node.end_lineno + 1))
+    lines = enumerate(map(str.strip, source.splitlines()), 1)
+    return sum(bool(line) and not line.startswith("#") and number not in docstrings for number, line in lines)
 
 
 SCENES = ("paper", "resolved")

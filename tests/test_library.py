@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 
 import roughslip
 from roughslip import Grid, ParameterError, to_xarray
-from roughslip.contact import Influence, solve
+from roughslip.contact import Influence, solve, solve_loads
 from roughslip.friction import FrictionProcess, path_sampler, sample_path, strip_weights, window_statistics
-from roughslip.oscillator import Oscillator, StribeckLaw, simulate, trajectory
+from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate, trajectory
 from roughslip.probability import BetaDistribution
 
 SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")
@@ -90,6 +90,20 @@ def test_results_become_datasets_with_coordinates_and_units():
 
     with pytest.raises(ParameterError, match="result of this package, not list"):
         to_xarray([1.0])
+
+
+def test_results_show_shapes_of_arrays():
+    """And numbers, statistics and parts as they are, in some lines."""
+    influence, heights = Influence(GRID, 1e11), np.random.default_rng(1).standard_normal(GRID.shape) * 1e-9
+    curve = solve_loads(influence, heights, [1e6] * 5)
+    one = repr(curve.solutions[0])
+    assert one.startswith(
+        "ContactSolution(pressure=array(8, 6), gap=array(8, 6), plastic_displacement=array(8, 6), plane="
+    )
+    assert repr(curve).endswith("residual=array(5,), solutions=tuple of 5 ContactSolution)")
+    counts = ensemble(BELT, StribeckLaw(0.3), [None], duration_periods=3.0, over={"damping": [0.1, 0.2]})
+    assert repr(counts).startswith("Counts(cycles=array(1, 2)")
+    assert repr(counts).endswith("over={'damping': array(2,)})")
 
 
 def test_pictures_show_the_numbers():

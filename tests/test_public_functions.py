@@ -14,9 +14,9 @@ import xarray as xr
 
 from roughslip import Grid, MissingPackageError, ParameterError
 from roughslip.chaos import hermite_basis, least_squares, multi_indices
-from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load
+from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load, solve_loads
 from roughslip.friction import FrictionProcess, sample_path, strip_weights, window_statistics
-from roughslip.oscillator import Oscillator, StribeckLaw, ensemble_counts, simulate
+from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate
 from roughslip.probability import BetaDistribution, empirical_distribution
 from roughslip.probability.estimate import wilson_interval
 
@@ -31,10 +31,10 @@ RESULTS = {
     *("CensoredFit", "FieldExpansion", "Fit", "LocalExpansion", "ModeShares", "StripExpansion", "ContactSolution"),
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
     *("Basins", "LimitCycle", "Motion", "Reattachment", "Residence", "Spells", "States", "Trajectory", "TroughMap"),
-    *("EmpiricalDistribution", "Estimate"),
+    *("EmpiricalDistribution", "Estimate", "ContactSweep"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),
-    *("FrictionLaw", "Answer"),
+    *("FrictionLaw", "Answer", "Budget", "Uncertain", "Split"),
 }
 ANY_SHAPE = {
     *("wilson_interval.successes", "wilson_interval.trials", "plane_height.percentile", "window_sums.column_sums"),
@@ -140,12 +140,42 @@ def test_arrays_of_other_kinds_give_the_same():
         lambda array: hermite_basis(array(1e6 * heights), array(indices)),
         lambda array: least_squares(array(heights), array(MU[0][:8])).coefficients,
         lambda array: simulate(BELT, StribeckLaw(0.3), array(1e-3 * MU.ravel()), 1.0, 5.0).position,
-        lambda array: ensemble_counts(BELT, StribeckLaw(0.3), None, 1.0, 5.0, array(MU[0])).cycles,
+        lambda array: ensemble(BELT, StribeckLaw(0.3), [None], 1.0, 5.0, over={"damping": array(MU[0])}).cycles,
         lambda array: wilson_interval(array(np.arange(3.0)), array(np.full(3, 9.0)))[0],
     )
     for number, function in enumerate(functions):
         for kind in kinds:
             np.testing.assert_array_equal(function(kind), function(np.asarray), err_msg=f"{number} {kind}")
+
+
+def test_a_field_with_coordinates_brings_its_cells_and_keeps_its_coordinates():
+    """The numbers are those of the plain array; a penetration is counted from the highest node. Coordinates that are
+    not equally spaced, that the arguments contradict, or of another unit or order are refused."""
+    x, y = 3e-6 + GRID.x(), -1e-6 + 2.0 * GRID.y()
+    plain = 1e-9 * np.random.default_rng(2).standard_normal(GRID.shape)
+    heights = xr.DataArray(plain, {"x": x, "y": y.astype(np.float32)}, ("x", "y"))
+    grid = Grid.of(heights)
+    assert (grid.shape, grid.dx, grid.dy) == (GRID.shape, pytest.approx(1e-6), pytest.approx(2e-6))
+    assert Grid.of(plain, 2e-6) == Grid.of(plain, 2e-6, 2e-6) == Grid(8, 6, 2e-6, 2e-6)
+    influence = Influence(grid, 1e11)
+    deep, curve = solve(influence, heights, penetration_m=1.5e-9), solve_loads(influence, heights, [1e6, 1e7])
+    assert deep.plane == plain.max() - 1.5e-9
+    assert (deep.pressure.sum() / GRID.size, curve.solutions[0].gap.dims) == (deep.mean_pressure, ("x", "y"))
+    xr.testing.assert_identical(deep.pressure.coords["x"], heights.coords["x"])
+    np.testing.assert_array_equal(deep.pressure, solve(influence, plain - deep.plane).pressure)
+    xr.testing.assert_identical(contact_shares(deep.pressure).coords["y"], heights.coords["y"])
+    assert type(solve(influence, plain).pressure) is np.ndarray
+    wrong = (
+        (heights.assign_coords(x=x**2), {}, "heights.x must be at least two coordinates that increase in equal steps"),
+        (heights[::-1], {}, "heights.x must be"),
+        (heights.T, {}, "dimensions x and y, in m, not 'y'"),
+        (heights.assign_coords(x=("x", 1e6 * x, {"units": "µm"})), {}, "in m, not 'x' in µm"),
+        (heights, {"dx": 1e-6}, "not both"),
+        (plain, {}, "need the edges dx and dy"),
+    )
+    for field, given, line in wrong:
+        with pytest.raises(ParameterError, match=line):
+            Grid.of(field, **given)
 
 
 def test_pictures_without_matplotlib_name_what_installs_it():

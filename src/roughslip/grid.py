@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numbers
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.validation import gate, positive
+from roughslip.validation import finite, gate, positive
+
+UNEQUAL = 1e-3  # of a step: coordinates in single precision differ by less
 
 
 @gate
@@ -32,6 +35,23 @@ class Grid:
             )
         for axis, edge in (("x", self.dx), ("y", self.dy)):
             positive(f"the edge of a cell along {axis}", edge, "m")
+
+    @classmethod
+    @gate
+    def of(cls, heights: Any, dx: float | None = None, dy: float | None = None) -> Grid:
+        """The mesh of a field.
+
+        heights : (nx, ny) [m] an array, or a DataArray whose coordinates x and y [m] give the edges of cells
+        dx, dy : edges of a cell [m], where there are no coordinates; both alike if one is given
+
+        Raises ParameterError where edges are missing or given twice, and for coordinates that are not equally spaced.
+        """
+        nx, ny = finite("heights", heights, 2).shape
+        step_x, step_y = _step(heights, 0), _step(heights, 1)
+        edge_x, edge_y = step_x or dx or dy, step_y or dy or dx
+        if edge_x is None or edge_y is None or (step_x and dx) or (step_y and dy):
+            raise ParameterError("heights need the edges dx and dy of a cell [m], or coordinates x and y, not both")
+        return cls(nx, ny, edge_x, edge_y)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -60,3 +80,24 @@ class Grid:
     def y(self) -> np.ndarray:
         """y : (ny,) [m] nodes across the belt, the first at dy / 2."""
         return (np.arange(self.ny) + 0.5) * self.dy
+
+
+def _step(heights: Any, axis: int) -> float | None:
+    """Distance [m] of the coordinates of a DataArray along an axis; None without coordinates."""
+    dimension = getattr(heights, "dims", (0, 1))[axis]
+    coordinate = getattr(heights, "coords", {}).get(dimension)
+    if coordinate is None:
+        return None
+    if dimension != "xy"[axis] or coordinate.attrs.get("units", "m") != "m":
+        raise ParameterError(
+            f"heights must have the dimensions x and y, in m, not {dimension!r} in {coordinate.attrs.get('units')}: "
+            "rename or transpose them"
+        )
+    places = finite(f"heights.{dimension}", coordinate, 1)
+    step = (places[-1] - places[0]) / max(places.size - 1, 1)
+    if not step > 0.0 or np.ptp(np.diff(places)) > UNEQUAL * step:
+        raise ParameterError(
+            f"heights.{dimension} must be at least two coordinates that increase in equal steps: interpolate, or leave "
+            "them out and give dx and dy"
+        )
+    return float(step)

@@ -158,7 +158,7 @@ def write(
 
 
 @gate
-def read(path: Path) -> Result:
+def read(path: Path | str) -> Result:
     """Read a result whole. Raises StoreError where it is missing, truncated or altered, with the command to rebuild."""
     path = Path(path)
     if not path.is_file():

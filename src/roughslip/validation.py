@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import collections.abc
+import dataclasses
 import functools
 import inspect
 import itertools
 import math
 import operator
 import re
+import sys
 import types
 import typing
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from roughslip.errors import ParameterError, real, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    Field = np.ndarray | xr.DataArray
+else:
+    Field = np.ndarray  # the gate makes one of a DataArray
 
 Public = TypeVar("Public", bound=Callable[..., Any])
 Check = Callable[[str, Any], Any]  # takes a name and a value; returns the value as the function wants it
@@ -32,7 +41,8 @@ def gate(public: Public) -> Public:
 
     The annotations say what an argument must be. The docstring says the shape of an array, as `mu, valid : (S, W)`: its
     dimensions are counted, and equal letters are equal numbers. An array with a unit is finite and becomes one of
-    doubles. Lists, DataArrays and all else that numpy reads are arrays.
+    doubles. Lists, DataArrays and all else that numpy reads are arrays. Results of the shape of a DataArray of two
+    dimensions have its coordinates.
 
     Arguments raise ParameterError, in a line that names the argument. They do so where they are of another type or of
     other dimensions, have masked entries, or are text or None in place of a number.
@@ -60,6 +70,7 @@ def gate(public: Public) -> Public:
     def checked(*args: Any, **keywords: Any) -> Any:
         by_name, in_order, compared = checks()
         given = list(args)
+        labelled = _labelled(given, keywords) if "xarray" in sys.modules else None
         for place, (name, check) in zip(range(own, len(given)), in_order, strict=False):
             given[place] = check(name, given[place])
         for name, value in keywords.items():
@@ -73,12 +84,33 @@ def gate(public: Public) -> Public:
                     if isinstance(value := given[place] if place < len(given) else keywords.get(name), np.ndarray)
                 ]
             )
-        return inner(*given, **keywords)
+        result = inner(*given, **keywords)
+        return result if labelled is None else _labelled_as(labelled, result)
 
     if own:
         public.__init__ = checked  # type: ignore[method-assign]
         return public
     return typing.cast(Public, checked)
+
+
+def _labelled(given: list[Any], keywords: dict[str, Any]) -> xr.DataArray | None:
+    """The first DataArray of two dimensions among the arguments."""
+    kind = sys.modules["xarray"].DataArray
+    return next((value for value in (*given, *keywords.values()) if isinstance(value, kind) and value.ndim == 2), None)
+
+
+def _labelled_as(field: xr.DataArray, result: Any, name: str | None = None) -> Any:
+    """A result whose arrays of the shape of the field, also in parts of it, have the coordinates of the field."""
+    if isinstance(result, np.ndarray) and result.shape == field.shape:
+        return type(field)(result, field.coords, field.dims, name)
+    if type(result) in (list, tuple):
+        return type(result)(_labelled_as(field, part) for part in result)
+    if not dataclasses.is_dataclass(result) or isinstance(result, type):
+        return result
+    parts = {one.name: getattr(result, one.name) for one in dataclasses.fields(result)}
+    made = {name: _labelled_as(field, part, name) for name, part in parts.items()}
+    changed = {name: part for name, part in made.items() if part is not parts[name]}
+    return dataclasses.replace(result, **changed) if changed else result
 
 
 class _Shape(typing.NamedTuple):
@@ -140,8 +172,12 @@ def _check(hint: Any, shape: _Shape | None) -> Check:
         return functools.partial(_word, parts)
     if kind in _ROWS[:3]:
         return functools.partial(_items, kind, [_check(part, _ROW) for part in parts if part is not Ellipsis], parts)
+    if kind is collections.abc.Mapping:
+        return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Iterable:
         return _rows
+    if kind is collections.abc.Mapping:
+        return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Callable:
         return functools.partial(_instance, collections.abc.Callable, "a function")
     if hint is Path:

@@ -6,6 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermegauss, hermeval
+from scipy.special import ndtri
 
 from roughslip.chaos.hermite import (
     HermiteBasis,
@@ -15,7 +16,8 @@ from roughslip.chaos.hermite import (
     multi_indices,
     sobol_indices,
 )
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.chaos.regression import least_squares
+from roughslip.errors import IllPosedError, InaccurateWarning, ParameterError
 
 
 @pytest.mark.parametrize(("variables", "degree"), [(8, 3), (1, 0), (1, 7), (5, 0), (3, 4), (101, 1)])
@@ -88,6 +90,22 @@ def test_indices_of_a_product_of_three():
     first, total = sobol_indices(indices, np.where(indices.max(axis=1) <= 1, 1.0, 0.0), np.eye(3))
     np.testing.assert_allclose(first, np.full(3, 1 / 7), rtol=1e-12)
     np.testing.assert_allclose(total, np.full(3, 4 / 7), rtol=1e-12)
+
+
+def test_indices_of_an_expansion_that_predicts_nothing_come_with_a_warning():
+    """The function of Ishigami and Homma has uniform inputs: as one of normal variables its degree 8 from 2000 samples
+    misses more than the variance, and its first index is not 0.314. Where 500 samples give all terms, none is said."""
+    x = np.random.default_rng(1).uniform(-np.pi, np.pi, (2000, 3))
+    response = np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    terms = multi_indices(3, 8)
+    fit = least_squares(hermite_basis(ndtri(0.5 + x / (2 * np.pi)), terms), response)
+    assert fit.leave_one_out > 1.0
+    with pytest.warns(InaccurateWarning, match=f"misses {fit.leave_one_out:.0%} of the variance of left-out samples"):
+        first, _ = sobol_indices(terms, fit)
+    assert abs(first[0] - 0.314) > 0.1
+    xi, terms = np.random.default_rng(2).standard_normal((500, 3)), multi_indices(3, 3)
+    first, total = sobol_indices(terms, least_squares(hermite_basis(xi, terms), np.prod(1 + xi, axis=1)))
+    np.testing.assert_allclose((first, total), [np.full(3, 1 / 7), np.full(3, 4 / 7)], rtol=1e-10)
 
 
 def test_modes_behind_one_rotated_variable():

@@ -322,6 +322,11 @@ def test_several_loads(surface, contact_conditions, shape: tuple[int, int], hard
         assert one.residual <= 1e-9
         np.testing.assert_allclose(one.pressure, alone.pressure, rtol=0, atol=1e-6 * alone.pressure.max())
         contact_conditions(one, influence.apply(one.pressure), heights - one.plane, hardness)
+    np.testing.assert_allclose(found.mean_pressure, loads, rtol=1e-11)
+    assert found.area.tolist() == [one.shares.mean() for one in found]
+    assert (np.diff(found.area[np.argsort(loads)]) >= 0).all()
+    assert found.pressure.shape == (len(loads), *shape)
+    assert found.residual.max() <= 1e-9
     again = solve_loads(influence, heights, np.array(sorted(loads)), 1e-9, hardness)
     for one, other in zip(sorted(found, key=lambda s: s.mean_pressure), again, strict=True):
         np.testing.assert_array_equal(one.pressure, other.pressure)

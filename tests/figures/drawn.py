@@ -292,6 +292,24 @@ def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     return found | with_interval("half", 0.32 + 0.1 * deviation, 0.01)
 
 
+def budget_result(
+    sources=(
+        "friction curve",
+        "contact solves",
+        "natural frequency",
+        "damping",
+        "belt velocity",
+        "normal force",
+    ),
+    results=("probability", "damping", "belt_velocity", "load"),
+):
+    """Made up: first indices that fall, and total ones above them."""
+    first = np.tile(0.6 * 0.4 ** np.arange(len(sources)), (len(results), 1))
+    found = {"source_name": np.array(sources), "result_name": np.array(results), "outcome": 0.8 * first[0]}
+    found |= {"outcome_scatter": np.array(0.3), "averaged_probability": np.array(0.62)}
+    return found | with_interval("first", first, 0.1) | {"total": 1.2 * first}
+
+
 def loads_result(most=1.0):
     """Made up: five loads, the second of the scene; near full contact every window touches."""
     pressure = 1e6 * 10.0 ** np.array([-1.0, -0.5, 0.0, 0.5, 1.0])

@@ -16,6 +16,8 @@ from roughslip.figures.figure3 import DRAWN as DRAWN_3
 from roughslip.figures.figure3 import FAMILIES, figure3, figure3_law
 from roughslip.figures.figure5 import DRAWN as DRAWN_5
 from roughslip.figures.figure5 import figure5
+from roughslip.figures.figure_budget import DRAWN as BUDGET_DRAWN
+from roughslip.figures.figure_budget import figure_budget
 from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
@@ -35,6 +37,7 @@ from tests.figures.drawn import (
     Recorded,
     assert_all_is_in_its_place,
     assert_no_legend_covers_data,
+    budget_result,
     chain_result,
     field_result,
     friction,
@@ -60,6 +63,7 @@ FIGURES = {
     "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
     "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
     "residence": (figure_residence, RESIDENCE_DRAWN["figure_residence"], residence_result()),
+    "budget": (figure_budget, BUDGET_DRAWN["figure_budget"], budget_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
 LAID_OUT = ("figure2", "figure3_law", "field")  # in the fast tests: legends, most panels, maps with colour bars
@@ -113,6 +117,10 @@ CASES = {
         "four scatters": residence_result(),
         "one scatter": residence_result(5, (1.0,)),
         "no theory": residence_result() | {"sliding_by_theory": np.full((4, 12), np.nan)},
+    },
+    "budget": {
+        "six sources": budget_result(),
+        "nothing uncertain": budget_result(("",), ("probability", "damping")),
     },
     "loads": {"heavy": loads_result(), "light": loads_result(0.01)},
 }

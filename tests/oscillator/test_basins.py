@@ -7,15 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.basins import basin_share, ends_in_stick_slip
+from roughslip.oscillator.basins import basin_share, ends_in_stick_slip, unstable_cycle
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.function_law import friction_law
 from roughslip.oscillator.limits import departure_point, equilibrium, existence_limit, hopf_damping
-from roughslip.oscillator.slip_flow import next_peak, slip_flow
 from tests.oscillator.motions import LAW, STUDY
 
 LIMITS = hopf_damping(STUDY, LAW), existence_limit(STUDY, LAW)
@@ -30,20 +28,16 @@ def falling(speed):
     return 0.5 + 0.5 * math.exp(-speed / 0.5)
 
 
-def unstable_cycle(oscillator, law):
-    """The peak of the unstable cycle in units of V, a fixed point of the map of peaks, and its X."""
-    flow = slip_flow(oscillator, law)
-    w = brentq(lambda w: next_peak(flow, flow.at_peak(w), w)[0] - w, 0.02, 1.0 - 1e-9, xtol=1e-13)
-    return w, flow
-
-
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
 def test_labels_change_at_the_unstable_cycle(distance):
-    w, flow = unstable_cycle(BOTH, LAW)
-    states = [
-        (flow.steady + BOTH.V * flow.at_peak(peak), BOTH.V * peak) for peak in (w * (1 - distance), w * (1 + distance))
-    ]
-    assert ends_in_stick_slip(BOTH, LAW, states).tolist() == [False, True]
+    """It closes to within a sample, and exists between the limits alone."""
+    cycle, rest = unstable_cycle(BOTH, LAW), np.array([equilibrium(BOTH, LAW), 0.0])
+    assert np.linalg.norm(cycle[-1] - cycle[0]) < 2 * np.linalg.norm(cycle[1] - cycle[0])
+    for place in (cycle[0], cycle[len(cycle) // 2]):
+        states = rest + (place - rest) * np.array([[1 - distance], [1 + distance]])
+        assert ends_in_stick_slip(BOTH, LAW, states).tolist() == [False, True]
+    for damping in (LIMITS[0] * 0.99, LIMITS[1] * 1.01):
+        assert unstable_cycle(replace(STUDY, damping_ratio=damping), LAW).size == 0
 
 
 def test_states_whose_end_is_known_by_hand():

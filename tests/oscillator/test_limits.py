@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.process import CorrelationShape, FrictionProcess
 from roughslip.oscillator import slip_flow as module
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.counts import ensemble
 from roughslip.oscillator.equation import State, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -205,8 +205,8 @@ def test_cycles_are_counted_by_their_period(law, periods):
     From rest the mass first departs at tau = X_d / V. Then every cycle is the first one again.
     """
     dampings = [0.0, 0.05, 0.17, 0.23, 0.3, 0.324, 0.325, 0.34, 0.6, 0.99, 1.5]
-    counts = ensemble_counts(STUDY, law, None, 0.0, periods, dampings)
-    for damping, cycles, last in zip(dampings, counts.cycles, counts.last_cycle, strict=True):
+    counts = ensemble(STUDY, law, [None], duration_periods=periods, over={"damping": dampings})
+    for damping, cycles, last in zip(dampings, counts.cycles[0], counts.last_cycle[0], strict=True):
         if damping >= existence_limit(STUDY, law):
             assert (cycles, last) == (0, 0.0)
             continue
@@ -264,12 +264,15 @@ def test_long_windows_move_the_limit_farther_until_friction_is_constant_over_a_l
     """
     scatter = {
         length: response.scatter(FrictionProcess(BETA, length / 2, TRIANGLE).autocorrelation)
-        for length in (6e-4, 4.8e-3, 63e-3, 252e-3)
+        for length in (6e-4, 4.8e-3, 6e-3, 8e-3, 63e-3, 252e-3)
     }
     assert scatter[6e-4] == pytest.approx(1.50, abs=0.01)
     assert scatter[4.8e-3] == pytest.approx(2.53, abs=0.01)
     assert scatter[63e-3] == pytest.approx(0.90, abs=0.01)
     assert scatter[252e-3] == pytest.approx(scatter[63e-3] / 2, rel=1e-3)
+    assert scatter[6e-3] == pytest.approx(2.55, abs=0.01)  # the most of any length
+    assert scatter[6e-3] > max(scatter[4.8e-3], scatter[8e-3])
+    assert scatter[63e-3] == pytest.approx(0.2257 / math.sqrt(63e-3), rel=1e-3)
     assert response.scatter(3e-4) == pytest.approx(1.45, abs=0.01)
     assert response.scatter(lambda lag: np.exp(-lag / 3e-4)) == response.scatter(3e-4)
 

@@ -1,5 +1,6 @@
 """Stick and slip in turn along a friction path: an independent integrator, micro-slips, paths in pieces, faults."""
 
+import itertools
 import math
 import weakref
 from dataclasses import replace
@@ -12,7 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.errors import ParameterError
+from roughslip.oscillator.counts import ensemble
 from roughslip.oscillator.equation import SCATTERS
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
@@ -228,15 +230,24 @@ def test_order_of_events(seed, damping, scatter, force, frequency):
     assert np.all(held <= F * (0.4 + mu_s(motion.slipped_distance[back])) * (1 + 1e-9))
 
 
-def test_counts_over_dampings_are_those_of_single_runs():
+def test_counts_of_an_ensemble_are_those_of_single_runs():
+    """Of each path and without one, at all combinations of two parameters. A change of the stiffness alone changes
+    omega and D; another parameter is refused."""
     path, spacing = wave(length=1.0)
-    ratios = [0.05, 0.17, 0.3, 0.5]
-    counts = ensemble_counts(STUDY, LAW, path, spacing, 30.0, ratios)
-    singles = [simulate(replace(STUDY, damping_ratio=d), LAW, path, spacing, 30.0) for d in ratios]
-    assert counts.cycles.tolist() == [m.cycles for m in singles]
-    assert counts.micro_slips.tolist() == [m.micro_slips for m in singles]
-    reversed_counts = ensemble_counts(STUDY, LAW, path, spacing, 30.0, ratios[::-1])
-    assert np.array_equal(counts.cycles, reversed_counts.cycles[::-1])
+    paths, values = [path, itertools.repeat(path[:50]), None], {"belt_velocity": [0.5, 0.9], "load": [2e3, 3e3, 4e3]}
+    counts = ensemble(STUDY, LAW, paths, spacing, 30.0, over=values)
+    for place in np.ndindex(3, 2, 3):
+        velocity, load = values["belt_velocity"][place[1]], values["load"][place[2]]
+        belt = replace(STUDY, belt_velocity_m_per_s=velocity, normal_force_n=load)
+        motion = simulate(belt, LAW, paths[place[0]], spacing, 30.0)
+        single = motion.cycles, motion.micro_slips, motion.last_cycle, motion.cuts
+        assert tuple(getattr(counts, name)[place] for name in ("cycles", "micro_slips", "last_cycle", "cuts")) == single
+    stiffer = replace(STUDY, natural_frequency_rad_per_s=2 * 316.0, damping_ratio=STUDY.damping_ratio / 2)
+    found = ensemble(STUDY, LAW, [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]})
+    assert found.cycles.tolist() == [[simulate(stiffer, LAW, duration_periods=30.0).cycles]]
+    for wrong, line in (({"speed": [1.0]}, "over must have values of damping.* not of speed"), ({}, "not of nothing")):
+        with pytest.raises(ParameterError, match=line):
+            ensemble(STUDY, LAW, [None], over=wrong)
 
 
 @pytest.mark.parametrize("interpolation", ["cubic", "linear"])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.counts import ensemble
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import grazing_response
@@ -75,15 +75,15 @@ def test_limits_cycles_and_counts():
     assert responses[1].scatter(METRE * 3e-4) == pytest.approx(responses[0].scatter(3e-4), rel=1e-6)
     np.testing.assert_allclose(responses[1].slipped, METRE * responses[0].slipped, atol=1e-8 * METRE)
     assert time_scales(other, second, METRE * 3e-4) == pytest.approx(time_scales(free, first, 3e-4), rel=1e-9)
-    dampings, path = [0.1, 0.3, 0.4], 0.2 * NODES
+    dampings, path = {"damping": [0.1, 0.3, 0.4]}, 0.2 * NODES
     for one, two in (
         (
-            ensemble_counts(free, first, None, 0.0, 30.0, dampings),
-            ensemble_counts(other, second, None, 0.0, 30.0, dampings),
+            ensemble(free, first, [None], 0.0, 30.0, over=dampings),
+            ensemble(other, second, [None], 0.0, 30.0, over=dampings),
         ),
         (
-            ensemble_counts(free, first, path, 1e-3, 10.0, dampings),
-            ensemble_counts(other, second, path, 1e-3 * METRE, 10.0, dampings),
+            ensemble(free, first, [path], 1e-3, 10.0, over=dampings),
+            ensemble(other, second, [path], 1e-3 * METRE, 10.0, over=dampings),
         ),
     ):
         np.testing.assert_array_equal(two.cycles, one.cycles)

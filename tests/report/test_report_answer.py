@@ -7,6 +7,7 @@ from itertools import pairwise
 import pytest
 
 from roughslip.report.answer import digits, regions, shown, summary
+from roughslip.report.budget import summary as of_budget
 from roughslip.report.machine import change_rows, factor, facts, on_the_map, plots, verdict
 from tests.report.test_report import parsed, scene
 
@@ -281,3 +282,25 @@ def test_the_map_says_where_the_scene_and_its_limits_lie():
 def test_a_question_without_an_answer_says_why():
     refused = parsed(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused.text
+
+
+def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
+    parts = {"damping": (0.8, 0.7, 0.9), "mass": (0.1, 0.0, 0.2)}
+    damping = {"value": 0.32, "interval": (0.28, 0.36), "first": parts}
+    budget = {
+        "probability": {"mean": 0.62},
+        "answer": {"value": 0.98},
+        "outcome": {"damping": 0.5, "mass": 0.05},
+        "scatter": 0.4,
+        "limits": {"damping": damping},
+        "units": {"damping": "1"},
+    }
+    lines = of_budget(budget)
+    assert lines[0].startswith("Stick-slip has a probability of 98 % at the given values, and of 62 % averaged")
+    assert "D = 0.32 (0.28 to 0.36)" in lines[1]
+    content = parsed(machine_scene(budget=budget | {"summary": lines}))
+    text = " ".join(" ".join(content.text).split())
+    assert "What is worth measuring" in text
+    assert text.index("damping 50 %") < text.index("scatter of friction 40 %") < text.index("mass 5 %")
+    assert "how sure the inputs are; that is above" in text
+    assert "What is worth measuring" not in " ".join(parsed(machine_scene()).text)

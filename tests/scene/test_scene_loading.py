@@ -13,6 +13,7 @@ from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS
 from roughslip.probability import FAMILIES
 from roughslip.scene import contact, friction, roughness
+from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import RESERVED, all_names, load
 from roughslip.scene.schema import describe_allowed
 from roughslip.scene.types import slice_for
@@ -213,6 +214,7 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics"},
         "answer": {"oscillator", "friction", "numerics"},
+        "figure_basins": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "friction", "numerics"},
         "figure_residence": {"oscillator", "survival", "friction", "numerics"},
     }
@@ -295,3 +297,19 @@ def test_only_a_scene_that_names_no_targets_gets_a_map(mine):
     assert mine("extends: given\ntargets: [figure5]")["targets"] == ["figure5"]
     assert mine("extends: excited")["targets"] == ["figure5"]
     assert mine("extends: elastoplastic")["targets"] == ["figure2", "figure3"]
+
+
+def test_a_standard_uncertainty_reaches_only_the_stage_that_asks_for_it(mine):
+    """Values stand in their places, overlays merge into the group, and no other slice, so no other key, changes."""
+    plain = mine("extends: disc_brake\ntargets: [figure_budget]\noscillator: {mass_kg: 9, static_friction: 0.45}\n")
+    other = "extends: disc_brake\noscillator: {mass_kg: {value: 8, standard_uncertainty: 2}}\n"
+    table = "friction_table: [[0, {value: 0.45, standard_uncertainty: 0.02}], [0.02, 0.42], [0.1, 0.39], [0.5, 0.38]]"
+    text = f"extends: other\ntargets: [figure_budget]\noscillator: {{mass_kg: {{value: 9}}, {table}}}\n"
+    found = mine(text, other=other)
+    assert ["oscillator.mass_kg", 2.0] in found["standard_uncertainties"]
+    assert ["oscillator.friction_table.0.1", 0.02] in found["standard_uncertainties"]
+    changed = {stage for stage in declarations() if slice_for(plain, stage) != slice_for(found, stage)}
+    assert changed == {"budget"}
+    assert "figure_budget" in mine(other)["targets"]
+    exact = mine("extends: other\noscillator: {mass_kg: 8}\n", other=other)
+    assert "oscillator.mass_kg" not in dict(exact.get("standard_uncertainties", []))

@@ -29,7 +29,9 @@ FIGURES = {
     "figure_field",
     "figure_map",
 } | {
+    "figure_budget",
     "figure_chain",
+    "figure_basins",
     "figure_residence",
     "friction_against_load",
 }
@@ -39,6 +41,7 @@ CELLS = {"contact_periodic", "contact_over_loads"}
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
     keys = set(properties(SCHEMA))
     read = {key for stage in declarations().values() for key in stage.keys}
+    read.remove("standard_uncertainties")  # of the loader, not of scene files
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
     assert unread == {"extends", "sweep", "jobs"}
@@ -68,7 +71,11 @@ RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figur
         ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
         ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, *CELLS, "figure_chain", "wide_field"}),
         ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction", "contact_periodic"}),
-        ("friction.mean_at_median", 0.2, {"friction", "wide_field", "friction_under_load", "friction_against_load"}),
+        (
+            "friction.mean_at_median",
+            0.2,
+            {"budget", "friction", "wide_field", "friction_under_load", "friction_against_load"},
+        ),
         ("square.monte_carlo_samples", 999, {"square_pilot"}),
         ("expansion.draws", 9999, {"chaos_square"}),
         ("description", "other", FIGURES | ALWAYS | SEVERAL),
@@ -123,7 +130,8 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        asking = "not asked for: answer, figure3, figure5, figure_chain, figure_map, figure_residence, readings"
+        of_oscillator = "figure5, figure_basins, figure_budget, figure_chain, figure_map, figure_residence"
+        asking = f"not asked for: answer, figure3, {of_oscillator}, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"
 

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 from roughslip.errors import IllPosedError, InputError
+from roughslip.figures.figure_basins import DRAWN, figure_basins
 from roughslip.scene.types import scene_of
-from roughslip.stages import residence, stick_slip_map
+from roughslip.stages import basins, residence, stick_slip_map
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.variation import damping_ratios
 from tests.stages.scenes import OSCILLATOR
@@ -133,3 +135,19 @@ def test_a_half_that_the_runs_do_not_hold_is_nan_with_a_warning(run, capsys):
     assert np.isfinite(found["half"]).all() or "do not hold" in capsys.readouterr().err
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
         run(residence, asked(0.03, belt_velocity_m_per_s=20.0), "none")
+
+
+def test_the_unstable_cycle_parts_the_basins_and_is_drawn(run, monkeypatch):
+    """Orbits do not cross: what begins within ends in sliding. Below the Hopf damping there is no such cycle."""
+    monkeypatch.setattr(basins, "STATES", 200)
+    found = run(basins, asked(1e-9, damping_ratio=0.28))
+    cycle = Path(np.column_stack([found["unstable_position"], found["unstable_velocity"]]))
+    within = cycle.contains_points(np.column_stack([found["basin_position"], found["basin_velocity"]]))
+    np.testing.assert_array_equal(found["ends_in_stick_slip"] > 0, ~within)
+    assert found["basin_share"] == pytest.approx(1 - within.mean())
+    assert np.ptp(found["from_rest_velocity"]) > np.ptp(found["unstable_velocity"])
+    figure = figure_basins({name: found[name] for name in DRAWN["figure_basins"]})
+    assert f"{100 * found['basin_share']:.0f} % of the states" in figure.axes[0].get_title(loc="left")
+    assert len(figure.axes[0].lines) == 4
+    figure = figure_basins(run(basins, asked(1e-9, damping_ratio=0.22), "below"))
+    assert figure.axes[0].lines[1].get_xdata().size == 0

@@ -20,7 +20,7 @@ from roughslip.scene.roughness import covariance_shapes
 from roughslip.surface.covariance import IsotropicCovariance, plane_height
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
-from roughslip.surface.plausibility import rms_slope
+from roughslip.surface.plausibility import rms_curvature, rms_slope
 
 ROOT = Path(__file__).parents[2]
 SHAPES = {
@@ -55,21 +55,29 @@ def test_one_correlation_length_leaves_one_over_e(kind):
     ("kind", "shapes"),
     [
         ("gaussian", {}),
-        ("matern", {"smoothness": 2.5}),
+        ("matern", {"smoothness": 3.5}),
         ("self_affine", {"hurst": 0.3, "bandwidth": 12.0}),
         ("self_affine", {"hurst": 1.0, "bandwidth": 12.0}),
     ],
 )
-def test_rms_slope_is_the_second_moment_of_the_spectrum(kind, shapes):
-    """h'^2 = int q^2 S dq / (2 pi)^2 along both axes, here of an anisotropic surface; and the limit of short steps."""
+def test_rms_slope_and_curvature_are_moments_of_the_spectrum(kind, shapes):
+    """h'^2 = int q^2 S dq / (2 pi)^2, and the curvature likewise of q^4 / 4, here of an anisotropic surface; and the
+    limits of short steps."""
     covariance = covariance_of(kind, 2.0, 3.0, 0.5, lay_rad=0.4, **shapes)
     end = shapes.get("bandwidth", np.inf)
-    moment = sum(
-        quad(lambda k: k**3 * float(covariance.transform(np.array(k))) / (2 * np.pi), *part, epsrel=1e-10, limit=200)[0]
-        for part in ((0.0, 1.0), (1.0, end))
+
+    def density(k, power):
+        return k ** (1 + power) * float(covariance.transform(np.array(k))) / (2 * np.pi)
+
+    slope, curvature = (
+        sum(quad(density, *part, (power,), epsrel=1e-10, limit=200)[0] for part in ((0.0, 1.0), (1.0, end)))
+        for power in (2, 4)
     )
     scale = covariance.scale / np.array(covariance.lengths_m)
-    assert rms_slope(covariance) == pytest.approx(2.0 * np.sqrt(moment / 2 * np.sum(scale**2)), rel=1e-8)
+    assert rms_slope(covariance) == pytest.approx(2.0 * np.sqrt(slope / 2 * np.sum(scale**2)), rel=1e-8)
+    directions = 3 / 8 * np.sum(scale**4) + 2 / 8 * np.prod(scale**2)  # means of cos^4, and of 2 cos^2 sin^2
+    assert rms_curvature(covariance) == pytest.approx(2.0 * np.sqrt(curvature * directions / 4), rel=1e-8)
+    assert rms_curvature(covariance, 2e-3) == pytest.approx(rms_curvature(covariance), rel=2e-4)
     assert rms_slope(covariance, 1e-5) == pytest.approx(rms_slope(covariance), rel=1e-4)
 
 
@@ -78,11 +86,35 @@ def test_rms_slope_is_infinite_where_heights_have_none():
     two steps, the Gaussian of a user within 1e-6."""
     for kind, shapes in (("exponential", {}), ("separable_exponential", {}), ("matern", {"smoothness": 1.0})):
         assert rms_slope(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
+        assert rms_curvature(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
+    rough = covariance_of("matern", 2.0, 3.0, smoothness=2.0)
+    assert rms_slope(rough) < rms_curvature(rough) == np.inf
     for kind, curvature in (("gaussian", 2.0), ("exponential", np.inf)):
         tried = IsotropicCovariance.curvature.fget(MODELS[kind](1.0, 1.0))
         assert tried == pytest.approx(curvature, rel=1e-6)
-    with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
-        rms_slope(lambda x, y: x)
+        tried = IsotropicCovariance.fourth_derivative.fget(MODELS[kind](1.0, 1.0))
+        assert tried == pytest.approx(6.0 * curvature, rel=1e-4)
+    for statistic in (rms_slope, rms_curvature):
+        with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
+            statistic(lambda x, y: x)
+
+
+def test_a_self_affine_surface_of_a_given_slope():
+    """Its height is in proportion; of height and slope one is given."""
+    lengths = {
+        "hurst": 0.7,
+        "rolloff_wavelength_m": 8.0,
+        "cutoff_wavelength_m": 2.0,
+        "rolloff_wavelength_across_m": 5.0,
+    }
+    of_slope = self_affine(rms_slope=0.3, **lengths)
+    assert rms_slope(of_slope) == pytest.approx(0.3, rel=1e-14)
+    assert rms_slope(self_affine(2.0 * of_slope.rms_height_m, **lengths)) == pytest.approx(0.6, rel=1e-14)
+    for both in ({}, {"rms_height_m": 1.0, "rms_slope": 0.3}):
+        with pytest.raises(ParameterError, match="one of rms_height_m and rms_slope"):
+            self_affine(**both, **lengths)
+    with pytest.raises(ParameterError, match="a wavelength must be positive"):
+        self_affine(1.0, 0.7)
 
 
 def test_a_fitted_self_affine_model_has_the_cutoff_of_its_data_and_a_band():

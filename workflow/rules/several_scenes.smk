@@ -99,5 +99,7 @@ rule clean_unused:
     log:
         "results/logs/clean_unused.log",
     localrule: True
+    params:
+        own=[config["scenes_folder"]] if "scenes_folder" in config else [],
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.unused 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.unused {params.own:q} 2> {log:q}'

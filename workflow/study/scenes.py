@@ -17,23 +17,44 @@ from roughslip.limits import SHARES
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.fields import AUTO
-from roughslip.scene.loader import all_names, load
+from roughslip.scene.loader import all_names, load, scene_names
 from roughslip.scene.mistakes import display, line, shown
 from roughslip.scene.plausibility import inherited
 from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 from workflow.study.surface_check import check_surface
 
-KEYS = ("scenes", "compare", "memory_mb")
+KEYS = ("scenes", "scenes_folder", "compare", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "monte_carlo", "logs", "usage")  # of no scene
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
+def scene_folders(root: Path, own: Any = None) -> list[Path]:
+    """The folders of scenes: that of the project, and one of the caller.
+
+    root : the project's folder
+    own : as `scenes_folder` of the options names it, from the working folder
+
+    Raises InputError where it has no scenes, or where two scenes have one name.
+    """
+    shipped = root / "config" / "scenes"
+    if own is None:
+        return [shipped]
+    if not (isinstance(own, str) and scene_names(Path(own))):
+        raise InputError(f"config: scenes_folder: {shown(own)} has no scene in {Path.cwd()}; a folder of <name>.yaml")
+    if both := set(scene_names(shipped)).intersection(scene_names(Path(own))):
+        texts = (
+            f"{display(Path(own, f'{name}.yaml'))}: a shipped scene has this name; rename the file" for name in both
+        )
+        raise InputError(sorted(texts))
+    return [shipped, Path(own)]
+
+
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
     """Return the options with `scenes` as a list, and None for `memory_mb` where it is not given.
 
-    Scenes are a list, or names with commas between them.
+    Scenes are a list, or names with commas between them; without them, those of `scenes_folder`.
 
     scenes : names of all scene files
 
@@ -43,7 +64,7 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
     memory = config.get("memory_mb", LEAST_MB)
     if type(memory) is not int or memory < LEAST_MB:
         lines.append(f"config: memory_mb: {shown(memory)} is not allowed; a whole number from {LEAST_MB}")
-    given = config.get("scenes")
+    given = config.get("scenes", scene_names(Path(config["scenes_folder"])) if "scenes_folder" in config else None)
     names = given.split(",") if isinstance(given, str) else given
     if not isinstance(names, list) or not names:
         lines.append(f"config: scenes: {shown(given)} is not allowed; a list of scenes, of: {', '.join(scenes)}")
@@ -98,21 +119,33 @@ DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"
 
 
 class Scenes:
-    """The scene files of the project. Those that this run asks for are checked; another may have mistakes.
+    """The scene files of the project and of a caller. Those that a run asks for are checked; others may have mistakes.
 
     root : the project's folder
     words : the command line; the scenes that it names are asked for, or else the default scenes
     default : scenes that are made without a target
     marks : folder of marks for surfaces that were checked; not given, scans are not read
+    own : a folder of scenes of the caller
 
     Raises InputError with every mistake of every scene asked for.
     """
 
-    def __init__(self, root: Path, words: list[str], default: Sequence[str] = (), marks: Path | None = None) -> None:
+    def __init__(
+        self,
+        root: Path,
+        words: list[str],
+        default: Sequence[str] = (),
+        marks: Path | None = None,
+        own: str | None = None,
+    ) -> None:
         self.root, self.default, self._marks = root, list(default), marks
-        self._folder = root / "config" / "scenes"
-        self.variants = all_names(self._folder)
-        self.names = sorted(name for scene, variants in self.variants.items() for name in (scene, *variants))
+        self.variants: dict[str, dict[str, Any]] = {}
+        self._folders: dict[str, Path] = {}  # by name
+        for folder in scene_folders(root, own):
+            added = all_names(folder)
+            self.variants |= added
+            self._folders |= {name: folder for scene, variants in added.items() for name in (scene, *variants)}
+        self.names = sorted(self._folders)
         asked = {scene_of(word) for word in words}.intersection(self.names)
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
@@ -162,7 +195,7 @@ class Scenes:
     @cache  # noqa: B019 (one instance lives as long as the run)
     def __getitem__(self, name: str) -> dict[str, Any]:
         """A scene. Raises InputError with every mistake that it has."""
-        return checked(name, self._folder)
+        return checked(name, self._folders[name], self.root)
 
     @cache  # noqa: B019
     def stages(self, name: str) -> frozenset[str]:
@@ -199,24 +232,24 @@ class Scenes:
 
     def scan_file(self, name: str) -> str:
         """The user's scan that the scene reads."""
-        return _scan_file(self.root, get(self[name], "roughness.scan.file"))
+        return _scan_file(self._folders[name], self.root, get(self[name], "roughness.scan.file"))
 
     @cache  # noqa: B019
     def _surface(self, name: str) -> tuple[list[str], list[str]]:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
         scan = Path(self.scan_file(name)) if reads else None
-        return check_surface(scene_file(name, self._folder), self[name], scan, self._marks)
+        return check_surface(scene_file(name, self._folders[name]), self[name], scan, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
         takes_curve = self.stages(name) & {"answer", "deterministic", "stick_slip_map"}
-        return [*(inherited(name, self._folder) if takes_curve else ()), *self._surface(name)[1]]
+        return [*(inherited(name, self._folders[name]) if takes_curve else ()), *self._surface(name)[1]]
 
 
-def checked(name: str, folder: Path) -> dict[str, Any]:
-    """The scene of that name as a run takes it, from the folder of the scene files: its scan, too, has to be there.
+def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
+    """The scene of that name as a run takes it, from its folder: its scan, too, has to be there, or in the project.
 
     Raises InputError with every mistake of the scene.
     """
@@ -226,11 +259,11 @@ def checked(name: str, folder: Path) -> dict[str, Any]:
     scene = load(folder / f"{name}.yaml", folder)
     file = get(scene, "roughness.scan.file")
     if file is not None:
-        scan = Path(_scan_file(folder.parents[1], file))
+        scan = Path(_scan_file(folder, root, file))
         text = "is not there; a path from the folder of the scenes or of the project"
         if scan.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (scan.is_file() and _is_inside(scan, folder.parents[1])):
+        if not (scan.is_file() and any(_is_inside(scan, one) for one in (folder, root, Path.cwd()))):
             where = ("roughness", "scan", "file")
             raise InputError(line(scene_file(name, folder), where, f"{shown(file)} {text}"))
     return scene
@@ -245,12 +278,12 @@ def not_writable(name: str) -> list[Path]:
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
 
 
-def _is_inside(file: Path, root: Path) -> bool:
-    """Whether a file, links followed, is one of the project or of the working folder."""
-    return any(file.resolve().is_relative_to(folder.resolve()) for folder in (root, Path.cwd()))
+def _is_inside(file: Path, folder: Path) -> bool:
+    """Whether a file, links followed, is one of a folder."""
+    return file.resolve().is_relative_to(folder.resolve())
 
 
-def _scan_file(root: Path, file: str) -> str:
-    """The path of a scan from the folder of the scene files, else from that of the project."""
-    near = root / "config" / "scenes" / file
+def _scan_file(folder: Path, root: Path, file: str) -> str:
+    """The path of a scan from the folder of the scene, else from that of the project."""
+    near = folder / file
     return display(near if near.is_file() else root / file)

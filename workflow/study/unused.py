@@ -1,4 +1,7 @@
-"""Remove results that no scene uses: python -m workflow.study.unused, which `snakemake clean_unused` runs."""
+"""Remove results that no scene uses: python -m workflow.study.unused [folder of scenes of the caller].
+
+`snakemake clean_unused` runs it.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ def main() -> None:
     """Remove it, with a line for each folder; exit 1 with a line where a scene has a mistake."""
     root = Path(__file__).resolve().parents[2]
     try:
-        folders = unused(Names(Scenes(root, words=[]), root, writes=False))
+        folders = unused(Names(Scenes(root, words=[], own=next(iter(sys.argv[1:]), None)), root, writes=False))
     except InputError as error:
         sys.exit(f"clean_unused: error: {error}")
     for folder in folders:

@@ -26,6 +26,7 @@ from roughslip.chaos.remedies import FEWER_MODES, MORE_SURFACES
 from roughslip.chaos.single_index import Link, fit_link, knots_for, sensitivity_along, share_of_modes
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.limits import FIELD_GROUPS as GROUPS
+from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 LEAST_CONTACTS = 20  # at every node; with fewer the error of a probability is unknown
@@ -48,6 +49,7 @@ class Statistic:
     gain: np.ndarray
 
 
+@short_repr
 @dataclass(frozen=True)
 class FieldExpansion:
     """The expansion of the field of pressures, with its statistics.
@@ -200,6 +202,7 @@ def _statistics(mean: np.ndarray, deviation: np.ndarray, plain: np.ndarray) -> n
     return np.stack([np.stack([mean[0], mean[1], root]), error, gain], axis=1)
 
 
+@short_repr
 @dataclass(frozen=True)
 class ModeShares:
     """Sobol' indices of the modes for the expected pressure, averaged over all nodes with its variance as weight.

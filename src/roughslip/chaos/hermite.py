@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 from functools import cached_property
 from itertools import chain, combinations_with_replacement
 
 import numpy as np
 
+from roughslip.chaos.regression import Fit
 from roughslip.compilation.cache import compiled
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, InaccurateWarning, ParameterError
 from roughslip.validation import finite, gate, whole_at_least
 
 MOST_TERMS = 20_000  # a table of as many terms at 5000 samples takes 0.8 GB
+WORTHLESS = 0.2  # share of the variance that left-out samples miss: indices may err by as much
 BLOCK = 256  # points at which terms are multiplied at a time: 165 terms take 340 kB, which stays in the cache
 
 
@@ -222,15 +225,16 @@ def _add_terms(
 
 @gate
 def sobol_indices(
-    indices: np.ndarray, coefficients: np.ndarray, directions: np.ndarray
+    indices: np.ndarray, coefficients: np.ndarray | Fit, directions: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sobol' indices of the normal variables xi for an expansion in rotated variables u = D xi.
 
     indices : (P, v) exponents, each term once
-    coefficients : (P,) of the terms
-    directions : (v, M) D, orthonormal rows; the unit matrix for the variables themselves
+    coefficients : (P,) of the terms, or their fit
+    directions : (v, M) D, orthonormal rows; the unit matrix, for the variables themselves, where not given
 
-    Returns first, total : (M,) [-], shares of the variance that a variable explains alone, and with all others. Raises
+    Returns first, total : (M,) [-], shares of the variance that a variable explains alone, and with all others. Warns
+    with InaccurateWarning where left-out samples of the fit miss more than WORTHLESS of the variance. Raises
     ParameterError for coefficients that are not finite or do not match, or rows that are not orthonormal; IllPosedError
     for a constant.
 
@@ -240,7 +244,15 @@ def sobol_indices(
     u_1 = |d| xi_j + (1 - |d|^2)^(1/2) eta with an independent normal eta. He_n(u_1) has the mean |d|^n He_n(xi_j) given
     xi_j, and (1 - |d|^2)^(n/2) He_n(eta) given all others.
     """
+    if isinstance(coefficients, Fit):
+        missed = coefficients.leave_one_out
+        if missed > WORTHLESS:
+            text = f"the expansion misses {missed:.0%} of the variance of left-out samples, and indices may err by as "
+            text += "much: take more samples, another degree, or polynomials for the distributions of the inputs"
+            warnings.warn(text, InaccurateWarning, stacklevel=3)
+        coefficients = coefficients.coefficients
     coefficients = finite("coefficients", coefficients, 1)
+    directions = np.eye(indices.shape[1]) if directions is None else directions
     if coefficients.shape != indices.shape[:1]:
         raise ParameterError(
             f"a coefficient for each term is needed, not {coefficients.shape} for exponents {indices.shape}"

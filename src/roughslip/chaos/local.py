@@ -36,6 +36,7 @@ from roughslip.chaos.regression import Fit, least_squares
 from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION
 from roughslip.chaos.sampling import sobol_places
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
@@ -102,6 +103,7 @@ class Member:
         return self.balance * target.pressure(self.scatter.draw(predicted, uniform))
 
 
+@short_repr
 @dataclass(frozen=True)
 class LocalExpansion:
     """An expansion with its scatter, and the same without each group of surfaces.

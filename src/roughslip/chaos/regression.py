@@ -10,6 +10,7 @@ import scipy.linalg
 from roughslip.chaos.left_out import numbered
 from roughslip.chaos.remedies import FEWER_TERMS, OTHER_PENETRATION
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 CHOLESKY_CONDITION = 100.0  # of columns that are factorised by Cholesky, with an error of 1e-12
@@ -22,6 +23,7 @@ LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the roundin
 SAME_POINT = 1e-5
 
 
+@short_repr
 @dataclass(frozen=True)
 class Fit:
     """Coefficients of one regression and its quality. Shares are of the weighted variance of the target.

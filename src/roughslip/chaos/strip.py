@@ -20,6 +20,7 @@ from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 ALL = slice(None)
@@ -29,6 +30,7 @@ TABLE_PLACES = 2000  # evenly spaced up to the largest target, which near a bord
 DRAWS = 200  # quantiles of the scatter over which a mean is taken
 
 
+@short_repr
 @dataclass(frozen=True)
 class StripExpansion:
     """Expansion of the target at every row and penetration.

@@ -3,7 +3,7 @@
     influence = Influence(grid, material.plane_strain_modulus_pa)
     solution = solve(influence, heights - plane)
 
-- solve, sweep, solve_load, solve_loads: pressures and gaps for one or several fixed planes, or given loads
+- solve, solve_load: pressures and gaps at a plane, a penetration or a load; sweep, solve_loads: at several of them
 - solve_at: pressures at a few nodes, as soon as these are known
 - Influence, Material: the matrix B of a mesh, free half-space or periodic cell; elastic constants
 - contact_shares: the contact area, less the error of the mesh

@@ -12,7 +12,8 @@ from roughslip.contact.influence import Material as Material
 from roughslip.contact.kernels import relative_residual as relative_residual
 from roughslip.contact.loads import solve_loads as solve_loads
 from roughslip.contact.periodic import cell_heights as cell_heights
-from roughslip.contact.solve import ContactSolution as ContactSolution
+from roughslip.contact.solution import ContactSolution as ContactSolution
+from roughslip.contact.solution import ContactSweep as ContactSweep
 from roughslip.contact.solve import solve as solve
 from roughslip.contact.solve import solve_load as solve_load
 from roughslip.contact.solve import sweep as sweep

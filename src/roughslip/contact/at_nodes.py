@@ -29,6 +29,7 @@ from roughslip.contact.edge import check_nodes, point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import dense_pays, solve
 from roughslip.errors import ParameterError
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 # K_ii on a mesh of any size over that on the patch of Influence.approximate_inverse: at most 1.0003 for square cells
@@ -36,6 +37,7 @@ from roughslip.validation import gate
 LARGER_MESH = 1.02
 
 
+@short_repr
 @dataclass(frozen=True)
 class NodePressures:
     """Pressures at some nodes.

@@ -10,11 +10,11 @@ import numpy as np
 
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
-from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import gap_errors, relative_residual
+from roughslip.contact.kernels import relative_residual
+from roughslip.contact.solution import ContactSolution, ContactSweep, curve_of
 from roughslip.errors import ConvergenceError, ParameterError, real
-from roughslip.validation import gate
+from roughslip.validation import Field, finite, gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
 # the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
@@ -33,82 +33,14 @@ LEAST_DISPLACEMENT = 1e-140
 CROPPED_SHARE = 0.7
 
 
-@dataclass(frozen=True)
-class ContactSolution:
-    """Pressures and gaps of one surface and one plane.
-
-    pressure : (nx, ny) [Pa] never negative nor above the hardness, exactly zero off contact
-    gap : (nx, ny) [m] between the deformed surface and the plane, zero in contact up to the residual
-    plastic_displacement : (nx, ny) [m] u_plastic, the permanent displacement; zero below the hardness
-    plane : [m] height of the plane relative to the heights of the surface; zero where interferences were given
-    residual : [-] relative_residual of these fields, with gap - u_plastic = B p - u_bar computed anew
-    work : Cholesky factors ("dense") or products with B ("fft")
-    method : "none" (no contact), "dense" or "fft"
-    nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
-    start : initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one
-    hardness_pa : H, the highest pressure [Pa]
-    periodic : whether the surface is a periodic cell
-    """
-
-    pressure: np.ndarray
-    gap: np.ndarray
-    plastic_displacement: np.ndarray
-    plane: float
-    residual: float
-    work: int
-    method: str
-    nodes: int
-    start: str
-    hardness_pa: float = math.inf
-    periodic: bool = False
-
-    @property
-    def signed_gap(self) -> np.ndarray:
-        """(nx, ny) [m] B p - u_bar: the gap, and where the surface yields minus the plastic displacement."""
-        return self.gap - self.plastic_displacement
-
-    @property
-    def contact(self) -> np.ndarray:
-        """(nx, ny) where the pressure is positive."""
-        return self.pressure > 0
-
-    @property
-    def area_fraction(self) -> float:
-        """Share of the nodes in contact [-]."""
-        return np.count_nonzero(self.pressure) / self.pressure.size
-
-    @property
-    def gap_error(self) -> float:
-        """e [m], the largest gap in contact and the largest overlap: zero at the solution only.
-
-        Since the inverse of B is an M-matrix, the pressures lie between those of planes lower and higher by e. So the
-        plane of a load errs by e at most, and gaps by 2 e; at a given plane gaps err by e.
-        """
-        return max(gap_errors(self.pressure, self.signed_gap, self.hardness_pa))
-
-    @property
-    def shares(self) -> np.ndarray:
-        """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
-        return contact_shares(self.pressure, self.hardness_pa, self.periodic)
-
-    @property
-    def yielded_share(self) -> float:
-        """Share [-] of the real area that bears the hardness; zero without contact."""
-        return float(np.count_nonzero(self.pressure == self.hardness_pa) / max(self.shares.sum(), 1e-300))
-
-    @property
-    def mean_pressure(self) -> float:
-        """Normal force per nominal area [Pa]."""
-        return float(self.pressure.mean())
-
-
 @gate
 def solve(
     influence: Influence,
-    interference: np.ndarray,
+    interference: Field,
     tolerance: float = 1e-10,
     initial_pressure: np.ndarray | None = None,
     hardness_pa: float = math.inf,
+    penetration_m: float | None = None,
 ) -> ContactSolution:
     """Solve the contact of a surface with a plane at a given height.
 
@@ -117,20 +49,26 @@ def solve(
         gap = B p + u_plastic - u_bar >= 0,    p gap = 0,    (H - p) u_plastic = 0.
 
     influence : B of the mesh, a free half-space
-    interference : (nx, ny) [m] u_bar, height of the surface over the plane
+    interference : (nx, ny) [m] u_bar, height of the surface over the plane; with a penetration, heights over any level
     tolerance : [-] largest residual accepted, relative to the interference
     initial_pressure : (nx, ny) [Pa] a guess, not negative; used on large meshes only
     hardness_pa : H, the highest pressure [Pa]; infinite for elastic contact
+    penetration_m : [m] depth of the plane below the highest node, without deformation
 
-    Returns the solution. Raises ParameterError for input that is not finite or has the wrong shape, and for a periodic
-    cell, whose energy at a fixed plane may have no minimum: use solve_load. Raises ConvergenceError where the residual
-    stays above the tolerance.
+    Returns the solution, with fields over the coordinates of a DataArray where one is given.
+
+    Raises ParameterError for input that is not finite or has the wrong shape, and for a periodic cell, whose energy at
+    a fixed plane may have no minimum: use solve_load. Raises ConvergenceError where the residual stays above the
+    tolerance.
     """
     _check_free(influence)
     interference = _field("interference", interference, influence)
     _check(tolerance, hardness_pa)
     start = _Start(_guess(initial_pressure, influence))
-    return _solve(influence, interference, tolerance, start, hardness_pa)
+    if penetration_m is None:
+        return _solve(influence, interference, tolerance, start, hardness_pa)
+    plane = float(interference.max()) - finite("the penetration", penetration_m).item()
+    return replace(_solve(influence, interference - plane, tolerance, start, hardness_pa), plane=plane)
 
 
 @dataclass(frozen=True)
@@ -199,7 +137,7 @@ def _dense_pays(candidates: int, nodes: int) -> bool:
 @gate
 def solve_load(
     influence: Influence,
-    heights: np.ndarray,
+    heights: Field,
     mean_pressure_pa: float,
     tolerance: float = 1e-10,
     initial_pressure: np.ndarray | None = None,
@@ -282,11 +220,11 @@ def _lone_node(
 @gate
 def sweep(
     influence: Influence,
-    heights: np.ndarray,
+    heights: Field,
     planes: Sequence[float] | np.ndarray,
     tolerance: float = 1e-10,
     hardness_pa: float = math.inf,
-) -> list[ContactSolution]:
+) -> ContactSweep:
     """Solve one surface against planes of several heights, each solve starting from those above.
 
     influence : B of the mesh, a free half-space
@@ -294,7 +232,8 @@ def sweep(
     planes : (k,) [m] heights h_p of the plane, in any order
     tolerance, hardness_pa : as in solve
 
-    Returns the k solutions in the order of the planes; they agree with single solves to the tolerance. Raises as solve.
+    Returns the curve, with the k solutions in the order of the planes; they agree with single solves to the tolerance.
+    Raises as solve.
 
     The start is extrapolated from two planes above. As the plane descends no pressure falls, so the extrapolation has
     none below zero, and its displacement is extrapolated with it, which saves a product. Extrapolation from one plane
@@ -313,7 +252,7 @@ def sweep(
         solution = _solve(influence, heights - plane, tolerance, start, hardness_pa)
         above.append(replace(solution, plane=plane))
         solutions[plane] = above[-1]
-    return [solutions[float(plane)] for plane in planes]
+    return curve_of([solutions[float(plane)] for plane in planes])
 
 
 def _extrapolated(above: Sequence[ContactSolution], heights: np.ndarray, plane: float) -> _Start:
@@ -394,7 +333,7 @@ def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None
     return pressure
 
 
-def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
+def _field(name: str, values: Field, influence: Influence) -> np.ndarray:
     if values.shape != influence.grid.shape:
         raise ParameterError(f"the {name} has the shape {values.shape}, the mesh has {influence.grid.shape}")
     return np.ascontiguousarray(values)

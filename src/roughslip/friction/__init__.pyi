@@ -10,6 +10,7 @@ from roughslip.friction.paths import sample_path as sample_path
 from roughslip.friction.process import CorrelationShape as CorrelationShape
 from roughslip.friction.process import FrictionProcess as FrictionProcess
 from roughslip.friction.process import average_beta as average_beta
+from roughslip.friction.scatter_law import autocorrelation_of_friction as autocorrelation_of_friction
 from roughslip.friction.scatter_law import scatter_of_friction as scatter_of_friction
 from roughslip.friction.statistics import WindowStatistics as WindowStatistics
 from roughslip.friction.statistics import ratio_of_sums as ratio_of_sums

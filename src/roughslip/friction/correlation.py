@@ -18,6 +18,7 @@ from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.statistics import FEWEST_REPLICATES, check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate, reals
 
 LONGEST_WINDOWS = 3.0
@@ -48,6 +49,7 @@ class Lengths:
     log_line_90: np.ndarray
 
 
+@short_repr
 @dataclass(frozen=True)
 class CorrelationFit:
     """What exponential fits the measured autocorrelation, and is it one?

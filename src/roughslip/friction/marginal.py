@@ -24,6 +24,7 @@ from roughslip.friction.statistics import (
     resampled_quantiles,
 )
 from roughslip.probability import Estimate, beta_moments
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 SHAPES = (0.3, 300.0)
@@ -48,6 +49,7 @@ SKEWNESS = np.linspace(-2.0, 2.0, 401)
 FAMILIES = ("normal", "gamma", "lognormal")
 
 
+@short_repr
 @dataclass(frozen=True)
 class BetaFit:
     """Beta distribution on an interval.

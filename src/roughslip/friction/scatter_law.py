@@ -3,39 +3,59 @@
 The influence of a window on its pad is g = (A - kappa N) / mean(A), kappa = sum(A) / sum(N). Its standard deviation is
 the coefficient of variation of friction where all windows touch, and exists where some do not.
 
-Theory. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are added. It
-begins at the nominal pressure p, is absorbed at zero, and ends with the variance s^2 = (E* h' / 2)^2. So A =
-erf(p / (sqrt(2) s)). Two points a distance r apart share the waves longer than r: a part rho(r) of the variance, with
-rho the correlation of the slopes. From there on they diffuse independently. With f the density of the stress of what is
-not absorbed after a variance of rho, in units of s,
+Pairs of points. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are
+added. It begins at the nominal pressure p, is absorbed at zero, and ends with the variance s^2 = (E* h' / 2)^2. So
+A = erf(p / (sqrt(2) s)). Two points a distance r apart share the waves longer than r: a part rho(r) of the variance,
+with rho the correlation of the slopes. From there on they diffuse independently. With f the density of the stress of
+what is not absorbed after a variance of rho, in units of s,
 
-    C(rho) = int f(x) (erf(x / sqrt(2 (1 - rho))) - kappa x)^2 dx / A^2,      CV^2 = mean of C over pairs of points.
+    C(rho) = int f(x) (erf(x / sqrt(2 (1 - rho))) - kappa x)^2 dx / A^2,      T^2 = mean of C over pairs of points.
 
-It has no constant. For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of a window. At light
-loads it is shot noise, C = g(rho) s / p. Real contacts sit on high summits, and those of wide spectra in clusters. That
-moves CV by a power of p / (E* h') and one of Nayak's parameter: `FITTED`, by `workflow.scatter_law`.
+For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of a window. At light loads it is shot
+noise, T^2 = c / (S p*) for a large window of area S, with p* = p / (E* h').
+
+Summits. Real contacts at light loads are Hertz contacts of few summits (Bush, Gibson and Thomas, Wear 35 (1975) 87).
+Those above a plane at t rms heights are t sqrt(det M) exp(-t^2 / 2) / ((2 pi)^(3/2) m0) a unit area, with M the matrix
+of the mean products of the slopes, of which w <= 1 is the ratio of the eigenvalues. They rise above the plane by
+m0^(1/2) / t on average, with an exponential distribution, and their curvatures are M t / m0^(1/2). Then A is in
+proportion to the rise and N to its power 3/2. With e what an elliptic contact bears over a circular one of the same
+mean curvature and rise,
+
+    CV^2 = (<A^2> / <A>^2 - 2 <A N> / (<A> <N>) + <N^2> / <N>^2) <N> / (S p) = T^2 B nu / t^2,
+    B    = (32 / (3 pi) - 3) sqrt(2 pi) m0 / (h'^2 c) / q,    q = sqrt(w (3 + w) (1 + 3 w)) / (1 + w)^2,
+    nu   = e sqrt((1 + w) / (2 sqrt(w))) q.
+
+nu is one without a lay, and B is 2.7 for exp(-r^2 / l^2) of any lay. It grows with the width of the spectrum. Wide
+spectra depart from summits, as contacts stand in clusters. The law has the plane at which the heights above it are A,
+and three constants, `FITTED` by `workflow.scatter_law`:
+
+    CV^2 = a B^b T^2 / (1 + k t^2 / nu).
 """
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erf
+import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.pad import distances
+from roughslip.friction.pad import NODE, WEIGHT, distances
 from roughslip.validation import gate, positive
 
 Covariance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
-FITTED = (1.0709, 0.1169, 0.0903)  # CV = a p*^b alpha^c times theory, p* = p / (E* h')
-LOADS = 1e-3, 0.5  # of p*, between which the law was judged
+FITTED = (0.761, 0.2702, 0.2587)  # a, b, k
+LIGHTEST = 1e-5  # of p*: what tends to shot noise has done so
 STRESSES = np.polynomial.legendre.leggauss(200)
-SHARES = np.concatenate(([0.0], np.geomspace(1e-6, 0.02, 30), np.linspace(0.02, 1.0, 100)[1:]))  # rho of a table of C
+POSITIVE = np.concatenate((np.geomspace(1e-6, 0.02, 30), np.linspace(0.02, 1.0, 100)[1:]))
+SHARES = np.concatenate((-POSITIVE[::-1], [0.0], POSITIVE))  # rho of a table of C
+IMAGES = range(-20, 21)
 FINEST, SMOOTH = 40, 1e-3  # halvings of a step of differences at most, until h' changes by less than this share
+FAR, ANGLES = 32.0, 16  # sqrt(m0 / M) up to which points share a stress; angles in half a turn
 
 
 @dataclass(frozen=True)
@@ -43,12 +63,14 @@ class Roughness:
     """What the law takes of the heights.
 
     slope : h' [-] rms gradient over both directions
-    bandwidth : alpha = m0 m4 / m2^2 [-] of the isotropic part, Nayak's parameter times 2/3; 2 for exp(-r^2 / l^2)
+    bandwidth : B [-] width of the spectrum, 2.7 for exp(-r^2 / l^2)
+    lay : nu [-] by which elliptic contacts of a lay scatter less, 1 without a lay
     step_m : [m] of the differences that give the correlation of slopes
     """
 
     slope: float
     bandwidth: float
+    lay: float
     step_m: float
 
 
@@ -63,20 +85,53 @@ def scatter_of_friction(
     pressure_pa : p [Pa] nominal
     window_m : [m] length and width of a window, or of a whole pad
 
-    Right to 7 % (rms) over Gaussian, Matern and self-affine surfaces at p = 1e-3 to 0.5 E* h'; see the manual. In
+    Right to 5 % (rms) over Gaussian, Matern and self-affine surfaces at p = 1e-3 to 0.5 E* h'; see the manual. In
     contact that yields friction does not scatter, as A = N / H. Raises IllPosedError where the rms slope has no limit.
     """
-    for name, value in (("the modulus", plane_strain_modulus_pa), ("the pressure", pressure_pa)):
+    rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
+    return math.sqrt(of_summits(rough, load) * mean_over_window(covariance, rough, load, window_m))
+
+
+@gate
+def autocorrelation_of_friction(
+    covariance: Covariance,
+    plane_strain_modulus_pa: float,
+    pressure_pa: float,
+    window_m: tuple[float, float],
+    lags_m: np.ndarray,
+) -> np.ndarray:
+    """Autocorrelation (K,) [-] of the friction of a window over the slipped distance.
+
+    lags_m : (K,) [m] slipped distances
+    others, and raises : as `scatter_of_friction`
+
+    From pairs of points of the window before and after. For windows far longer than the longest wave it is the triangle
+    1 - lag / length: friction is correlated over the length of the pad, not over that of its roughness.
+    """
+    rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
+    means = [mean_over_window(covariance, rough, load, window_m, abs(float(lag))) for lag in (0.0, *lags_m)]
+    return np.array(means[1:]) / means[0]
+
+
+def _checked(
+    covariance: Covariance, modulus_pa: float, pressure_pa: float, window_m: tuple[float, float]
+) -> tuple[Roughness, float]:
+    """The roughness and p / (E* h')."""
+    for name, value in (("the modulus", modulus_pa), ("the pressure", pressure_pa)):
         positive(name, value, "Pa")
     rough = roughness_of(covariance, positive("the length of the window", min(window_m), "m"))
-    load = pressure_pa / (plane_strain_modulus_pa * rough.slope)
-    factor, power, width = FITTED
-    theory = mean_over_window(covariance, rough, load, window_m)
-    return float(factor * load**power * rough.bandwidth**width * math.sqrt(theory))
+    return rough, pressure_pa / (modulus_pa * rough.slope)
+
+
+def of_summits(rough: Roughness, load: float, fitted: Sequence[float] = FITTED) -> float:
+    """CV^2 over T^2 [-]: at light loads contacts are those of high summits. load : p / (E* h')"""
+    a, b, k = fitted
+    height = max(-float(scipy.special.ndtri(math.erf(math.sqrt(2.0) * load))), 0.0)
+    return a * rough.bandwidth**b / (1.0 + k * height**2 / rough.lay)
 
 
 def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
-    """Slope and bandwidth by differences, from a step that is halved until the slope is known to a thousandth."""
+    """Slope and spectrum by differences, from a step that is halved until the slope is known to a thousandth."""
     step, slope = scale_m / 8.0, 0.0
     for _ in range(FINEST):
         before, slope = slope, math.sqrt(float(_bend(covariance, np.zeros(1), np.zeros(1), step)[0]))
@@ -88,14 +143,57 @@ def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
             "the rms slope of the heights grows without limit as waves get shorter, and contact with it: cut the "
             "spectrum off; scene keys: roughness.covariance, roughness.bandwidth"
         )
-    rough, zero = Roughness(slope, 1.0, step), np.zeros(1)
+    x, y = np.array([0.0, step, 0.0, step, step]), np.array([0.0, 0.0, step, step, -step])
+    zero, along, across, up, down = covariance(x, y) / step**2
+    slopes, axes = np.linalg.eigh(
+        [[2.0 * (zero - along), (down - up) / 2.0], [(down - up) / 2.0, 2.0 * (zero - across)]]
+    )
+    w, variance = float(slopes[0] / slopes[1]), float(zero) * step**2
+    q = math.sqrt(w * (3.0 + w) * (1.0 + 3.0 * w)) / (1.0 + w) ** 2
+    shot = _of_pairs(covariance, Roughness(slope, 1.0, 1.0, step), axes * np.sqrt(variance / slopes))
+    bandwidth = (32.0 / (3.0 * math.pi) - 3.0) * math.sqrt(2.0 * math.pi) * variance / (slope**2 * shot * q)
+    return Roughness(
+        slope, bandwidth, elliptic_contact(1.0 / w) * math.sqrt((1.0 + w) / (2.0 * math.sqrt(w))) * q, step
+    )
 
-    def rho(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return correlation_of_slopes(covariance, rough, x, y)
 
-    m4 = slope**2 * float(_bend(rho, zero, zero, 4.0 * step)[0])
-    variance = float(covariance(zero, zero)[0])
-    return Roughness(slope, variance * m4 / slope**4, step)
+def _of_pairs(covariance: Covariance, rough: Roughness, axes_m: np.ndarray) -> float:
+    """c [m^2]: the integral of C p* over all distances at the lightest load. axes_m : (2, 2) columns, of equal falls"""
+    panels = math.ceil(2.0 * math.log2(FAR * float(np.abs(axes_m).max()) / rough.step_m))
+    log = np.linspace(-panels / 2.0, 0.0, panels + 1) * math.log(2.0) + math.log(FAR)
+    r = np.exp((log[:-1, None] + np.diff(log)[:, None] * (1.0 + NODE) / 2.0).ravel())
+    angle = np.arange(ANGLES) * math.pi / ANGLES
+    x, y = (np.outer(np.cos(angle), a) + np.outer(np.sin(angle), b) for a, b in (np.outer(ax, r) for ax in axes_m))
+    shared = np.interp(correlation_of_slopes(covariance, rough, x, y), SHARES, table_of_pairs(LIGHTEST))
+    weight = np.tile(WEIGHT, panels) * math.log(2.0) / 4.0
+    area = 2.0 * math.pi * abs(float(np.linalg.det(axes_m)))
+    return float(LIGHTEST * area * (shared.mean(axis=0) @ (weight * r**2)))
+
+
+def elliptic_contact(ratio: float) -> float:
+    """Force of a Hertz contact over that of a circular one of equal mean curvature and approach.
+
+    ratio : of the two principal curvatures, at least 1
+
+    Method: Johnson, Contact Mechanics (1985), section 4.2, with the geometric mean of the curvatures.
+    """
+
+    def curvatures(axes: float) -> tuple[float, float, float]:
+        """Both curvatures and the approach under p0 = E* and a longer semi-axis of one; axes : b / a."""
+        square = 1.0 - axes**2
+        first, second = scipy.special.ellipk(square), scipy.special.ellipe(square)
+        scale = 2.0 * axes / square
+        return scale * (first - second), scale * (second / axes**2 - first), axes * first
+
+    def excess(axes: float) -> float:
+        low, high, _ = curvatures(axes)
+        return math.log(high / low / ratio)
+
+    if ratio < 1.0 + 1e-6:
+        return 1.0
+    axes = scipy.optimize.brentq(excess, 1e-6, 1.0 - 1e-7)
+    low, high, approach = curvatures(axes)
+    return float(math.pi / 2.0 * axes / approach**1.5 * (low * high) ** 0.25)
 
 
 def _bend(function: Covariance, x: np.ndarray, y: np.ndarray, h: float) -> np.ndarray:
@@ -117,23 +215,35 @@ def mean_over_window(
         distances(edge, lag, 16.0 * rough.step_m) for edge, lag in zip(window_m, (lag_m, 0.0), strict=True)
     )
     rho = correlation_of_slopes(covariance, rough, x[:, None], y[None, :])
-    table = pair_covariance(SHARES, 2.0 * load)
-    return float(weight_x @ np.interp(rho, SHARES, table) @ weight_y)
+    return float(weight_x @ np.interp(rho, SHARES, table_of_pairs(load)) @ weight_y)
+
+
+@functools.lru_cache(maxsize=16)
+def table_of_pairs(load: float) -> np.ndarray:
+    """C at SHARES. load : p / (E* h')"""
+    return pair_covariance(SHARES, 2.0 * load)
 
 
 def pair_covariance(rho: np.ndarray, pressure: float) -> np.ndarray:
     """C : (as rho) [-] of the influences of two points that share a part rho of the stress's variance.
 
     pressure : p / s
+
+    Where rho < 0 the stress of one rises as that of the other falls, and one of both reaches zero: above 16 p^2 none is
+    left. Densities of the deviation u of the stress from p are sums over mirror images of its start.
     """
-    area = math.erf(pressure / math.sqrt(2.0))
-    share = np.maximum(rho, 1e-12)[:, None]
-    deviation, high = np.sqrt(share), pressure + 9.0 * np.sqrt(share)
-    low = np.maximum(pressure - 9.0 * deviation, 0.0)
-    x = low + (high - low) * (STRESSES[0] + 1.0) / 2.0
-    near, far = (np.exp(-((x + sign * pressure) ** 2) / (2.0 * share)) for sign in (-1.0, 1.0))
-    density = (near - far) / (deviation * math.sqrt(2.0 * math.pi))
-    beyond = erf(x / np.sqrt(2.0 * np.maximum(1.0 - share, 1e-15)))
-    squares = density * (beyond - area / pressure * x) ** 2
-    found = ((high - low) / 2.0 * squares) @ STRESSES[1] / area**2
-    return np.where(rho > 0.0, found, 0.0)
+    area, found = math.erf(pressure / math.sqrt(2.0)), np.zeros_like(rho)
+    for side, images, kept in (
+        (1.0, (0, -1), rho > 0.0),
+        (-1.0, IMAGES, (rho < 0.0) & (rho > -16.0 * pressure**2)),
+    ):
+        share = np.abs(rho[kept])[:, None]
+        deviation, rest = np.sqrt(share), np.sqrt(2.0 * np.maximum(1.0 - share, 1e-15))
+        low = -np.minimum(pressure, 9.0 * deviation)
+        high = 9.0 * deviation if side > 0.0 else -low
+        u = low + (high - low) * (STRESSES[0] + 1.0) / 2.0
+        density = sum((-1.0) ** k * np.exp(-((u - 2.0 * k * pressure) ** 2) / (2.0 * share)) for k in images)
+        one, other = (scipy.special.erf(x / rest) - area / pressure * x for x in (pressure + u, pressure + side * u))
+        mean = ((high - low) / 2.0 * density * one * other) @ STRESSES[1]
+        found[kept] = mean / (deviation[:, 0] * math.sqrt(2.0 * math.pi) * area**2)
+    return found

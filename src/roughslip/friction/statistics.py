@@ -16,6 +16,7 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate, reals
 
 PERCENTS = (5, 25, 50, 75, 95)
@@ -180,6 +181,7 @@ def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | flo
         )
 
 
+@short_repr
 @dataclass(frozen=True)
 class WindowStatistics:
     """Statistics of mu over the windows that have one.

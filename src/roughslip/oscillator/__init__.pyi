@@ -4,8 +4,13 @@ from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share
 from roughslip.oscillator.basins import ends_in_stick_slip as ends_in_stick_slip
+from roughslip.oscillator.basins import unstable_cycle as unstable_cycle
+from roughslip.oscillator.budget import Budget as Budget
+from roughslip.oscillator.budget import Machine as Machine
+from roughslip.oscillator.budget import Uncertain as Uncertain
+from roughslip.oscillator.budget import uncertainty_budget as uncertainty_budget
 from roughslip.oscillator.counts import Counts as Counts
-from roughslip.oscillator.counts import ensemble_counts as ensemble_counts
+from roughslip.oscillator.counts import ensemble as ensemble
 from roughslip.oscillator.cycles import CycleCounts as CycleCounts
 from roughslip.oscillator.cycles import Reattachment as Reattachment
 from roughslip.oscillator.cycles import count_difference as count_difference

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
@@ -20,6 +21,7 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import equilibrium, hopf_damping, slip_loop
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.slip_flow import next_peak, slip_flow
 from roughslip.oscillator.states import longest_slip
 from roughslip.probability.estimate import wilson_interval
 from roughslip.validation import gate
@@ -27,6 +29,7 @@ from roughslip.validation import gate
 OPTIONS = MotionOptions(samples_per_period=100)  # a peak of theirs is up to 5e-4 below the true one, as X''' = -X'
 FALLEN = 0.01  # relative, of the peaks; twenty times that
 AT_REST = 1e-3  # distance from steady sliding, in units of V, where overdamped slip has no peaks
+SMALL = 0.02  # peak of X' / V from which an unstable cycle is sought
 DOUBLINGS = 12  # of the time of a run, which begins as the longest slip of a cycle
 
 
@@ -87,6 +90,26 @@ def basin_share(
     count = int(np.count_nonzero(labels))
     interval = wilson_interval(count, samples)
     return Basins(states, labels, count / samples, float(interval[0]), float(interval[1]))
+
+
+@gate
+def unstable_cycle(oscillator: Oscillator, law: FrictionLaw) -> np.ndarray:
+    """(samples, 2) [m] X and X' on the cycle of slip that parts the basins; none where one state alone attracts.
+
+    Its peak is a fixed point of the map of the peaks of X' below the belt, between sliding and the grazing orbit.
+    """
+    flow = slip_flow(oscillator, law)
+
+    def grows(w: float) -> float:
+        return next_peak(flow, flow.at_peak(w), w)[0] - w
+
+    if not (grows(SMALL) < 0.0 < grows(1.0)):
+        return np.empty((0, 2))
+    w = float(scipy.optimize.brentq(grows, SMALL, 1.0))
+    periods = next_peak(flow, flow.at_peak(w), w)[1] / (2.0 * math.pi)
+    start = flow.steady + oscillator.V * flow.at_peak(w), oscillator.V * w
+    drawn = trajectory(oscillator, law, None, 0.0, periods, OPTIONS, start)
+    return np.stack([drawn.position, drawn.velocity], axis=1)
 
 
 def _sticks(oscillator: Oscillator, law: FrictionLaw, start: tuple[float, float]) -> bool:

@@ -1,34 +1,38 @@
-"""Counts of cycles at several damping ratios, on one friction path or without scatter, and the time in stick-slip."""
+"""Counts of cycles on friction paths, at any values of parameters of the oscillator, and the time in stick-slip."""
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from roughslip.errors import ParameterError
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 
+@short_repr
 @dataclass(frozen=True)
 class Counts:
-    """Counts of the motions on one friction path at several damping ratios.
+    """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on.
 
-    damping_ratios : (dampings,) [-]
-    cycles, micro_slips : (dampings,)
-    last_cycle : (dampings,) [-] natural periods until the last cycle ends, 0 where there is none
-    stick_slip : (dampings,) [-] share of the time in either state that is stick-slip; NaN where the run reaches no
+    cycles, micro_slips : (runs, values)
+    last_cycle : (runs, values) [-] natural periods until the last cycle ends, 0 where there is none
+    stick_slip : (runs, values) [-] share of the time in either state that is stick-slip; NaN where the run reaches no
         state, and with excitation
-    cuts : (dampings,) of negative friction, as in Motion
+    cuts : (runs, values) of negative friction, as in Motion
     steps, evaluations : in all, as in Motion
+    over : values of each parameter, by its name
     """
 
-    damping_ratios: np.ndarray
     cycles: np.ndarray
     micro_slips: np.ndarray
     last_cycle: np.ndarray
@@ -36,40 +40,51 @@ class Counts:
     cuts: np.ndarray
     steps: int
     evaluations: int
+    over: Mapping[str, np.ndarray]
 
 
 @gate
-def ensemble_counts(
+def ensemble(
     oscillator: Oscillator,
     law: FrictionLaw,
-    path: FrictionPath,
-    spacing_m: float,
-    duration_periods: float,
-    damping_ratios: Sequence[float] | np.ndarray,
+    paths: Sequence[FrictionPath],
+    spacing_m: float = math.nan,
+    duration_periods: float = 100.0,
+    *,
+    over: Mapping[str, Sequence[float] | np.ndarray],
     options: MotionOptions = DEFAULTS,
 ) -> Counts:
-    """Counts of one realisation of the friction at several damping ratios, which replace that of the oscillator.
+    """Counts of motions on each friction path while parameters of the oscillator take other values.
 
-    damping_ratios : (dampings,) [-] each >= 0; the other arguments and the errors as in `simulate`, but an iterable
-        path must start again for each
+    paths : each as in `simulate`, None for the motion without scatter; an iterable must start again for each value
+    over : values by parameter, in its unit: damping [-], belt_velocity [m/s], mass [kg], stiffness [N/m], load [N]; of
+        several parameters, all combinations. With mass and stiffness the damper [kg/s] stays as it is
+
+    Other arguments and errors as in `simulate`, and ParameterError for another parameter.
     """
-    ratios = np.atleast_1d(np.asarray(damping_ratios, dtype=np.float64))
-    belts = [replace(oscillator, damping_ratio=float(ratio)) for ratio in ratios]
-    motions = [simulate(belt, law, path, spacing_m, duration_periods, options) for belt in belts]
-    return Counts(
-        damping_ratios=ratios,
-        cycles=np.array([motion.cycles for motion in motions]),
-        micro_slips=np.array([motion.micro_slips for motion in motions]),
-        last_cycle=np.array([motion.last_cycle for motion in motions]),
-        stick_slip=np.array([_share(belt, law, motion) for belt, motion in zip(belts, motions, strict=True)]),
-        cuts=np.array([motion.cuts for motion in motions]),
-        steps=sum(motion.steps for motion in motions),
-        evaluations=sum(motion.evaluations for motion in motions),
-    )
+    unknown = ", ".join(sorted(over.keys() - PARAMETERS.keys()))
+    if not paths:
+        raise ParameterError("paths must hold a path at least, or None for the motion without scatter")
+    if unknown or not over:
+        raise ParameterError(f"over must have values of {', '.join(PARAMETERS)}, not of {unknown or 'nothing'}")
+    values = {name: np.atleast_1d(np.asarray(one, dtype=np.float64)) for name, one in over.items()}
+    changes = [dict(zip(values, map(float, each), strict=True)) for each in itertools.product(*values.values())]
+    belts = [changed_oscillator(oscillator, change) for change in changes]
+    rows = [
+        _row(belt, law, simulate(belt, law, path, spacing_m, duration_periods, options))
+        for path in paths
+        for belt in belts
+    ]
+    shape = (len(paths), *(one.size for one in values.values()))
+    columns = zip(*rows, strict=True)
+    cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
+    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)
 
 
-def _share(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> float:
-    """Share of stick-slip in a motion; NaN where the states are not defined."""
-    if oscillator.q > 0.0 or oscillator.V == 0.0:
-        return math.nan
-    return states_of(motion, longest_slip(oscillator, law)).share()
+def _row(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> tuple[int, int, float, float, int, int, int]:
+    """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined."""
+    share = math.nan
+    if oscillator.q == 0.0 and oscillator.V > 0.0:
+        share = states_of(motion, longest_slip(oscillator, law)).share()
+    counted = motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts
+    return *counted, motion.steps, motion.evaluations

@@ -18,6 +18,7 @@ from scipy.special import log_ndtr, ndtr
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin, student_95
+from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 REPLICATES = 1000
@@ -32,6 +33,7 @@ MORE_CYCLES = (
 _ONE_POINT = "every run sticks again at the same point, X = {:.6g} m: the friction has no scatter to judge"
 
 
+@short_repr
 @dataclass(frozen=True)
 class CycleCounts:
     """Difference M_d - E[M_S] of cycle counts over the damping ratios, all (dampings,).
@@ -75,6 +77,7 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     return CycleCounts(mean, error, difference, difference - half, difference + half)
 
 
+@short_repr
 @dataclass(frozen=True)
 class Reattachment:
     """Moments of the reattachment point, each as (value, low, high) with a 95 % interval.

@@ -20,11 +20,13 @@ from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, next_peak, slip_flow
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate, positive
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
 
+@short_repr
 @dataclass(frozen=True)
 class GrazingResponse:
     """How noise and damping move the peak of the grazing orbit.

@@ -15,6 +15,7 @@ from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run
 from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
 from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
@@ -26,6 +27,7 @@ COARSER = (  # what to try without a friction path, and with one
 )
 
 
+@short_repr
 @dataclass(frozen=True)
 class Motion:
     """The events of a motion.
@@ -75,6 +77,7 @@ class Motion:
         return self.position[self.backwards & (self.time >= 2.0 * math.pi * after_periods)]
 
 
+@short_repr
 @dataclass(frozen=True)
 class Trajectory:
     """A motion and its samples for drawing.
@@ -153,7 +156,8 @@ def simulate(
         may have no end, such as `itertools.repeat(row)`. None for mu_S = 0
     spacing_m : [m] distance of the nodes, [s] where friction follows time; needed for a path
     duration_periods : [-] time in natural periods 2 pi / omega
-    start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X'
+    start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X',
+        the velocity over omega
 
     Returns the events with the local error. Raises ParameterError for input out of range and for a path that is too
     short, ConvergenceError at the step limit.

@@ -22,6 +22,7 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 LOOPS = 3.0
@@ -29,6 +30,7 @@ EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one 
 NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a run lasts
 
 
+@short_repr
 @dataclass(frozen=True)
 class States:
     """When a motion is in which state, in natural periods.

@@ -164,11 +164,11 @@ def answer(
     """Whether the mass stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
-    progress : is told how many parameters are done, of how many
+    progress : is told how many parts are done, of how many: the runs at the scene's values, then each parameter
 
-    Raises IllPosedError where the question has no answer, and as `simulate`.
+    Raises as `check_has_answer` and `simulate`.
     """
-    _check_has_answer(oscillator, law)
+    check_has_answer(oscillator, law)
     runs, seed, count = Runs(oscillator, law, friction, options, sampling), sampling.seed, sampling.realisations
     periods = runs.periods(oscillator)
     of = {
@@ -180,10 +180,11 @@ def answer(
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     cycle = cycle_statistics(drawn, oscillator.natural_frequency_rad_per_s, np.random.default_rng([*seed]))
     limits, trials = {}, 2 * count
-    for done, name in enumerate(parameters, start=1):
+    progress(1, 1 + len(parameters))
+    for done, name in enumerate(parameters, start=2):
         limits[name], more = limits_of(name, runs, at_start)
         trials += more
-        progress(done, len(parameters))
+        progress(done, 1 + len(parameters))
     share = float(np.mean(at_start))
     return Answer(
         runs=count,
@@ -203,7 +204,7 @@ def answer(
     )
 
 
-def _check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
+def check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
     """Raise IllPosedError where the question has no answer."""
     if belt.excitation_force_n > 0.0:
         raise IllPosedError(

@@ -15,11 +15,13 @@ from scipy.special import chdtri
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.states import States
 from roughslip.probability.estimate import TAILS
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 REPLICATES = 400
 
 
+@short_repr
 @dataclass(frozen=True)
 class Spells:
     """Spells of one kind of motion.

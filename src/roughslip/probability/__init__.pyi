@@ -11,6 +11,9 @@ from roughslip.probability.estimate import NORMAL_95 as NORMAL_95
 from roughslip.probability.estimate import TAILS as TAILS
 from roughslip.probability.estimate import Estimate as Estimate
 from roughslip.probability.estimate import wilson_interval as wilson_interval
+from roughslip.probability.sensitivity import Source as Source
+from roughslip.probability.sensitivity import Split as Split
+from roughslip.probability.sensitivity import variance_split as variance_split
 from roughslip.probability.translation import Distribution as Distribution
 from roughslip.probability.translation import Translation as Translation
 from roughslip.probability.translation import tabulate as tabulate

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import bdtr, ndtri
 
-from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability.estimate import TAILS
 
 ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level,
@@ -50,8 +50,8 @@ def central_counts(paths: int, level: float) -> tuple[int, int]:
 class LevelSearch:
     """Counts of paths with the event along one parameter, and searches for crossings in them.
 
-    occurs : of a value and a range of path numbers, (paths,) whether the event occurs; ConvergenceError or
-        ParameterError where the value cannot be tried
+    occurs : of a value and a range of path numbers, (paths,) whether the event occurs; ConvergenceError,
+        IllPosedError or ParameterError where the value cannot be tried
     paths : n
     start : of the search, positive
     low, high : its ends
@@ -142,7 +142,7 @@ class LevelSearch:
             return False
         try:
             self.count(self._grid[at + step], PROBES)
-        except (ConvergenceError, ParameterError):
+        except (ConvergenceError, IllPosedError, ParameterError):
             self._ends[step > 0] = at
             return False
         return True

@@ -16,6 +16,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report.answer import amount, decision, digits, ends, percent
+from roughslip.report.budget import bars
 from roughslip.report.drawing import element, thumbnail
 from roughslip.report.machine import change_rows, facts, friction_curve, on_the_map, plots, verdict
 from roughslip.report.sections import (
@@ -85,7 +86,7 @@ class SceneReport:
     surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
-    answer : contents of answer.json; None where no oscillator runs
+    answer, budget : contents of answer.json and budget.json; None where no such stage runs
     map_ranges : first and last value of each axis of the stick-slip map, by the name of its parameter
     folder : of its files, from the folder of the page: empty, or ending in a slash
     file : the scene file, from the folder of the page; empty for a scene without one
@@ -100,6 +101,7 @@ class SceneReport:
     costs: Sequence[Mapping[str, Any]]
     configuration: str
     answer: Mapping[str, Any] | None = None
+    budget: Mapping[str, Any] | None = None
     map_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     folder: str = ""
     file: str = ""
@@ -177,6 +179,7 @@ def environment() -> Environment:
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "amount": amount,
         "as_number": lambda three, unit: {"value": three[0], "interval": three[1:], "unit": unit},
+        "bars": bars,
         "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
         "change_rows": change_rows,
         "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),

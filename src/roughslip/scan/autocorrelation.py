@@ -20,6 +20,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
 from roughslip.scan.topography import FEWEST_CELLS, Topography, high_pass, remove_form
+from roughslip.short_repr import short_repr
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180
@@ -28,6 +29,7 @@ CUTOFFS = (2, 4, 8, 16)  # of the shorter edge: cutoffs that are tried as a help
 SHOWN = 3.0  # lags with intervals go to this many times the reach of the autocorrelation above 1/e
 
 
+@short_repr
 @dataclass(frozen=True)
 class Autocorrelation:
     """Autocorrelation r = C / C(0) at lags of both signs, and what is read from it.

@@ -25,6 +25,7 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.scan.fit_data import Estimates, RingPowers, effective_number, lags_to_fit, profile_to_fit, rings_to_fit
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
+from roughslip.short_repr import short_repr
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import MODELS
 from roughslip.validation import gate
@@ -35,6 +36,7 @@ NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 
 
+@short_repr
 @dataclass(frozen=True)
 class CovarianceFit:
     """A fitted model with its errors.

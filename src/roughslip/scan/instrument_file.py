@@ -51,7 +51,7 @@ _EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
 
 @gate
 def read_scan(
-    path: Path, spacing: tuple[float, float] | None = None, unit: str | None = None, array: str | None = None
+    path: Path | str, spacing: tuple[float, float] | None = None, unit: str | None = None, array: str | None = None
 ) -> Topography:
     """Read a scan from a file.
 
@@ -140,12 +140,13 @@ def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None
 
 
 @gate
-def write_x3p(path: Path, scan: Topography) -> None:
+def write_x3p(path: Path | str, scan: Topography) -> None:
     """Write a scan as X3P (ISO 25178-72), the instruments' exchange format; missing points stay missing.
 
     SurfaceTopography writes it. Its archive is packed again without dates, so that the same scan gives the same bytes,
     and with the checksum of main.xml, which the standard asks for. Raises InputError where the file cannot be written.
     """
+    path = Path(path)
     library = _library(path)
     heights = np.ma.masked_array(scan.heights, mask=scan.missing)
     sizes = scan.grid.nx * scan.dx, scan.grid.ny * scan.dy

@@ -23,6 +23,7 @@ from scipy.special import stdtrit
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
+from roughslip.short_repr import short_repr
 
 CONFIDENCE = 0.95
 
@@ -34,6 +35,7 @@ FEWEST = 6
 MOST_ON_AN_AXIS = 8
 
 
+@short_repr
 @dataclass(frozen=True)
 class SubAreas:
     """A partition of the mesh into counts[0] x counts[1] rectangles, which differ by one node at most.

@@ -21,6 +21,7 @@ from roughslip.grid import Grid
 from roughslip.probability import Estimate
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.topography import Topography
+from roughslip.short_repr import short_repr
 
 RINGS_PER_OCTAVE = 4
 LOWEST = 6.0  # fundamental wavenumbers of a sub-area below which the window mixes the spectrum too much to fit a slope
@@ -35,6 +36,7 @@ NARROWEST_BAND = 2.0
 LEAKAGE = 1e-5  # share of the highest power of a ring below which a spectrum may be the window's side lobes
 
 
+@short_repr
 @dataclass(frozen=True)
 class Spectrum:
     """Radially averaged power spectrum of a scan.

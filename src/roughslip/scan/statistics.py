@@ -22,11 +22,13 @@ from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
 from roughslip.scan.topography import Topography
+from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 BIN = 0.2  # Sq, width of a bin of the density of heights
 
 
+@short_repr
 @dataclass(frozen=True)
 class HeightDensity:
     """Density of heights. edges : (n + 1,) [m] of bins about the mean height; density : (n,) [1/m] with interval."""
@@ -35,6 +37,7 @@ class HeightDensity:
     density: Estimate
 
 
+@short_repr
 @dataclass(frozen=True)
 class ScanStatistics:
     """Statistics of a scan, each with its interval.
@@ -43,6 +46,8 @@ class ScanStatistics:
     rms_height : [m] Sq
     skewness : Ssk
     kurtosis : Sku, 3 for Gaussian heights
+    rms_slope : h' [-] of the gradient between neighbouring points, so that it depends on their distance
+    rms_curvature : [1/m] of half the Laplacian between them
     density, autocorrelation, spectrum : see there
     fractal : fractal dimension; None where no octave lies between the roll-off and a quarter of the highest wavenumber
     """
@@ -51,6 +56,8 @@ class ScanStatistics:
     rms_height: Estimate
     skewness: Estimate
     kurtosis: Estimate
+    rms_slope: Estimate
+    rms_curvature: Estimate
     density: HeightDensity
     autocorrelation: Autocorrelation
     spectrum: Spectrum
@@ -74,6 +81,8 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         rms_height=parts.interval(moments[:, 0], positive=True),
         skewness=parts.interval(moments[:, 1]),
         kurtosis=_kurtosis(parts.interval(moments[:, 2]), float(moments[0, 1])),
+        rms_slope=_root_mean_square(parts, np.hypot(_differences(scan, 0, 1), _differences(scan, 1, 1))),
+        rms_curvature=_root_mean_square(parts, 0.5 * (_differences(scan, 0, 2) + _differences(scan, 1, 2))),
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
         spectrum=powers,
@@ -116,6 +125,22 @@ def _moments(scan: Topography, parts: SubAreas) -> np.ndarray:
         return np.array([scale * math.sqrt(variance), third / variance**1.5, fourth / variance**2])
 
     return leave_one_out(powers, central)
+
+
+def _differences(scan: Topography, axis: int, order: int) -> np.ndarray:
+    """Differences (nx, ny) of an order over the distance to that power along an axis, from each point on; NaN where
+    a height was interpolated, or the scan ends."""
+    measured = np.where(scan.measured, scan.heights, np.nan)
+    difference = np.diff(measured, order, axis) / (scan.dx, scan.dy)[axis] ** order
+    rows = (order // 2, order - order // 2)  # a second difference stands at the point in its middle
+    return np.pad(difference, [rows if each == axis else (0, 0) for each in (0, 1)], constant_values=np.nan)
+
+
+def _root_mean_square(parts: SubAreas, field: np.ndarray) -> Estimate:
+    """Of a field, over where it is known."""
+    known = np.isfinite(field)
+    sums = np.stack([parts.sums(known), parts.sums(np.where(known, field, 0.0) ** 2)], axis=-1)
+    return parts.interval(leave_one_out(sums, lambda total: np.sqrt(total[1] / total[0])), positive=True)
 
 
 @gate

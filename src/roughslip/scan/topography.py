@@ -22,6 +22,7 @@ from scipy.sparse.linalg import spsolve
 
 from roughslip.errors import InputError, ParameterError
 from roughslip.grid import Grid
+from roughslip.short_repr import short_repr
 from roughslip.surface.plausibility import MOST_SLOPE
 from roughslip.validation import gate
 
@@ -34,6 +35,7 @@ RIM_MISSING = 0.5  # an outer row or column that misses more than this share is 
 ROUNDING = 1e-10  # heights that scatter by less than this share of their range before removal of form are rounding
 
 
+@short_repr
 @dataclass(frozen=True)
 class Topography:
     """Heights of a scan, complete on its mesh.

@@ -43,11 +43,20 @@ class Section:
 
 
 def number(
-    description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: float
+    description: str,
+    unit: str = "-",
+    *,
+    default: Any = REQUIRED,
+    or_auto: bool = False,
+    measured: bool = False,
+    **bounds: float,
 ) -> Any:
-    """A field for a real number, or for auto in its place. bounds : at_least, above, at_most, below."""
+    """A field for a real number, or for auto in its place. bounds : at_least, above, at_most, below.
+
+    measured : whether it may carry a standard uncertainty (`scene.uncertain`)
+    """
     part = {"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}
-    return _field(part | _or_auto(or_auto, "number"), default)
+    return _field(part | _or_auto(or_auto, "number") | ({"measured": True} if measured else {}), default)
 
 
 def integer(description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: int) -> Any:

@@ -15,10 +15,12 @@ MOST_WINDOWS = 1_000_000_000
 class FrictionStatistics(Section):
     """Friction process as numbers, in place of surfaces and contact."""
 
-    mean: float = number("Mean friction coefficient, mu_fit of eq. (13)", above=0, at_most=10)
-    standard_deviation: float = number("Standard deviation of the friction coefficient", above=0, at_most=10)
+    mean: float = number("Mean friction coefficient, mu_fit of eq. (13)", measured=True, above=0, at_most=10)
+    standard_deviation: float = number(
+        "Standard deviation of the friction coefficient", measured=True, above=0, at_most=10
+    )
     correlation_length_m: float = number(
-        "Length of the exponential autocorrelation along the belt", "m", above=0, at_most=1
+        "Length of the exponential autocorrelation along the belt", "m", measured=True, above=0, at_most=1
     )
     beta_shapes: tuple[float, float] = many(
         "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), at_least=2, at_most=2
@@ -32,6 +34,7 @@ class Friction(Section):
     mean_at_median: float = number(
         "Mean friction coefficient at median penetration, or of the pad with a load without load.mean_friction; sets "
         "the shear strength",
+        measured=True,
         above=0,
         at_most=10,
         default=None,
@@ -58,12 +61,13 @@ class Load(Section):
     Periodic cells of the surface are solved under the nominal pressure; the number of windows follows from the area.
     """
 
-    force_n: float = number("Normal force on the pad", "N", above=0, at_most=1e9, default=None)
+    force_n: float = number("Normal force on the pad", "N", measured=True, above=0, at_most=1e9, default=None)
     nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, at_most=1e13, default=None)
     apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, at_most=1e4, default=None)
     mean_friction: float | None = number(
         "Mean friction coefficient of the pad as measured under this load, in place of friction.mean_at_median; sets "
         "the shear strength, so the scatter changes in proportion",
+        measured=True,
         above=0,
         at_most=10,
         default=None,

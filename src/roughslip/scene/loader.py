@@ -16,12 +16,24 @@ from typing import Any, cast
 import yaml
 
 from roughslip.errors import InputError
-from roughslip.scene import accuracy, contact, ensemble, expansion, friction, oscillator, plan, roughness, sweep
+from roughslip.scene import (
+    accuracy,
+    contact,
+    ensemble,
+    expansion,
+    friction,
+    oscillator,
+    plan,
+    roughness,
+    sweep,
+    uncertain,
+)
 from roughslip.scene.fields import AUTO, WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
 from roughslip.scene.types import get, nested
 
+SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 LONGEST = 200  # characters of a description
 LARGEST_FILE = 100_000  # bytes
@@ -39,7 +51,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
 
     name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml;
         a variant has a name but no file
-    scenes_folder : folder of the names, also of those after `extends`
+    scenes_folder : folder of the names; a name after `extends` may also be that of a shipped scene
 
     Returns the scene as nested dicts, without `extends` and `sweep`, and with what follows from its load; a key that
     takes a `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
@@ -60,8 +72,10 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
         return min((merged.file_of(path) for path in paths), key=chain.index)
 
+    uncertainties, wrong = uncertain.taken_apart(merged.values, schema)
+    lines += [line(topmost([path]), path, text) for path, text in wrong]
     if merged.file_of(("targets",)) != chain[0] and isinstance(merged.values["targets"], list):
-        merged.values["targets"] = plan.default_targets(merged.values)
+        merged.values["targets"] = plan.default_targets(merged.values, bool(uncertainties))
     if merged.values.get("load") is not None and isinstance(merged.values.get("targets"), list):
         merged.values["targets"] = friction.targets_under_load(merged.values["targets"])
     faulty = set()
@@ -77,7 +91,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = oscillator.with_frequency(whole)
-    return friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
+    whole = friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
+    return whole | ({"standard_uncertainties": uncertainties} if uncertainties else {})
 
 
 def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
@@ -199,10 +214,10 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
     return file
 
 
-def _stay_inside(file: Path, scenes_folder: Path) -> None:
+def _stay_inside(file: Path) -> None:
     """Refuses a link that leads out of the folder of the scenes: what is read should be what the project shows."""
     real = os.path.realpath(file)  # of a link to itself, too
-    if file.is_symlink() and not Path(real).is_relative_to(os.path.realpath(scenes_folder)):
+    if file.is_symlink() and not Path(real).is_relative_to(os.path.realpath(file.parent)):
         raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
 
 
@@ -211,7 +226,7 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
 
     Last come lines on accuracies that find nothing.
     """
-    known = scene_names(scenes_folder)
+    known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
     chain = [top]
     documents: list[Values] = []
     lines: list[str] = []
@@ -219,7 +234,7 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
     while len(documents) < len(chain):
         file = chain[-1]
         try:
-            _stay_inside(file, scenes_folder)
+            _stay_inside(file)
             values = read(file)
         except InputError as error:
             raise InputError([*lines, *error.lines]) from None
@@ -233,9 +248,9 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
             break
         base = values.pop("extends")
         if base not in known:
-            text = f"{shown(base)} is not allowed; {nearest(str(base), known, 'scenes')}"
+            text = f"{shown(base)} is not allowed; {nearest(str(base), sorted(known), 'scenes')}"
             raise InputError([*lines, line(file, ("extends",), text)])
-        chain.append(scenes_folder / f"{base}.yaml")
+        chain.append(known[base])
         if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
             text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
             raise InputError([*lines, line(file, ("extends",), text)])

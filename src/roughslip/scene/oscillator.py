@@ -18,25 +18,35 @@ Follows = Literal["slip", "belt"]
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
-    mass_kg: float = number("Mass m", "kg", above=0, at_most=1e6)
+    mass_kg: float = number("Mass m", "kg", measured=True, above=0, at_most=1e6)
     natural_frequency_rad_per_s: float = number(
-        "Natural frequency omega; the spring has m omega^2", "rad/s", above=0, at_most=1e6, default=None
+        "Natural frequency omega; the spring has m omega^2",
+        "rad/s",
+        measured=True,
+        above=0,
+        at_most=1e6,
+        default=None,
     )
     stiffness_n_per_m: float | None = number(
         "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
         "N/m",
+        measured=True,
         at_least=1e-12,
         at_most=1e15,
         default=None,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", at_least=0, at_most=1)
-    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", above=0, at_most=1000)
-    normal_force_n: float = number("Normal force N; with load it follows", "N", above=0, at_most=1e9, default=None)
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", measured=True, at_least=0, at_most=1)
+    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", measured=True, above=0, at_most=1000)
+    normal_force_n: float = number(
+        "Normal force N; with load it follows", "N", measured=True, above=0, at_most=1e9, default=None
+    )
     excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", at_least=0, at_most=1e9)
     excitation_frequency_rad_per_s: float = number(
         "Angular frequency Omega of the excitation", "rad/s", at_least=0, at_most=1e6
     )
-    static_friction: float = number("Mean friction coefficient at rest, eq. (13) at v_rel = 0", above=0, at_most=10)
+    static_friction: float = number(
+        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", measured=True, above=0, at_most=10
+    )
     law: str = choice(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
         "mu_fit; coulomb, that coefficient at every speed; table, friction_table",
@@ -46,16 +56,21 @@ class Oscillator(Section):
     friction_table: tuple[tuple[float, float], ...] | None = many(
         "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "
         "The last one holds beyond its speed, and the windows give the scatter alone",
-        many("A speed and its coefficient", number("A number", at_least=0, at_most=1e6), at_least=2, at_most=2),
+        many(
+            "A speed and its coefficient",
+            number("A number", measured=True, at_least=0, at_most=1e6),
+            at_least=2,
+            at_most=2,
+        ),
         at_least=2,
         at_most=1000,
         default=None,
     )
     stribeck_decay_s_per_m: float = number(
-        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", at_least=0, at_most=1e6
+        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", measured=True, at_least=0, at_most=1e6
     )
     stribeck_quadratic_s2_per_m2: float = number(
-        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", at_least=0, at_most=1e6
+        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", measured=True, at_least=0, at_most=1e6
     )
     stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
     friction_follows: Follows = choice(
@@ -86,7 +101,7 @@ _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscilla
 _FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
 MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
-FREE = ("figure_map", "figure_residence")  # figures of the oscillator without excitation
+FREE = ("figure_basins", "figure_budget", "figure_map", "figure_residence")  # figures without excitation
 
 REPLACES: dict[str, tuple[str, ...]] = {
     f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),

@@ -15,15 +15,16 @@ _ALWAYS_GIVEN = ("seed", "description", "targets")
 AFTER_COSTS = ("costs", "report")  # which the sum of costs of a scene cannot hold
 
 
-def default_targets(scene: Values) -> list[str]:
-    """Of a scene that names none itself: those it inherits, and with figure5 its map.
+def default_targets(scene: Values, is_uncertain: bool = False) -> list[str]:
+    """Of a scene that names none itself: those it inherits, and with figure5 its map, and its budget if is_uncertain.
 
-    The limits of the map are those of the oscillator without excitation.
+    Limits are those of the oscillator without excitation.
     """
     inherited, oscillator = list(scene["targets"]), scene.get("oscillator")
     if "figure5" not in inherited or not isinstance(oscillator, dict) or oscillator.get("excitation_force_n") != 0:
         return inherited
-    return list(dict.fromkeys([*inherited, *(["figure_map"] if "map" in scene else [])]))
+    more = [*(["figure_map"] if "map" in scene else []), *(["figure_budget"] if is_uncertain else [])]
+    return list(dict.fromkeys([*inherited, *more]))
 
 
 def stages_needed(scene: Values) -> set[str]:

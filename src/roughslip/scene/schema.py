@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from roughslip.scene import uncertain
 from roughslip.scene.declarations import targets
 from roughslip.scene.fields import REQUIRED, WORD, Section, default_of, fields_of
 from roughslip.scene.mistakes import KeyPath, Values, shown
@@ -37,6 +38,7 @@ _BOUNDS = {
 def scene_schema() -> dict[str, Any]:
     """The schema of a scene after its overlays are merged, with `extends` and `sweep` of a file. Do not change it."""
     schema = _part(Scene, {"description": "Scene of roughslip; the unit of a number ends its name"})
+    del schema["properties"]["standard_uncertainties"]  # which the loader finds
     listed = schema["properties"]["targets"]  # the stages declare them
     listed["items"] = {"description": listed["items"]["description"], "type": "string", "enum": list(targets())}
     extends = {
@@ -56,7 +58,7 @@ def scene_schema() -> dict[str, Any]:
 def text() -> str:
     """The schema as its file holds it. A file may extend another, so no key of the scene is required in it."""
     schema = {key: value for key, value in scene_schema().items() if key != "required"}
-    optional = _optional(schema)
+    optional = uncertain.with_forms(_optional(schema))
     both = optional["properties"]["accuracy"]
     optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
     return json.dumps(optional, indent=2, ensure_ascii=False) + "\n"

@@ -95,6 +95,11 @@ class Scene(Section):
     survival: Survival = group(Survival)
     answer: Answer = group(Answer)
     numerics: Numerics = group(Numerics)
+    standard_uncertainties: tuple[tuple[str, float], ...] = many(
+        "Of the numbers that are given with one, by dotted key: the loader finds them, no scene file holds this",
+        many("Key and standard uncertainty", text("A key", longest=80)),
+        default=(),
+    )
     jobs: int = integer(
         "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it. "
         "Samples that an accuracy finds have jobs of their own",

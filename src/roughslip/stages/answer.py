@@ -10,7 +10,7 @@ from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.answer_runs import Sampling, ScatteringFriction
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.oscillator.durations import states_of_answer
-from roughslip.oscillator.stick_slip import Quantity, answer
+from roughslip.oscillator.stick_slip import Quantity, answer, check_has_answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
@@ -44,15 +44,16 @@ def work(job: Job) -> None:
     scatter = of_pad / mass_on_belt.unit_of_scatter(scene, own.numbers)
     sampling = Sampling(count, unless_auto(scene.answer.duration_periods), (scene.seed, geometry.STREAM_ANSWER))
     try:
-        with job.usage.core():
-            paths = path_sampler(process, length / NODES)
-            friction = ScatteringFriction(paths, length, scatter, process.autocorrelation)
-            options = mass_on_belt.motion_options(scene)
-            found = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)
+        check_has_answer(own.belt, own.law)
     except IllPosedError as error:
         lines = [f"Stick-slip: no answer, because {error}."]
         store.write_json(job.arguments.output, {"given": False, "reason": str(error), "summary": lines})
         return
+    with job.usage.core():
+        paths = path_sampler(process, length / NODES)
+        friction = ScatteringFriction(paths, length, scatter, process.autocorrelation)
+        options = mass_on_belt.motion_options(scene)
+        found = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)
     job.usage.count(runs=found.trials)
     job.usage.skip({skip_reasons.KEPT: found.trials - count})
     shown_friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}

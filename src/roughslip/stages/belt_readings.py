@@ -11,7 +11,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.limits import limit_cycle, limits_or_nan
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import KeptPath
@@ -96,27 +96,25 @@ def _summed_up(
     nominal = belt.damping_ratio
     dampings = sorted({nominal, *(factor * limit for factor in of_limit if np.isfinite(limit))})
     options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
-    plain = ensemble_counts(belt, law, None, 0.0, periods, dampings, replace(options, friction_follows="slip"))
+    over, on_slip = {"damping": dampings}, replace(options, friction_follows="slip")
+    plain = ensemble_counts(belt, law, [None], duration_periods=periods, over=over, options=on_slip)
     count = min(RUNS, unless_auto(ensemble.realisations) or RUNS)
-    paths, counts, motions = mass_on_belt.friction_paths(scene, process, NODES), [], []
-    for number in range(count):
-        path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
-        counts.append(ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options))
-        motions.append(simulate(belt, law, path, paths.spacing, periods, options))
+    drawn = mass_on_belt.friction_paths(scene, process, NODES)
+    paths = [KeptPath(drawn.realisation([scene.seed, geometry.STREAM_PROCESS, number])) for number in range(count)]
+    counts = ensemble_counts(belt, law, paths, drawn.spacing, periods, over=over, options=options)
+    motions = [simulate(belt, law, path, drawn.spacing, periods, options) for path in paths]
     places = [motion.reattachments(mass_on_belt.DISCARDED_PERIODS) for motion in motions]
-    cycles, micro_slips, last_cycle, stick_slip = (
-        np.array([getattr(each, name) for each in counts]) for name in Runs._fields[:4]
-    )
     nominal_last_cycle = np.array([motion.last_cycle for motion in motions])
     owner = np.repeat(np.arange(count), [len(place) for place in places])
-    runs = Runs(cycles, micro_slips, last_cycle, stick_slip, nominal_last_cycle, np.concatenate(places), owner)
+    of_counts = counts.cycles, counts.micro_slips, counts.last_cycle, counts.stick_slip
+    runs = Runs(*of_counts, nominal_last_cycle, np.concatenate(places), owner)
     try:
         period = limit_cycle(belt, law).period if is_free else np.nan
     except (IllPosedError, ConvergenceError):
         period = np.nan
     without = {
-        "damping_ratio": plain.damping_ratios,
-        "cycles": plain.cycles,
+        "damping_ratio": np.array(dampings),
+        "cycles": plain.cycles[0],
         "period": np.array(period),
         "hopf_damping": np.array(hopf),
         "existence_limit": np.array(limit),

@@ -11,7 +11,8 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.counts import Counts, ensemble_counts
+from roughslip.oscillator.counts import Counts
+from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
@@ -70,7 +71,9 @@ def work(job: Job) -> None:
             cycle = where_it_exists(limit_cycle, belt, law, job)
         options = MotionOptions(mass_on_belt.TOLERANCE)
         duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
-        counts = ensemble_counts(belt, law, None, 0.0, duration, dampings, options)
+        counts = ensemble_counts(
+            belt, law, [None], duration_periods=duration, over={"damping": dampings}, options=options
+        )
         periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
         drawn = trajectory(belt, law, None, 0.0, periods, options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
@@ -79,7 +82,7 @@ def work(job: Job) -> None:
             f"the mass first leaves the belt after {loading:.4g} natural periods, and the runs of figure 5 last "
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
-    job.usage.count(runs=len(counts.cycles) + 1, cycles=int(counts.cycles.sum()))
+    job.usage.count(runs=counts.cycles.size + 1, cycles=int(counts.cycles.sum()))
     job.usage.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
     variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
     store.write(job.arguments.output, variables, job.key)
@@ -96,8 +99,8 @@ def of_motion(
     variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
     shown = drawn.time >= 2 * np.pi * after
     return variables | {
-        "damping_ratio": store.Variable(("damping",), counts.damping_ratios, "1", "damping ratio D"),
-        "cycles": store.Variable(("damping",), counts.cycles, "1", "cycles M_d"),
+        "damping_ratio": store.Variable(("damping",), counts.over["damping"], "1", "damping ratio D"),
+        "cycles": store.Variable(("damping",), counts.cycles[0], "1", "cycles M_d"),
         "time": store.Variable(("time",), drawn.time[shown], "1", "tau = omega t"),
         "position": store.Variable(("time",), drawn.position[shown], "m", "X"),
         "velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau"),

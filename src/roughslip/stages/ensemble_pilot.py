@@ -6,7 +6,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.limits import MOST_RUNS
-from roughslip.oscillator.counts import ensemble_counts
+from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.run_numbers import SCATTER_FACTOR, RunErrors
 from roughslip.probability.pilot import Pilot
@@ -36,7 +36,7 @@ def pilot_counts(job: Job) -> np.ndarray:
     numbers = mass_on_belt.friction_numbers(scene, job.arguments.friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers.mean)
     periods, dampings = scene.ensemble.duration_periods, damping_ratios(scene, numbers, job.arguments.friction)
-    options = mass_on_belt.motion_options(scene)
+    options, over = mass_on_belt.motion_options(scene), {"damping": dampings}
     std = numbers.standard_deviation
     counts = np.empty((2, RUNS, len(dampings)))
     for row, factor in zip(counts, (1 / SCATTER_FACTOR, SCATTER_FACTOR), strict=True):
@@ -45,7 +45,8 @@ def pilot_counts(job: Job) -> np.ndarray:
         paths = mass_on_belt.friction_paths(scene, process, NODES)
         for number in range(RUNS):
             path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PILOT, number]))
-            row[number] = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options).cycles
+            counted = ensemble_counts(belt, law, [path], paths.spacing, periods, over=over, options=options)
+            row[number] = counted.cycles[0]
             job.usage.progress(number + 1, RUNS)
     return counts
 

@@ -59,7 +59,7 @@ def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
 def under_the_load(job: Job, pressure_pa: float) -> tuple[np.ndarray, np.ndarray]:
     """The same around the highest summit of a periodic cell under its load."""
     cells = Cells(job, pressure_pa)
-    heights, solution = cells.heights(0), cells.solutions(0, [pressure_pa])[0]
+    heights, (solution,) = cells.heights(0), cells.solutions(0, [pressure_pa])
     summit = np.unravel_index(heights.argmax(), heights.shape)
     turned = (np.roll(part, [SHOWN // 2 - place for place in summit], (0, 1)) for part in (heights, solution.pressure))
     heights, pressure = (np.tile(part, [-(-SHOWN // n) for n in part.shape])[:SHOWN, :SHOWN] for part in turned)

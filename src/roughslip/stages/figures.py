@@ -71,6 +71,19 @@ STAGES = [
         "Points with 95 % intervals are from runs, lines are theory: the chain of the troughs of slip.",
     ),
     figure(
+        name="figure_budget",
+        of="budget",
+        caption="What is worth measuring: the part of each source of uncertainty in the variance of whether it "
+        "stick-slips, with the scatter of friction itself, and Sobol' indices of the limits of the cycle: wide bars "
+        "total, narrow ones first, lines their 95 % intervals.",
+    ),
+    figure(
+        name="figure_basins",
+        of="basins",
+        caption="From which initial states the mass ends in stick-slip without scatter. The unstable cycle parts these "
+        "states from those that end in steady sliding.",
+    ),
+    figure(
         name="figure_scan",
         of="synthetic_surfaces",
         comes_with="scan",

@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip import store
-from roughslip.oscillator.counts import Counts, ensemble_counts
+from roughslip.oscillator.counts import Counts
+from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
@@ -58,7 +59,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     runs = []
     for row, number in enumerate(taken):
         path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
-        counts = ensemble_counts(belt, law, path, paths.spacing, periods, dampings, options)
+        counts = ensemble_counts(belt, law, [path], paths.spacing, periods, over={"damping": dampings}, options=options)
         nominal = simulate(belt, law, path, paths.spacing, periods, options)
         is_drawn = number < ensemble.drawn_realisations
         drawn = trajectory(belt, law, path, paths.spacing, until, options) if is_drawn else None
@@ -77,7 +78,7 @@ def work(job: Job) -> None:
     cycles, micro_slips, cut = (
         int(np.sum(variables[name].values)) for name in ("cycles", "micro_slips", "negative_friction")
     )
-    count = len(taken) * len(runs[0].counts.damping_ratios)
+    count = len(taken) * runs[0].counts.cycles.size
     steps, evaluations = (sum(getattr(run.counts, name) for run in runs) for name in ("steps", "evaluations"))
     job.usage.count(runs=count, cycles=cycles, steps=steps, evaluations=evaluations, negative_friction_cut=cut)
     sticks, unread = (sum(getattr(run, name) for run in runs) for name in ("sticks", "unread"))
@@ -89,7 +90,7 @@ def work(job: Job) -> None:
 def table(runs: list[Run], taken: range) -> dict[str, store.Variable]:
     """Counts at every damping ratio, and what the runs at the scene's own damping show."""
     cycles, micro_slips, cuts, last_cycle, stick_slip = (
-        np.array([getattr(run.counts, name) for run in runs])
+        np.concatenate([getattr(run.counts, name) for run in runs])
         for name in ("cycles", "micro_slips", "cuts", "last_cycle", "stick_slip")
     )
     nominal, places = np.array([run.last_cycle for run in runs]), [run.reattachment for run in runs]
@@ -97,7 +98,7 @@ def table(runs: list[Run], taken: range) -> dict[str, store.Variable]:
     each, event = ("realisation", "damping"), ("event",)
     cut = "steps and sticks at which negative friction was cut to zero"
     return {
-        "damping_ratio": store.Variable(each[1:], runs[0].counts.damping_ratios, "1", "damping ratio D"),
+        "damping_ratio": store.Variable(each[1:], runs[0].counts.over["damping"], "1", "damping ratio D"),
         "realisation": store.Variable(each[:1], np.array(taken), "1", "number of the run"),
         "cycles": store.Variable(each, cycles.astype(np.int32), "1", "cycles M_S"),
         "micro_slips": store.Variable(each, micro_slips.astype(np.int32), "1", "reattachments without a cycle"),

@@ -144,6 +144,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         captions=captions,
         surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
+        budget=store.read_json(files["budget.json"]) if "budget" in stages else None,
         map_ranges=map_ranges(files["figure_map.nc"]) if "figure_map" in drawn else {},
         claims=store.read_json(files["claims.json"]),
         costs=costs,

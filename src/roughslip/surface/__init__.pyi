@@ -23,4 +23,5 @@ from roughslip.surface.modes import KarhunenLoeve as KarhunenLoeve
 from roughslip.surface.modes import Representation as Representation
 from roughslip.surface.modes import karhunen_loeve as karhunen_loeve
 from roughslip.surface.modes import representation as representation
+from roughslip.surface.plausibility import rms_curvature as rms_curvature
 from roughslip.surface.plausibility import rms_slope as rms_slope

@@ -124,6 +124,11 @@ class Covariance:
         raise NotImplementedError
 
     @property
+    def rms_curvature(self) -> float:
+        """[1/m], the root mean square of half the Laplacian; infinite where heights have no curvature."""
+        raise NotImplementedError
+
+    @property
     def mirror_symmetric(self) -> bool:
         """Whether C(-x, y) = C(x, y)."""
         return 0.0 in direction(self.lay_rad)
@@ -206,6 +211,23 @@ class IsotropicCovariance(Covariance):
         """-profile''(0) [-], infinite where it grows without end. A model whose slope comes late gives it itself."""
         near, nearer = (2 * (1 - float(self.profile(np.array(u)))) / u**2 for u in (1e-3, 1e-4))
         return nearer if nearer < 1.01 * near else math.inf
+
+    @property
+    def fourth_derivative(self) -> float:
+        """Fourth derivative of the profile at zero [-], infinite where it grows without end."""
+        near, nearer = (
+            24 * (float(self.profile(np.array(u))) - 1 + self.curvature * u**2 / 2) / u**4 for u in (2e-2, 1e-2)
+        )
+        return nearer if nearer < 1.01 * near else math.inf
+
+    @property
+    def rms_curvature(self) -> float:
+        """[1/m], the root mean square of half the Laplacian: (<h_xx^2> + 2 <h_xx h_yy> + <h_yy^2>)^(1/2) / 2."""
+        if not math.isfinite(self.rms_slope):
+            return math.inf
+        along, across = (1 / length**2 for length in self.lengths_m)
+        moments = self.fourth_derivative * (along**2 + 2 / 3 * along * across + across**2)
+        return 0.5 * self.rms_height_m * self.scale**2 * math.sqrt(moments)
 
     @property
     def rms_slope(self) -> float:

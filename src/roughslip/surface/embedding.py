@@ -10,6 +10,7 @@ import numpy as np
 from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
+from roughslip.short_repr import short_repr
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.models import SelfAffine
 from roughslip.validation import gate
@@ -23,6 +24,7 @@ MOST_FOLDS = 16  # of the spectrum at the Nyquist wave number of an axis
 CLIPPED = 0.01  # of the variance of a periodic cell, in eigenvalues below zero
 
 
+@short_repr
 @dataclass(frozen=True)
 class Embedding:
     """Square root of the covariance on a torus that holds the mesh.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -23,7 +23,7 @@ class Gaussian(IsotropicCovariance):
     kind = "gaussian"
     is_product = True
     quadratic_power = 1.0
-    scale, reach, curvature = 1.0, 6.0, 2.0
+    scale, reach, curvature, fourth_derivative = 1.0, 6.0, 2.0, 12.0
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         return np.exp(-(u**2))
@@ -60,7 +60,7 @@ class SeparableExponential(Covariance):
     kind = "separable_exponential"
     is_product = True
     quadratic_power = 2.0
-    rms_slope = math.inf
+    rms_slope = rms_curvature = math.inf
     is_fitted_with_lay = False  # its axes are those of the mesh, else it would not be separable
 
     @gate
@@ -113,6 +113,11 @@ class Matern(IsotropicCovariance):
         """1 / (2 nu - 2): heights have a slope above nu = 1."""
         return 0.5 / (self.smoothness - 1) if self.smoothness > 1 else math.inf
 
+    @property
+    def fourth_derivative(self) -> float:
+        """3 / (4 (nu - 1) (nu - 2)): heights have a curvature above nu = 2."""
+        return 0.75 / (self.smoothness - 1) / (self.smoothness - 2) if self.smoothness > 2 else math.inf
+
     def transform(self, k: np.ndarray) -> np.ndarray:
         return 4 * math.pi * self.smoothness * (1 + k**2) ** (-self.smoothness - 1)
 
@@ -156,9 +161,18 @@ class SelfAffine(IsotropicCovariance):
     @property
     def curvature(self) -> float:
         """int k^3 S(k) / S(0) dk / 2 over the mass of the spectrum."""
-        log = (2 - 2 * self.hurst) * math.log(self.bandwidth)
-        slopes = 0.25 + math.log(self.bandwidth) * float(scipy.special.exprel(log))
-        return slopes / (2 * self_affine_transform.mass(self.hurst, self.bandwidth))
+        return self._moment(2) / 2
+
+    @property
+    def fourth_derivative(self) -> float:
+        """3/8 int k^5 S(k) / S(0) dk over the mass of the spectrum."""
+        return 3 / 8 * self._moment(4)
+
+    def _moment(self, power: int) -> float:
+        """Mean of k^power over the spectrum."""
+        log = math.log(self.bandwidth)
+        total = 1 / (power + 2) + log * float(scipy.special.exprel((power - 2 * self.hurst) * log))
+        return total / self_affine_transform.mass(self.hurst, self.bandwidth)
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         return self_affine_transform.profile(u, self.hurst, self.bandwidth)
@@ -215,21 +229,23 @@ def covariance_of(
 
 @gate
 def self_affine(
-    rms_height_m: float,
-    hurst: float,
-    rolloff_wavelength_m: float,
-    cutoff_wavelength_m: float,
+    rms_height_m: float | None = None,
+    hurst: float = math.nan,
+    rolloff_wavelength_m: float = math.nan,
+    cutoff_wavelength_m: float = math.nan,
     rolloff_wavelength_across_m: float | None = None,
     lay_rad: float = 0.0,
+    rms_slope: float | None = None,
 ) -> SelfAffine:
     """The self-affine covariance of a roll-off and a cut-off wavelength.
 
-    rms_height_m : Sq [m]
+    rms_height_m : Sq [m]; or else the rms slope
     hurst : H [-]; the fractal dimension of a profile is 2 - H, that of the surface 3 - H
     rolloff_wavelength_m : 2 pi / q_r [m] along the lay; longer waves have a constant spectrum
     cutoff_wavelength_m : 2 pi / q_s [m] along the lay; none is shorter. Two cells of the mesh or more
     rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
     lay_rad : angle from x to the lay
+    rms_slope : h' [-], root mean square of the gradient over both directions; the height follows
 
     Returns the covariance, whose `correlation_length_m` is its 1/e length. Raises ParameterError as the class.
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
@@ -241,4 +257,8 @@ def self_affine(
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
     scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
     along, across = scale * wavelengths[0], scale * wavelengths[2]
-    return SelfAffine(rms_height_m, along, across, lay_rad, hurst=hurst, bandwidth=bandwidth)
+    if (rms_height_m is None) == (rms_slope is None):
+        raise ParameterError("a self_affine covariance needs one of rms_height_m and rms_slope")
+    height = 1.0 if rms_height_m is None else rms_height_m
+    of = SelfAffine(height, along, across, lay_rad, hurst=hurst, bandwidth=bandwidth)
+    return of if rms_slope is None else replace(of, rms_height_m=positive("rms slope", rms_slope) / of.rms_slope)

@@ -11,6 +11,7 @@ import scipy.linalg
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
+from roughslip.short_repr import short_repr
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
 from roughslip.surface.lanczos import LANCZOS_SHARE, MOST_DENSE_NODES, leading_modes
@@ -20,6 +21,7 @@ DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 MOST_BYTES = 2**30  # of modes that `representation` allows
 
 
+@short_repr
 @dataclass(frozen=True)
 class KarhunenLoeve:
     """The leading modes of a field, scaled: z = sum_j xi_j modes_j with independent standard normal xi_j.
@@ -48,6 +50,7 @@ class KarhunenLoeve:
         return float(np.sum(self.modes[:, node[0], node[1]] ** 2) / whole)
 
 
+@short_repr
 @dataclass(frozen=True)
 class Representation:
     """How to sample a field.

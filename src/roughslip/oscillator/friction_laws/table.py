@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from roughslip.errors import ParameterError, real
 from roughslip.oscillator.base_law import OPTIONS, SceneLaw
 from roughslip.validation import gate
 
+LEFT_OUT = 1e-6  # of the largest value: knots that the cubic between others meets within that are no ends of rows
 INTERPOLATIONS = ("monotone_cubic", "linear")
 NEAREST = 1e-9  # of their speed: knots nearer than that ask for steps that rounding loses
 SMOOTHED = 1e-4  # of the last speed: friction that grows from nothing within less is stick made smooth
@@ -69,6 +71,51 @@ def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
     return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
 
 
+@lru_cache(maxsize=64)
+def _rows(speeds: tuple[float, ...], values: tuple[float, ...], interpolation: str) -> np.ndarray:
+    """The table of `TableParameters`."""
+    x, mu = np.array(speeds), np.array(values)
+    kept = list(range(x.size))
+    if interpolation == "linear":
+        curve = scipy.interpolate.PPoly(np.stack([np.diff(mu) / np.diff(x), mu[:-1]]), x)
+    else:
+        curve = scipy.interpolate.PchipInterpolator(x, mu)
+        slopes = curve.derivative()(x)
+        kept = _needed(curve, slopes, LEFT_OUT * mu.max())
+        curve = scipy.interpolate.CubicHermiteSpline(x[kept], mu[kept], slopes[kept])
+    table = np.zeros((len(kept), 5))
+    table[:, 0], table[:, 1] = x[kept], mu[kept]
+    table[:-1, 1 : 1 + len(curve.c)] = curve.c[::-1].T
+    return table
+
+
+def _needed(curve: Any, slopes: np.ndarray, allowed: float) -> list[int]:
+    """Knots, from the first to the last, between which cubics of the same slopes are near a monotone cubic curve.
+
+    slopes : (knots,) of the curve
+    allowed : largest difference, at the knots that are left out and in the middle between knots
+    """
+    speeds, kept = curve.x, [0]
+
+    def is_near(last: int) -> bool:
+        ends = [kept[-1], last]
+        inside = speeds[kept[-1] : last + 1]
+        tried = np.concatenate([inside, 0.5 * (inside[1:] + inside[:-1])])
+        cubic = scipy.interpolate.CubicHermiteSpline(speeds[ends], curve(speeds[ends]), slopes[ends])
+        return bool(np.abs(cubic(tried) - curve(tried)).max() <= allowed)
+
+    while kept[-1] < speeds.size - 1:
+        low, step = kept[-1] + 1, 1
+        while low + step < speeds.size and is_near(low + step):
+            low, step = low + step, 2 * step
+        while step > 1:
+            step //= 2
+            if low + step < speeds.size and is_near(low + step):
+                low += step
+        kept.append(low)
+    return kept
+
+
 @gate
 @dataclass(frozen=True)
 class TableLaw(SceneLaw, name="table", parameters=TableParameters):
@@ -79,6 +126,9 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     static : [-] limit of stick, at least the first value; the first value where not given
     interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
         SIAM J. Numer. Anal. 17 (1980) 238), or linear
+
+    A step of the motion ends at each knot, where the curvature jumps. So of a monotone cubic, knots are left out where
+    the cubic between their neighbours, of the same slopes, differs by less than LEFT_OUT: of a smooth curve, most.
     """
 
     speeds_m_per_s: tuple[float, ...]
@@ -141,15 +191,12 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
         interpolation = INTERPOLATIONS[int(generator.choice(len(INTERPOLATIONS)))]
         return cls(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
 
+    @lru_cache(maxsize=64)  # noqa: B019 (laws are small; searches of limits ask for the same one again and again)
     def parameters(self) -> TableParameters:
-        speeds, values = np.array(self.speeds_m_per_s), np.array(self.values)
-        table = np.zeros((speeds.size, 5))
-        table[:, 0], table[:, 1] = speeds, values
-        if self.interpolation == "linear":
-            table[:-1, 2] = np.diff(values) / np.diff(speeds)
-        else:
-            table[:-1, 1:] = scipy.interpolate.PchipInterpolator(speeds, values).c[::-1].T
-        return TableParameters(float(self.static), self.values[0], min(self.values), table)
+        table = _rows(self.speeds_m_per_s, self.values, self.interpolation)
+        allowed = 0.0 if self.interpolation == "linear" else LEFT_OUT * max(self.values)
+        least = max(min(self.values) - allowed, 0.0)
+        return TableParameters(float(self.static), self.values[0], least, table)
 
     def steeper_than(self, maximum: float) -> str:
         slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)

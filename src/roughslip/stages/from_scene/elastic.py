@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence, Material
-from roughslip.contact.solve import ContactSolution
+from roughslip.contact.solution import ContactSolution
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.runtime import skip_reasons

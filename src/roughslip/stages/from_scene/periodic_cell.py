@@ -19,7 +19,7 @@ from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
-from roughslip.contact.solve import ContactSolution
+from roughslip.contact.solution import ContactSolution, ContactSweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
@@ -139,7 +139,7 @@ class Cells:
         drawn = self._model.heights(self._sample(np.random.default_rng(seed)))
         return cell_heights(drawn, self.cell.grid) if elastic.counts_shares(self.scene) else drawn
 
-    def solutions(self, number: int, pressures_pa: Sequence[float]) -> list[ContactSolution]:
+    def solutions(self, number: int, pressures_pa: Sequence[float]) -> ContactSweep:
         """The contact of a cell at each pressure."""
         tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
         return solve_loads(self.influence, self.heights(number), pressures_pa, tolerance, hardness)

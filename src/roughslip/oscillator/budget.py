@@ -1,0 +1,223 @@
+"""The budget of an answer: how sure stick-slip and its limits are, and which uncertain input decides that.
+
+Given the inputs x, stick-slip at a random time is a matter of chance, with a probability p(x). By the law of total
+variance that of the outcome, 0 or 1, with P = E[p], is
+
+    P (1 - P) = E[p (1 - p)] + Var p(x).
+
+The first part is the scatter of friction, which no knowledge of the inputs takes away. The second one is split by
+sources as in `probability.sensitivity`. The limits depend on the inputs alone, and all of their variance is split.
+
+Limits are those of the cycle without scatter, searched anew at each draw. Scatter blurs that in damping, D*: to first
+order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is held as at the given values, so that
+
+    b ~ sigma (F / V) s(L / V),      p = Phi((D* + c b - D) / (w b)),
+
+with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy  # its parts when they are used
+
+from roughslip.errors import ParameterError
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response
+from roughslip.oscillator.limits import cycle_period
+from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.probability.bracket import range_end
+from roughslip.probability.estimate import TAILS
+from roughslip.probability.sensitivity import Source, Split, variance_split
+from roughslip.validation import gate, positive
+
+LIMITS = ("damping", "belt_velocity", "load")
+LEVEL = float(scipy.special.ndtri(0.95))  # of the ends of a band
+FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: from the given value, and from its limit
+ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
+RATIOS = np.geomspace(1 / 16, 16.0, 9)  # of L / V at which the blur is computed; power laws between
+LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
+
+
+@gate
+@dataclass(frozen=True)
+class Machine:
+    """A mass on a belt and its friction, at one set of inputs.
+
+    deviation, length_m : standard deviation and correlation length [m] of mu_S, of all that bears the load
+    autocorrelation : of mu_S at lags [m]; by default exp(-s / L)
+    """
+
+    oscillator: Oscillator
+    law: FrictionLaw
+    deviation: float
+    length_m: float
+    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """A result of uncertain inputs.
+
+    value : at the given values
+    mean, standard_uncertainty, interval : over the inputs; the interval holds 95 %
+    beyond : share of draws whose value lies beyond the search, and is taken as its end
+    first, total : Sobol' indices by source, (value, low, high)
+    """
+
+    value: float
+    mean: float
+    standard_uncertainty: float
+    interval: tuple[float, float]
+    beyond: float
+    first: Mapping[str, tuple[float, float, float]]
+    total: Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What `uncertainty_budget` finds.
+
+    probability : of stick-slip, given the inputs; its mean is that over all that is uncertain
+    scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
+    outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
+    limits : of the cycle without scatter, by names of `changed.PARAMETERS`; those that exist at the given values
+    """
+
+    probability: Uncertain
+    scatter: float
+    outcome: Mapping[str, float]
+    limits: Mapping[str, Uncertain]
+
+
+@gate
+def uncertainty_budget(
+    machine: Callable[[Mapping[str, float]], Machine],
+    sources: Sequence[Source],
+    band: tuple[float, float] | None = None,
+    limits: Sequence[str] = LIMITS,
+    options: MotionOptions = DEFAULTS,
+    samples: int = 128,
+    seed: Sequence[int] = (0,),
+) -> Budget:
+    """How sure stick-slip and its limits are, and what part each source of uncertainty has in that.
+
+    machine : of values of all inputs by name
+    band : damping ratios of 95 % and of 5 % stick-slip at the given values, as `answer` finds them
+    limits : of damping, belt_velocity, mass, stiffness, load; damping is always among them
+    options : how friction enters; the tolerance is not used
+    samples : a power of two; the machine is made (sources + 2) samples times
+
+    Raises IllPosedError where no cycle exists without damping at the given values, ParameterError with excitation.
+    """
+    if band is not None and not band[0] < band[1]:
+        raise ParameterError(f"band must be damping ratios of 95 % and of 5 % stick-slip, rising, not {band}")
+    given = machine({name: value for source in sources for name, value in source.values.items()})
+    response = grazing_response(given.oscillator, given.law, options.stochastic_static_limit, options.scatter)
+    chance = _Chance(given, response, band)
+    searched = {"damping": (response.limit, True)}
+    for name in (name for name in limits if name != "damping"):
+        if (near := _nearest_limit(given, name)) is not None:
+            searched[name] = near
+    beyond = dict.fromkeys(searched, 0)
+
+    def results(values: Mapping[str, float]) -> list[float]:
+        here, found = machine(values), {}
+        for name, (near, cycle_below) in searched.items():
+            found[name], is_inside = _limit(here, name, near, cycle_below)
+            beyond[name] += not is_inside
+        return [chance.probability(here, found["damping"]), *found.values()]
+
+    split = variance_split(results, sources, samples, seed)
+    calls = max(samples * (len(sources) + 2), 1) if sources else 1
+    own = [chance.probability(given, response.limit), *(near for near, _ in searched.values())]
+    shares = [0.0, *(beyond[name] / calls for name in searched)]
+    names = [source.name for source in sources]
+    found = [_uncertain(split, row, own[row], shares[row], names) for row in range(len(own))]
+    p = split.drawn[0]
+    variance = float(np.mean(p) * (1.0 - np.mean(p)))
+    part = float(np.var(p)) / variance if variance > 0.0 else 0.0
+    return Budget(
+        probability=found[0],
+        scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
+        outcome={name: part * max(first[0], 0.0) for name, first in found[0].first.items()},
+        limits=dict(zip(searched, found[1:], strict=True)),
+    )
+
+
+class _Chance:
+    """The probability of stick-slip at some inputs, from the limit in damping there."""
+
+    def __init__(self, given: Machine, response: GrazingResponse, band: tuple[float, float] | None) -> None:
+        def scatter(ratio: float) -> float:
+            """Of the limit for mu_S of unit variance, whose correlation is so much longer."""
+            if given.autocorrelation is None:
+                return response.scatter(ratio * given.length_m)
+            correlation = given.autocorrelation
+            return response.scatter(lambda lag: correlation(lag / ratio))
+
+        self._given, self._blur, own = given, np.log([scatter(ratio) for ratio in RATIOS]), scatter(1.0)
+        self._width = max(positive("deviation", given.deviation) * own, LEAST_BLUR * response.limit)
+        self._offset = 0.0
+        if band is not None:
+            self._offset = 0.5 * (band[0] + band[1]) - response.limit
+            self._width = (band[1] - band[0]) / (2.0 * LEVEL)
+        self._own = math.log(own)
+
+    def probability(self, here: Machine, limit: float) -> float:
+        """Of stick-slip. limit : of the cycle in damping"""
+        belt, own = here.oscillator, self._given.oscillator
+        ratio = here.length_m / self._given.length_m * own.V / belt.V
+        of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._own)
+        factor = here.deviation / self._given.deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
+        distance = limit - belt.damping_ratio + factor * self._offset
+        return float(scipy.special.ndtr(distance / (factor * self._width)))
+
+
+def _exists(machine: Machine, name: str) -> Callable[[float], bool | None]:
+    """Whether the cycle exists at a value of a parameter; None where slip is too stiff to tell."""
+
+    def exists(value: float) -> bool | None:
+        period = cycle_period(changed_oscillator(machine.oscillator, {name: value}), machine.law)
+        return None if period is None else period < math.inf
+
+    return exists
+
+
+def _nearest_limit(given: Machine, name: str) -> tuple[float, bool] | None:
+    """The limit of the cycle nearest to the given value of a parameter, and whether the cycle exists below it."""
+    exists, own = _exists(given, name), PARAMETERS[name].value(given.oscillator)
+    here = exists(own) if own > 0.0 else None
+    if here is None:
+        return None
+    ends = {up: range_end(exists, own, own * FIRST_REACH**way).first_different for up, way in ((True, 1), (False, -1))}
+    found = [(value, here == up) for up, value in ends.items() if value is not None]
+    return min(found, key=lambda one: abs(math.log(one[0] / own)), default=None)
+
+
+def _limit(machine: Machine, name: str, near: float, cycle_below: bool) -> tuple[float, bool]:
+    """The limit of the cycle along a parameter, searched from a value near it; and whether there is one in reach."""
+    exists = _exists(machine, name)
+    here = exists(near)
+    if here is None:
+        return near, False
+    end = range_end(exists, near, near * REACH if here == cycle_below else near / REACH, ACCURACY)
+    if end.first_different is None:
+        return end.last_same, False
+    return 0.5 * (end.first_different + end.last_same), True
+
+
+def _uncertain(split: Split, row: int, value: float, beyond: float, names: Sequence[str]) -> Uncertain:
+    drawn = split.drawn[row]
+    low, high = (float(end) for end in np.quantile(drawn, TAILS))
+    first, total = (
+        {name: (float(one[0]), float(one[1]), float(one[2])) for name, one in zip(names, part[row], strict=True)}
+        for part in (split.first, split.total)
+    )
+    return Uncertain(value, float(np.mean(drawn)), float(np.std(drawn)), (low, high), beyond, first, total)

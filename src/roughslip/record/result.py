@@ -1,0 +1,70 @@
+"""What a measured friction record says: the mean curve over speed and the scatter about it, both with their errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+Z95 = 1.96  # standard errors of half a 95 % interval
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionCurve:
+    """Mean friction against sliding speed, over the speeds that were measured.
+
+    form : stribeck, the law of the scene, or spline, where that law does not fit
+    speeds_m_per_s : (K,) [m/s] increasing; the first and the last are the slowest and the fastest speed measured
+    friction : (K,) [-] at the speeds
+    factor : (K, r) [-] their covariance is factor @ factor.T
+    misfit : p-value of the hypothesis that Stribeck's law fits
+    """
+
+    form: str
+    speeds_m_per_s: np.ndarray
+    friction: np.ndarray
+    factor: np.ndarray
+    misfit: float
+
+    def interval(self) -> tuple[np.ndarray, np.ndarray]:
+        """Ends : (K,) [-] of the pointwise 95 % intervals."""
+        half = Z95 * np.sqrt(np.sum(self.factor**2, axis=1))
+        return self.friction - half, self.friction + half
+
+    def draw(self, generator: np.random.Generator) -> np.ndarray:
+        """A curve : (K,) [-] as it may be, given the record; never negative."""
+        return np.maximum(self.friction + self.factor @ generator.standard_normal(self.factor.shape[1]), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionScatter:
+    """The stationary scatter about the curve, along the slipped distance.
+
+    standard_deviation : [-] additive: of the friction; multiplicative: of the friction over its mean
+    correlation_length_m : [m] integral of the autocorrelation from zero on
+    log_covariance : (2, 2) of the errors of the logarithms of these two
+    shape : of the autocorrelation: exponential, two_exponentials or triangle
+    parameters : of the shape; see `record.process.SHAPES`
+    lengths : correlation lengths that the record holds
+    identified : false, "cannot tell", where these are too few; the numbers are then no more than a guess
+    """
+
+    standard_deviation: float
+    correlation_length_m: float
+    log_covariance: np.ndarray
+    shape: str
+    parameters: tuple[float, ...]
+    lengths: float
+    identified: bool
+
+    def interval(self) -> np.ndarray:
+        """(2, 2) ends of the 95 % intervals of standard deviation and correlation length, a row each."""
+        values = np.log([self.standard_deviation, self.correlation_length_m])
+        half = Z95 * np.sqrt(np.diag(self.log_covariance))
+        return np.exp(np.stack([values - half, values + half], axis=1))
+
+    def draw(self, generator: np.random.Generator) -> tuple[float, float]:
+        """Standard deviation [-] and correlation length [m] as they may be, given the record."""
+        values = np.log([self.standard_deviation, self.correlation_length_m])
+        deviation, length = np.exp(generator.multivariate_normal(values, self.log_covariance))
+        return float(deviation), float(length)

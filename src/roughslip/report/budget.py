@@ -1,0 +1,54 @@
+"""The budget of an answer in words: how sure it is, its limits with what is uncertain, and what to measure next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from roughslip.report.answer import SURE, amount, digits, joined
+
+SURE_FROM = 0.95  # of the averaged probability, either way: more knowledge then changes the margin, not the verdict
+SCATTER = "scatter of friction"
+LIMITS = {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
+
+
+def summary(budget: Mapping[str, Any]) -> list[str]:
+    """Three sentences: the averaged probability, the limits with their intervals, what to measure next."""
+    given, mean = budget["answer"]["value"], budget["probability"]["mean"]
+    first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
+    limits = []
+    for name, limit in budget["limits"].items():
+        unit = budget["units"][name]
+        low, high = (amount(end, unit, SURE, like=limit["value"]) for end in limit["interval"])
+        limits.append(f"{LIMITS[name]} = {amount(limit['value'], unit)} ({low} to {high})")
+    second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
+    return [f"{first}averaged over what is uncertain.", second, next_to_measure(budget)]
+
+
+def is_sure(budget: Mapping[str, Any]) -> bool:
+    """Whether the averaged probability is so near 0 or 1 that the margin is what is left to know."""
+    mean = float(budget["probability"]["mean"])
+    return max(mean, 1.0 - mean) > SURE_FROM
+
+
+def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
+    if is_sure(budget):
+        parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
+    else:
+        parts = {**budget["outcome"], SCATTER: budget["scatter"]}
+    return sorted(((name, 100.0 * min(part, 1.0)) for name, part in parts.items()), key=lambda one: -one[1])
+
+
+def next_to_measure(budget: Mapping[str, Any]) -> str:
+    """The source whose exact knowledge takes away most, and how much."""
+    rows: Sequence[tuple[str, float]] = bars(budget)
+    known = [row for row in rows if row[0] != SCATTER and row[1] > 0.0]
+    if not known:
+        return "No number that the scene gives with an uncertainty matters here."
+    (name, part), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
+    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
+    if is_sure(budget):
+        return f"That is sure enough. {sentence}."
+    kept = digits(100 * budget["scatter"], SURE)
+    return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

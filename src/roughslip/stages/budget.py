@@ -1,0 +1,80 @@
+"""Stage budget: how sure stick-slip and its limits are, and the part of each uncertain number of the scene."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import InputError
+from roughslip.oscillator.budget import Budget, uncertainty_budget
+from roughslip.oscillator.changed import PARAMETERS
+from roughslip.report.budget import summary
+from roughslip.scene.declarations import Stage
+from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene.uncertain_inputs import uncertain_inputs
+from roughslip.stages.runtime.command import Job
+
+STAGE = Stage(
+    name="budget",
+    reads="seed oscillator",
+    reads_if_given="standard_uncertainties ensemble.marginal friction.mean_at_median friction.statistics "
+    "friction.scatter load material roughness strip.window_m strip.width_m",
+    inputs={"answer": "answer"},
+    optional={"friction": "friction friction_under_load", "scan": "scan"},
+    result="oscillator/budget.nc",
+    outputs={"text": "budget.json"},
+    memory_mb=620,
+)
+
+SAMPLES = 128  # the 95 % intervals of the indices then reach some 0.1 to 0.2 either way
+
+
+def work(job: Job) -> None:
+    """Write the budget, and in budget.json its summary too, with what to measure next."""
+    answer = store.read_json(job.arguments.answer)
+    if not answer["given"]:
+        raise InputError(f"figure_budget: {answer['summary'][0]}")
+    inputs = uncertain_inputs(job.scene, job.arguments.friction, job.arguments.scan)
+    options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, geometry.STREAM_BUDGET)
+    with job.usage.core():
+        found = uncertainty_budget(
+            inputs.machine, inputs.sources, band_of(answer), options=options, samples=SAMPLES, seed=seed
+        )
+    job.usage.count(machines=SAMPLES * (len(inputs.sources) + 2) if inputs.sources else 1)
+    result = {
+        **asdict(found),
+        "answer": answer["probability"],
+        "units": {name: PARAMETERS[name].unit for name in found.limits},
+    }
+    store.write_json(job.arguments.text, result | {"summary": summary(result)})
+    store.write(job.arguments.output, variables(found), job.key)
+
+
+def band_of(answer: Mapping[str, Any]) -> tuple[float, float] | None:
+    """Damping ratios of 95 % and of 5 % stick-slip, between which it ends as damping grows; None without both."""
+    ends = []
+    for label in ("0.95", "0.05"):
+        for side, change in (("above", "falls below"), ("below", "rises above")):
+            one = answer["limits"]["damping"][side][label]
+            ends += [float(one["value"])] if one is not None and one["change"] == change else []
+    return (ends[0], ends[1]) if len(ends) == 2 and ends[0] < ends[1] else None
+
+
+def variables(found: Budget) -> dict[str, store.Variable]:
+    """The budget as arrays over results and sources."""
+    results, source, both = {"probability": found.probability, **found.limits}, ("source",), ("result", "source")
+    names = list(found.probability.first)
+    shares = [found.outcome[name] for name in names]
+    stored = {
+        "source_name": store.Variable(source, np.array(names or [""]), "1", "sources of uncertainty"),
+        "result_name": store.Variable(("result",), np.array(list(results)), "1", "results; limits are of the cycle"),
+        "outcome": store.Variable(source, np.array(shares or [0.0]), "1", "share of the variance of the outcome"),
+        "outcome_scatter": store.Variable((), found.scatter, "1", "the same, of the scatter of friction"),
+        "averaged_probability": store.Variable((), found.probability.mean, "1", "over all that is uncertain"),
+    }
+    for name, title in (("first", "first Sobol' index"), ("total", "total Sobol' index")):
+        parts = [list(getattr(one, name).values()) or [(0.0, 0.0, 0.0)] for one in results.values()]
+        stored |= store.with_interval(name, both, np.moveaxis(np.array(parts), -1, 0), "1", title)
+    return stored

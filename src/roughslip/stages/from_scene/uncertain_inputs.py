@@ -1,0 +1,187 @@
+"""The uncertain numbers of a scene by source, and its machine at other values of them.
+
+Sources are the friction curve, the friction process, the scan, the contact solves, and each number of the oscillator
+and the load. Contact solves carry the standard errors of scatter and correlation length that the friction statistics
+have. A scan under a load carries those of its height and length, which change the scatter as powers by the law of
+scatter (`friction.scatter_law`).
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.friction.pad import pad_edges
+from roughslip.friction.scatter_law import Covariance, scatter_of_friction
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.budget import Machine
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.laws import LAWS
+from roughslip.probability import NORMAL_95, Source
+from roughslip.scene.types import Scene
+from roughslip.stages.from_scene import elastic, mass_on_belt, variation
+from roughslip.stages.from_scene.surface_model import gaussian_model
+
+CURVE, PROCESS, SCAN, SOLVES = "friction curve", "friction process", "scan", "contact solves"
+MEANS = ("friction.statistics.mean", "load.mean_friction", "friction.mean_at_median")  # a scene reads one of them
+SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
+STATIC, TABLE = "oscillator.static_friction", "oscillator.friction_table"
+OF_CURVE = (*MEANS, STATIC, "oscillator.stribeck_decay_s_per_m", "oscillator.stribeck_quadratic_s2_per_m2")
+MACHINE = {
+    "oscillator.mass_kg": "mass",
+    "oscillator.natural_frequency_rad_per_s": "natural frequency",
+    "oscillator.stiffness_n_per_m": "stiffness",
+    "oscillator.damping_ratio": "damping",
+    "oscillator.belt_velocity_m_per_s": "belt velocity",
+    "oscillator.normal_force_n": "normal force",
+    "load.force_n": "normal force",
+}
+OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
+OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
+STEP = 0.05  # relative, of the height and length by which the powers of the law of scatter are found
+
+
+@dataclass(frozen=True)
+class UncertainInputs:
+    """Sources, and the machine at values of their inputs by name: dotted keys, or those of OF_SOLVES and OF_SCAN."""
+
+    sources: tuple[Source, ...]
+    machine: Callable[[Mapping[str, float]], Machine]
+
+
+def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = None) -> UncertainInputs:
+    """What is uncertain in a scene. statistics, scan : the files of the friction and of the scan, if any"""
+    numbers = mass_on_belt.friction_numbers(scene, statistics)
+    own = variation.system(scene, numbers)
+    process = variation.process(scene, own, statistics)
+    unit = mass_on_belt.unit_of_scatter(scene, numbers)
+    deviation = mass_on_belt.pad_deviation(scene, numbers, statistics) / unit
+    solved = scene.friction.statistics is None
+    multiplies = scene.friction.scatter == "multiplicative"
+    of_scan, powers = _of_scan(scene, scan) if solved and scan is not None and scene.load is not None else ({}, {})
+
+    def machine(values: Mapping[str, float]) -> Machine:
+        def factor(key: str) -> float:
+            return values[key] / value_of(scene, key) if key in values else 1.0
+
+        of_mean = math.prod(map(factor, MEANS))
+        scatter = factor(SCATTER) * values.get("solved.scatter", 1.0) * (of_mean if solved else 1.0)
+        scatter *= math.prod(values.get(name, 1.0) ** power for name, power in powers.items())
+        return Machine(
+            _oscillator(scene, own.belt, values),
+            _law(scene, of_mean * numbers.mean, values),
+            deviation * (scatter / of_mean if multiplies else scatter),
+            process.correlation_length_m * factor(LENGTH) * values.get("solved.length", 1.0),
+            process.autocorrelation,
+        )
+
+    inputs = _of_scene(scene) | {SCAN: of_scan, SOLVES: _of_solves(scene, statistics)}
+    return UncertainInputs(tuple(Source.independent(name, of) for name, of in inputs.items() if of), machine)
+
+
+def powers_of_scatter(
+    covariance: Covariance, modulus_pa: float, pressure_pa: float, pad_m: tuple[float, float]
+) -> dict[str, float]:
+    """d ln CV / d ln of height and length of a surface whose shape is held, by name of OF_SCAN; arguments as there.
+
+    None where the law has no value: heights whose slope has no limit.
+    """
+
+    def log_scatter(height: float, length: float) -> float:
+        def scaled(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+            return height**2 * covariance(x / length, y / length)
+
+        return math.log(scatter_of_friction(scaled, modulus_pa, pressure_pa, pad_m))
+
+    less, more = math.exp(-STEP), math.exp(STEP)
+    try:
+        rises = log_scatter(more, 1.0) - log_scatter(less, 1.0), log_scatter(1.0, more) - log_scatter(1.0, less)
+    except IllPosedError:
+        return {}
+    return {name: rise / (2.0 * STEP) for name, rise in zip(OF_SCAN, rises, strict=True)}
+
+
+def value_of(scene: Scene, key: str) -> float:
+    """The number that a scene gives under a dotted key."""
+    found: Any = scene
+    for part in key.split("."):
+        found = found[int(part)] if part.isdigit() else getattr(found, part)
+    return float(found)
+
+
+def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
+    """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
+    inputs: dict[str, dict[str, tuple[float, float]]] = {CURVE: {}, PROCESS: {}}
+    for key, uncertainty in scene.standard_uncertainties:
+        is_curve = key in OF_CURVE or key.startswith(f"{TABLE}.")
+        name = CURVE if is_curve else PROCESS if key in (SCATTER, LENGTH) else MACHINE[key]
+        inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
+    return inputs
+
+
+def _of_scan(scene: Scene, scan: Path) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Relative errors of height and length of the scan, and the powers by which they change the scatter."""
+    strip, modulus = scene.strip, elastic.material(scene).plane_strain_modulus_pa
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m)
+    covariance = gaussian_model(scene, scan).covariance
+    powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)
+    return (_relative_errors(store.read(scan), OF_SCAN, float) if powers else {}), powers
+
+
+def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, float]]:
+    """Value 1 and relative standard error of the factors that contact solves leave uncertain."""
+    if statistics is None or scene.friction.statistics is not None:
+        return {}
+    result = store.read(statistics)
+    combined = "" if mass_on_belt.is_under_load(result) else "combined_"
+    columns = {name: f"{combined}{column}" for name, column in OF_SOLVES.items()}
+    return _relative_errors(result, columns, lambda values: mass_on_belt.at_penetration(scene, result, values))
+
+
+def _relative_errors(
+    result: store.Result, columns: Mapping[str, str], number: Callable[[np.ndarray], float]
+) -> dict[str, tuple[float, float]]:
+    """Value 1 and relative standard error by name, from 95 % intervals of columns; without those that have none."""
+    found = {}
+    for name, column in columns.items():
+        value, low, high = (number(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
+        error = (high - low) / (2.0 * NORMAL_95 * value)
+        if math.isfinite(error) and error > 0.0:
+            found[name] = 1.0, error
+    return found
+
+
+def _oscillator(scene: Scene, own: Oscillator, values: Mapping[str, float]) -> Oscillator:
+    """The mass on the belt. Where the scene gives the stiffness, the natural frequency follows from it."""
+    changes = {key.rpartition(".")[2]: value for key, value in values.items() if key in MACHINE}
+    stiffness = changes.pop("stiffness_n_per_m", scene.oscillator.stiffness_n_per_m)
+    if "force_n" in changes:
+        changes["normal_force_n"] = changes.pop("force_n")
+    if stiffness is not None:
+        changes["natural_frequency_rad_per_s"] = math.sqrt(stiffness / changes.get("mass_kg", own.mass_kg))
+    return replace(own, **changes)
+
+
+def _law(scene: Scene, mean: float, values: Mapping[str, float]) -> FrictionLaw:
+    """The friction law. A limit of stick that is the first coefficient of the table stays that; none falls below it."""
+    section = scene.oscillator
+    changes: dict[str, Any] = {key.rpartition(".")[2]: values[key] for key in OF_CURVE if key in values}
+    static = changes.get("static_friction", section.static_friction)
+    if section.friction_table is not None:
+        rows = [
+            (speed, values.get(f"{TABLE}.{row}.1", coefficient))
+            for row, (speed, coefficient) in enumerate(section.friction_table)
+        ]
+        if section.static_friction == section.friction_table[0][1]:
+            static = rows[0][1] if f"{TABLE}.0.1" in values else static
+            rows[0] = rows[0][0], static
+        changes["friction_table"] = tuple(rows)
+    least = mean if section.friction_table is None else changes["friction_table"][0][1]
+    changes["static_friction"] = max(static, least)
+    return LAWS[section.law].from_scene(SimpleNamespace(**{**vars(section), **changes}), mean)

@@ -1,0 +1,145 @@
+"""The budget of an answer, against closed forms of Coulomb's law and against simulated machines."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from roughslip.errors import ParameterError
+from roughslip.friction import FrictionProcess, path_sampler
+from roughslip.oscillator import (
+    CoulombLaw,
+    KeptPath,
+    Machine,
+    Oscillator,
+    StribeckLaw,
+    existence_limit,
+    grazing_response,
+    run_until_known,
+    uncertainty_budget,
+)
+from roughslip.oscillator.budget import ACCURACY, _Chance
+from roughslip.probability import BetaDistribution, Source
+
+RELATIVE = {"speed": 0.1, "stiffness": 0.3, "mass": 0.2}
+
+
+def coulomb(values):
+    """Of what scales, all is N (static - kinetic) / (v0 sqrt(k m)) at a given damping ratio."""
+    m, k = values.get("mass", 1.0), values.get("stiffness", 1e5)
+    belt = Oscillator(m, math.sqrt(k / m), values.get("damping", 0.1), 0.5 * values.get("speed", 1.0), 2500.0)
+    return Machine(belt, CoulombLaw(0.3, 0.4), 0.003 * values.get("scatter", 1.0), 3e-4)
+
+
+@pytest.fixture(scope="module")
+def found():
+    base = {"speed": 1.0, "stiffness": 1e5, "mass": 1.0}
+    sources = [Source.independent(name, {name: (base[name], s * base[name])}) for name, s in RELATIVE.items()]
+    return uncertainty_budget(
+        coulomb, [*sources, Source.independent("scatter", {"scatter": (1.0, 0.2)})], limits=("load",)
+    )
+
+
+@pytest.mark.slow
+def test_the_limit_in_load_is_a_product_of_powers(found):
+    """N* ~ v0 sqrt(k m): lognormal, with the variances of the logarithms 0.01 and a quarter of 0.086 and 0.039."""
+    limit = found.limits["load"]
+    parts = np.array([np.log1p(s**2) * (1.0, 0.25, 0.25)[i] for i, s in enumerate(RELATIVE.values())])
+    deviation, whole = math.sqrt(parts.sum()), math.expm1(parts.sum())
+    median = limit.value * math.exp(-0.25 * sum(np.log1p(RELATIVE[name] ** 2) for name in RELATIVE) - 0.25 * 0.00995)
+    ends = [median * math.exp(z * deviation) for z in (-1.96, 1.96)]
+    assert limit.interval == pytest.approx(ends, rel=0.05)
+    assert limit.standard_uncertainty / limit.mean == pytest.approx(math.sqrt(whole), rel=0.05)
+    for i, name in enumerate(RELATIVE):
+        assert limit.first[name][0] == pytest.approx(math.expm1(parts[i]) / whole, abs=0.1)
+        assert limit.total[name][0] == pytest.approx(1 - math.expm1(parts.sum() - parts[i]) / whole, abs=0.1)
+    assert limit.first["scatter"] == (0.0, 0.0, 0.0)
+    assert limit.beyond == 0.0
+
+
+@pytest.mark.slow
+def test_the_parts_of_the_outcome_add_up(found):
+    """By the law of total variance; what is left over are interactions, up to the sampling error of the indices."""
+    p = found.probability
+    variance = p.mean * (1.0 - p.mean)
+    assert found.scatter + p.standard_uncertainty**2 / variance == pytest.approx(1.0, rel=1e-12)
+    assert found.scatter + sum(found.outcome.values()) == pytest.approx(1.0, abs=0.25)
+    total = sum(one[0] for one in p.total.values())
+    assert sum(one[0] for one in p.first.values()) < 1.0 + 0.1 < total + 0.2
+
+
+def test_without_uncertain_inputs_only_scatter_is_left():
+    belt = coulomb({}).oscillator
+    ratio = existence_limit(belt, coulomb({}).law)
+    found = uncertainty_budget(lambda values: coulomb({"damping": ratio}), (), limits=())
+    assert (found.probability.mean, found.scatter, found.outcome) == (
+        pytest.approx(0.5, abs=0.02),
+        pytest.approx(1.0),
+        {},
+    )
+    assert found.limits["damping"].interval == pytest.approx((ratio, ratio), rel=ACCURACY)
+
+
+def test_the_blur_scales_as_the_orbit_of_another_machine():
+    """Softer, faster, and with friction of another length: by the scaled orbit and by its own one, within a tenth."""
+    law = StribeckLaw(0.3, 0.4)
+    own = Machine(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), law, 0.01, 3e-4)
+    other = Machine(Oscillator(1.2, 280.0, 0.3, 1.0, 2300.0), law, 0.02, 5e-4)
+    chance, response = (
+        _Chance(own, grazing_response(own.oscillator, law), None),
+        grazing_response(other.oscillator, law),
+    )
+    blur = other.deviation * response.scatter(other.length_m)
+    shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
+    found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)
+    assert found == pytest.approx(0.8413, abs=0.1 * 0.242)
+
+
+@pytest.mark.slow
+def test_the_probability_is_that_of_simulated_machines_of_drawn_inputs():
+    """Each run has its own machine and its own friction, and the band is seen in runs of the given machine.
+
+    300 runs have a standard error of 0.029 at most; the surrogate may add as much.
+    """
+    law, length, given = StribeckLaw(0.3, 0.4), 3e-4, {"mass": 1.0, "damping": 0.29, "scatter": 1.0}
+
+    def machine(values):
+        m = values["mass"]
+        belt = Oscillator(m, 316.0 / math.sqrt(m), values["damping"], 0.948, 2500.0)
+        return Machine(belt, law, 0.03 * values["scatter"], length)
+
+    def stick_slips(one, number):
+        marginal = BetaDistribution.of_moments(2.1, 5.0, 0.3, one.deviation)
+        paths = path_sampler(FrictionProcess(marginal, length), length / 4)
+        path = KeptPath(paths.realisation([5, number]))
+        time = 10.0 * (1.0 + (number * 0.618) % 1.0)
+        _, first, states = run_until_known(one.oscillator, law, path, paths.spacing, time)
+        return states.is_stick_slip(first + time)
+
+    ratios = np.linspace(0.18, 0.40, 12)
+    shares = [np.mean([stick_slips(machine(given | {"damping": d}), n) for n in range(80)]) for d in ratios]
+    band = tuple(float(np.interp(-level, -np.array(shares), ratios)) for level in (0.95, 0.05))
+    sources = [
+        Source.independent("damping", {"damping": (0.29, 0.03)}),
+        Source.independent("others", {"mass": (1.0, 0.2), "scatter": (1.0, 0.2)}),
+    ]
+    found = uncertainty_budget(machine, sources, band, limits=())
+    generator, seen = np.random.default_rng(3), []
+    for number in range(300):
+        drawn = [s.drawn(generator.standard_normal((s.axes, 1))) for s in sources]
+        seen.append(stick_slips(machine({k: float(v[0]) for one in drawn for k, v in one.items()}), 1000 + number))
+    assert 0.1 < np.mean(seen) < 0.9
+    assert found.probability.mean == pytest.approx(np.mean(seen), abs=0.09)
+    assert found.scatter < 1.0
+
+
+def test_a_band_rises():
+    with pytest.raises(ParameterError, match=r"rising, not \(0.3, 0.2\)"):
+        uncertainty_budget(coulomb, (), (0.3, 0.2), ())
+
+
+@pytest.mark.slow
+def test_limits_are_found_to_the_stated_accuracy(found):
+    given = coulomb({})
+    assert found.limits["damping"].value == pytest.approx(existence_limit(given.oscillator, given.law), rel=ACCURACY)

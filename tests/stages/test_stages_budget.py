@@ -1,0 +1,122 @@
+"""The budget of a scene: which numbers are uncertain, and the machine at other values of them."""
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.figures.figure_budget import figure_budget
+from roughslip.friction.scatter_law import scatter_of_friction
+from roughslip.oscillator.budget import Machine
+from roughslip.report.budget import next_to_measure
+from roughslip.scene.types import scene_of
+from roughslip.stages import budget
+from roughslip.stages.from_scene.uncertain_inputs import powers_of_scatter, uncertain_inputs
+from tests.stages.test_stages_motion import scattered
+
+TABLE = ((0.0, 0.4), (0.5, 0.35), (1.0, 0.3))
+UNCERTAIN = {
+    "friction.statistics.standard_deviation": 0.003,
+    "oscillator.damping_ratio": 0.06,
+    "oscillator.mass_kg": 0.1,
+    "oscillator.static_friction": 0.02,
+}
+
+
+def scene(uncertain=UNCERTAIN, **others):
+    return scattered(0.03, **others) | {"standard_uncertainties": [[key, value] for key, value in uncertain.items()]}
+
+
+def inputs_of(**others):
+    return uncertain_inputs(scene_of(scene(**others), budget.STAGE.keys), None)
+
+
+def test_inputs_are_grouped_by_source():
+    found = {source.name: dict(source.values) for source in inputs_of().sources}
+    assert found == {
+        "friction curve": {"oscillator.static_friction": 0.4},
+        "friction process": {"friction.statistics.standard_deviation": 0.03},
+        "damping": {"oscillator.damping_ratio": 0.17},
+        "mass": {"oscillator.mass_kg": 1.0},
+    }
+
+
+def test_at_the_given_values_the_machine_is_that_of_the_scene():
+    found = inputs_of()
+    own = found.machine({})
+    again = found.machine({name: value for source in found.sources for name, value in source.values.items()})
+    for field in dataclasses.fields(Machine)[:-1]:
+        assert getattr(own, field.name) == getattr(again, field.name)
+    assert (own.deviation, own.length_m) == (pytest.approx(0.03, rel=1e-12), 2.5e-4)
+
+
+def test_what_follows_from_a_drawn_value():
+    """A natural frequency that is given stays; one from a stiffness follows the mass. Stick never holds less."""
+    assert inputs_of().machine({"oscillator.mass_kg": 2.0}).oscillator.natural_frequency_rad_per_s == 316.0
+    softer = inputs_of(stiffness_n_per_m=316.0**2).machine({"oscillator.mass_kg": 2.0})
+    assert softer.oscillator.natural_frequency_rad_per_s == pytest.approx(316.0 / math.sqrt(2.0), rel=1e-15)
+    assert inputs_of().machine({"oscillator.static_friction": 0.25}).law.static == 0.3
+    tabled = inputs_of(law="table", friction_table=TABLE)
+    assert tabled.machine({"oscillator.friction_table.0.1": 0.45}).law.static == 0.45
+    assert tabled.machine({"oscillator.static_friction": 0.38}).law.values == (0.38, 0.35, 0.3)
+    assert tabled.machine({"oscillator.friction_table.1.1": 0.36}).law.values == (0.4, 0.36, 0.3)
+    scatter = inputs_of().machine({"friction.statistics.standard_deviation": 0.06}).deviation
+    assert scatter == pytest.approx(0.06, rel=1e-12)
+
+
+def test_height_acts_on_the_scatter_as_pressure_does():
+    """Stresses, so contact, depend on height over pressure alone: twice as high is half the pressure. At light loads
+    the law has CV ~ length (p / (E* h'))^(b - 1/2), b = 0.117 fitted, of windows far larger than the length."""
+
+    def covariance(x, y):
+        return 1e-12 * np.exp(-(x**2 + y**2) / 1e-10)
+
+    pad, of_pressure = (
+        (2e-3, 1e-3),
+        [math.log(scatter_of_friction(covariance, 1e9, 1e6 * math.exp(s), (2e-3, 1e-3))) for s in (-0.05, 0.05)],
+    )
+    found = powers_of_scatter(covariance, 1e9, 1e6, pad)
+    assert found["scan.height"] == pytest.approx((of_pressure[0] - of_pressure[1]) / 0.1, rel=1e-6)
+    assert found["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.03)
+    assert found["scan.length"] == pytest.approx(1.0 - found["scan.height"], abs=0.02)
+
+
+@pytest.mark.slow
+def test_the_stage_says_what_to_measure(run, folder):
+    """At the paper's 0.17 stick-slip is sure; its margin, D* - D, depends on the curve most."""
+    level = {"value": 0.32, "change": "falls below"}, {"value": 0.26, "change": "falls below"}
+    damping = {"above": {"0.05": level[0], "0.95": level[1]}, "below": {"0.05": None, "0.95": None}}
+    store.write_json(
+        folder / "answer.json", {"given": True, "limits": {"damping": damping}, "probability": {"value": 1.0}}
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(budget, "SAMPLES", 16)
+        found = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
+    text = json.loads((folder / "budget.json").read_text())
+    assert list(found["source_name"]) == list(text["probability"]["first"])
+    assert list(found["result_name"]) == ["probability", *text["limits"]]
+    assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)
+    assert text["limits"]["damping"]["value"] == pytest.approx(0.324424, abs=1e-6)
+    assert 0.0 <= text["scatter"] <= 1.0
+    assert len(figure_budget({name: found[name] for name in found}).axes) == 1 + len(text["limits"])
+    assert text["summary"][2] == next_to_measure(text)
+    assert np.isfinite(found["first"]).all()
+
+
+def test_the_sentence_names_what_takes_away_most():
+    first = {"damping": (0.2, 0.1, 0.3), "friction curve": (0.7, 0.6, 0.8)}
+    made = {
+        "outcome": {"damping": 0.5, "friction curve": 0.1},
+        "scatter": 0.35,
+        "limits": {"damping": {"first": first}},
+    }
+    sentence = "Measure the damping next: known exactly, it takes away 50 % of the variance of whether it stick-slips; "
+    unsure = next_to_measure(made | {"probability": {"mean": 0.6}})
+    assert unsure == f"{sentence}the scatter of friction keeps 35 %, and no measurement takes that away."
+    sure = next_to_measure(made | {"probability": {"mean": 0.99}})
+    assert sure.startswith("That is sure enough. Measure the friction curve next: known exactly, it takes away 70 % of")
+    nothing = made | {"outcome": {}, "probability": {"mean": 0.6}}
+    assert next_to_measure(nothing) == "No number that the scene gives with an uncertainty matters here."

@@ -1,0 +1,60 @@
+"""The pages of the reference: all public names are on them, and docstrings come out as they are meant."""
+
+import ast
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def api_pages():
+    sys.path.insert(0, str(ROOT / "docs"))
+    yield import_module("api_pages")
+    sys.path.remove(str(ROOT / "docs"))
+
+
+@pytest.mark.slow
+def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
+    """Each function has a page, and those that an example calls have it there."""
+    api_pages.write(tmp_path / "api")
+    for package in api_pages.PACKAGES:
+        text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
+        names = import_module(package).__all__
+        assert [name for name in names if f"[{name}]" not in text and f"{package}.{name}" not in text] == []
+    page = (tmp_path / "api/roughslip.contact.solve_load.md").read_text(encoding="utf-8")
+    assert "literalinclude} ../../../examples/contact_" in page
+    assert "solve_load" in (ROOT / "examples" / page.partition("examples/")[2].partition(">")[0]).read_text()
+
+
+def test_a_docstring_becomes_text(api_pages):
+    """One mark of a formula, a list of arguments, and errors in a paragraph of their own."""
+    lines = [
+        *("Solve it.", "", "Find p such that::", "", "    B p = u", "", "tolerance : [-] largest residual"),
+        *("    that is accepted", "", "Returns p. Raises ParameterError for others."),
+    ]
+    api_pages.as_restructured_text(None, "", "", None, None, lines)
+    assert sum("::" in line for line in lines) == 1
+    assert "    B p = u" in lines
+    assert "- **tolerance** – [-] largest residual" in lines
+    assert lines[-3:] == ["**Returns** p.", "", "**Raises** ParameterError for others."]
+
+
+def test_the_gallery_draws_what_examples_leave_behind():
+    """Each picture is of an example that is there, from names that it assigns."""
+    drawn = {node.name[1:]: node for node in ast.parse((ROOT / "docs/gallery.py").read_text()).body if is_picture(node)}
+    assert len(drawn) > 5
+    for name, picture in drawn.items():
+        used = set(re.findall(r"found\['(\w+)'\]", ast.unparse(picture)))
+        script = ast.parse((ROOT / f"examples/{name}.py").read_text(encoding="utf-8"))
+        known = {node.id for node in ast.walk(script) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        known |= {node.name for node in script.body if isinstance(node, ast.FunctionDef)}
+        assert used <= known, f"docs/gallery.py: {name}.py leaves no {', '.join(used - known)}"
+
+
+def is_picture(node: ast.stmt) -> bool:
+    return isinstance(node, ast.FunctionDef) and node.name.startswith("_")

@@ -1,0 +1,116 @@
+"""Ways to the study: by its two Snakefiles, as a module of another workflow, from an address, from another Python."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from roughslip import store
+from roughslip.errors import InputError
+from tests.workflow.project import Project
+from workflow.study.scenes import Scenes, check_config, scene_folders
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = """\
+module roughslip:
+    snakefile: {snakefile}
+    config: {config}
+
+use rule * from roughslip as roughslip_*
+
+rule mine:
+    default_target: True
+    input: "results/mine/surface/design.nc"
+    output: "copied.nc"
+    shell: "cp {{input}} {{output}}"
+"""
+NO_NUMPY = "import sys; sys.modules['numpy'] = None; from snakemake.cli import main; main(['-n'])"
+
+
+@pytest.fixture
+def caller(empty: Project, tmp_path: Path) -> Path:
+    """A folder with a workflow and a scene of its own, which extends one of the project."""
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases/mine.yaml").write_text("extends: tiny\nseed: 5\n")
+    config = {"scenes_folder": "cases"}
+    (tmp_path / "Snakefile").write_text(MODULE.format(snakefile=repr(str(empty.path("Snakefile"))), config=config))
+    return tmp_path
+
+
+def snakemake(project: Project, folder: Path, *words: str) -> subprocess.CompletedProcess:
+    """A run in a folder of the caller."""
+    command = [sys.executable, "-m", "snakemake", "-j1", *words]
+    return subprocess.run(command, capture_output=True, **{**project.options, "cwd": folder})
+
+
+def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
+    """Jobs by rule that a dry run announces."""
+    assert dry_run.returncode == 0, dry_run.stderr
+    return {name: int(count) for name, count in re.findall(r"^(\w+) +(\d+)$", dry_run.stdout, re.MULTILINE)}
+
+
+@pytest.mark.slow
+def test_a_module_makes_the_scenes_of_its_caller(empty, caller):
+    profile = ("--workflow-profile", str(empty.path("profiles/default")))
+    made = snakemake(empty, caller, *profile)
+    assert made.returncode == 0, made.stderr
+    assert set(store.read(caller / "copied.nc")) >= {"latin_hypercube", "expansion"}
+    assert "Nothing to be done" in snakemake(empty, caller, *profile).stderr
+    whole = jobs(snakemake(empty, caller, "roughslip_mine", "-n", *profile))  # the rule of the scene itself
+    assert whole["roughslip_scene_report"] == whole["roughslip_publish"] == 1
+
+
+@pytest.mark.slow
+def test_both_snakefiles_make_the_same(empty, tmp_path):
+    """From any folder, with `--directory` or without, and with the options of the default profile."""
+    planned = []
+    for snakefile in ("Snakefile", "workflow/Snakefile"):
+        for words, folder in ((), tmp_path), (("--directory", str(tmp_path)), empty.folder):
+            run = snakemake(empty, folder, "-n", "-s", str(empty.path(snakefile)), "tiny", *words)
+            assert "profiles/default" in run.stderr
+            planned.append(jobs(run))
+    assert planned == [planned[0]] * 4
+    assert planned[0]["contact_strip"] == 1
+
+
+@pytest.mark.slow
+def test_an_address_ends_in_a_line(empty, tmp_path):
+    """Snakemake fetches single files of rules from it, not the code of the study."""
+    folder = empty.copy(tmp_path / "repository").folder
+    for words in ("init -q", "add Snakefile workflow", "commit -q -m all", "tag v1"):
+        author = ("-c", "user.name=test", "-c", "user.email=test@localhost")
+        subprocess.run(["git", *author, *words.split()], cwd=folder, check=True, capture_output=True)
+    source = f"gitfile({str(folder)!r}, path='workflow/Snakefile', tag='v1')"
+    (tmp_path / "Snakefile").write_text(MODULE.format(snakefile=source, config={"scenes": "tiny"}))
+    ended = snakemake(empty, tmp_path, "-n")
+    assert ended.returncode == 1
+    assert "clone the project" in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_another_python_ends_in_a_line(empty):
+    ended = subprocess.run([sys.executable, "-c", NO_NUMPY], capture_output=True, **empty.options)
+    assert ended.returncode == 1
+    lines = [line for line in ended.stderr.splitlines() if "profile" not in line]
+    assert len(lines) == 1
+    assert "has no numpy: `make setup`" in lines[0]
+
+
+def test_scenes_of_a_caller_are_added_to_the_shipped_ones(tmp_path):
+    (tmp_path / "mine.yaml").write_text("extends: smoke\nseed: 5\n")
+    own = str(tmp_path)
+    scenes = Scenes(ROOT, ["mine"], own=own)
+    assert scenes.asked == ["mine"]
+    assert scenes["mine"] == {**scenes["smoke"], "seed": 5}
+    assert check_config({"scenes_folder": own}, scenes.names)["scenes"] == ["mine"]
+    (tmp_path / "smoke.yaml").write_text("extends: paper\n")
+    with pytest.raises(InputError, match="a shipped scene has this name"):
+        scene_folders(ROOT, own)
+    for wrong in ("nowhere", 3, str(ROOT / "docs")):
+        with pytest.raises(InputError, match=r"scenes_folder: .* has no scene"):
+            scene_folders(ROOT, wrong)

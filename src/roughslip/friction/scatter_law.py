@@ -15,13 +15,14 @@ For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of 
 noise, T^2 = c / (S p*) for a large window of area S, with p* = p / (E* h').
 
 Summits. Real contacts at light loads are Hertz contacts of few summits (Bush, Gibson and Thomas, Wear 35 (1975) 87).
-Those above a plane at t rms heights are t sqrt(det M) exp(-t^2 / 2) / ((2 pi)^(3/2) m0) a unit area, with M the matrix
-of the mean products of the slopes, of which w <= 1 is the ratio of the eigenvalues. They rise above the plane by
-m0^(1/2) / t on average, with an exponential distribution, and their curvatures are M t / m0^(1/2). Then A is in
-proportion to the rise and N to its power 3/2. With e what an elliptic contact bears over a circular one of the same
-mean curvature and rise,
+M is the matrix of the mean products of the slopes, and w <= 1 the ratio of its eigenvalues. Above a plane at t rms
+heights there are t sqrt(det M) exp(-t^2 / 2) / ((2 pi)^(3/2) m0) summits a unit area. Their rise above the plane has an
+exponential distribution of the mean m0^(1/2) / t, and their curvatures are M t / m0^(1/2). So A is in proportion to the
+rise and N to its power 3/2. An elliptic contact bears e times what a circular one of the same mean curvature and rise
+does. Then
 
-    CV^2 = (<A^2> / <A>^2 - 2 <A N> / (<A> <N>) + <N^2> / <N>^2) <N> / (S p) = T^2 B nu / t^2,
+    CV^2 = (<A^2> / <A>^2 - 2 <A N> / (<A> <N>) + <N^2> / <N>^2) <N> / (S p)
+         = T^2 B nu / t^2,
     B    = (32 / (3 pi) - 3) sqrt(2 pi) m0 / (h'^2 c) / q,    q = sqrt(w (3 + w) (1 + 3 w)) / (1 + w)^2,
     nu   = e sqrt((1 + w) / (2 sqrt(w))) q.
 
@@ -105,8 +106,8 @@ def autocorrelation_of_friction(
     lags_m : (K,) [m] slipped distances
     others, and raises : as `scatter_of_friction`
 
-    From pairs of points of the window before and after. For windows far longer than the longest wave it is the triangle
-    1 - lag / length: friction is correlated over the length of the pad, not over that of its roughness.
+    From pairs of points of the window before and after. Far longer windows than the longest wave have the triangle
+    1 - lag / length. So friction is correlated over the length of the pad, not over that of its roughness.
     """
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
     means = [mean_over_window(covariance, rough, load, window_m, abs(float(lag))) for lag in (0.0, *lags_m)]

@@ -11,10 +11,16 @@ from roughslip import store
 from roughslip.figures.figure_budget import figure_budget
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
+from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.report.budget import next_to_measure
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
-from roughslip.stages.from_scene.uncertain_inputs import powers_of_scatter, uncertain_inputs
+from roughslip.stages.from_scene.uncertain_inputs import (
+    law_of_record,
+    powers_of_scatter,
+    sources_of_record,
+    uncertain_inputs,
+)
 from tests.stages.test_stages_motion import scattered
 
 TABLE = ((0.0, 0.4), (0.5, 0.35), (1.0, 0.3))
@@ -65,6 +71,27 @@ def test_what_follows_from_a_drawn_value():
     assert tabled.machine({"oscillator.friction_table.1.1": 0.36}).law.values == (0.4, 0.36, 0.3)
     scatter = inputs_of().machine({"friction.statistics.standard_deviation": 0.06}).deviation
     assert scatter == pytest.approx(0.06, rel=1e-12)
+
+
+def test_a_record_gives_its_curve_and_scatter_with_their_covariance():
+    speeds, values = np.array([0.1, 0.4, 1.0]), np.array([0.4, 0.36, 0.33])
+    factor, log_covariance = (
+        np.array([[0.02, 0.0], [0.02, 0.01], [0.02, 0.02]]),
+        np.array([[0.01, 0.004], [0.004, 0.04]]),
+    )
+    friction = {"record_mean": 0.35, "curve": values, "curve_factor": factor, "additive_log_covariance": log_covariance}
+    curve, scatter = sources_of_record(friction, "additive")
+    normal = np.random.default_rng(4).standard_normal((curve.axes, 200_000))
+    drawn = np.array(list(curve.drawn(normal).values()))
+    assert np.cov(drawn) == pytest.approx(factor @ factor.T, rel=0.03)
+    factors = np.array(list(scatter.drawn(normal[: scatter.axes]).values()))
+    assert np.cov(np.log(factors)) == pytest.approx(log_covariance, rel=0.05)
+    assert factors.mean(axis=1) == pytest.approx([1.0, 1.0], abs=2e-3)
+    own = TableLaw((0.0, *speeds), (values[0], *values), 0.41)
+    assert law_of_record(own, curve.values) == own
+    law = law_of_record(own, {"record.curve.0": 0.43, "record.curve.2": 0.3})
+    assert (law.values, law.static) == ((0.43, 0.43, 0.36, 0.3), 0.43)
+    assert sources_of_record({"mean": 0.3}, "additive") == ()
 
 
 def test_height_acts_on_the_scatter_as_pressure_does():

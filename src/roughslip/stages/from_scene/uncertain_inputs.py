@@ -3,7 +3,8 @@
 Sources are the friction curve, the friction process, the scan, the contact solves, and each number of the oscillator
 and the load. Contact solves carry the standard errors of scatter and correlation length that the friction statistics
 have. A scan under a load carries those of its height and length, which change the scatter as powers by the law of
-scatter (`friction.scatter_law`).
+scatter (`friction.scatter_law`). A friction record carries the covariance of its curve, and that of the logarithms of
+its scatter and length.
 """
 
 import math
@@ -22,6 +23,7 @@ from roughslip.friction.scatter_law import Covariance, scatter_of_friction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.budget import Machine
 from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
 from roughslip.probability import NORMAL_95, Source
 from roughslip.scene.types import Scene
@@ -44,6 +46,7 @@ MACHINE = {
 }
 OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
 OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
+RECORDED_CURVE, RECORDED_SCATTER = "recorded curve", "recorded scatter"
 STEP = 0.05  # relative, of the height and length by which the powers of the law of scatter are found
 
 
@@ -64,6 +67,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
     deviation = mass_on_belt.pad_deviation(scene, numbers, statistics) / unit
     solved = scene.friction.statistics is None
     multiplies = scene.friction.scatter == "multiplicative"
+    recorded = () if statistics is None else sources_of_record(store.read(statistics), scene.friction.scatter)
     of_scan, powers = _of_scan(scene, scan) if solved and scan is not None and scene.load is not None else ({}, {})
 
     def machine(values: Mapping[str, float]) -> Machine:
@@ -72,17 +76,40 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
 
         of_mean = math.prod(map(factor, MEANS))
         scatter = factor(SCATTER) * values.get("solved.scatter", 1.0) * (of_mean if solved else 1.0)
+        scatter *= values.get("record.scatter", 1.0)
+        length = factor(LENGTH) * values.get("solved.length", 1.0) * values.get("record.length", 1.0)
         scatter *= math.prod(values.get(name, 1.0) ** power for name, power in powers.items())
         return Machine(
             _oscillator(scene, own.belt, values),
-            _law(scene, of_mean * numbers.mean, values),
+            law_of_record(own.law, values) if recorded else _law(scene, of_mean * numbers.mean, values),
             deviation * (scatter / of_mean if multiplies else scatter),
-            process.correlation_length_m * factor(LENGTH) * values.get("solved.length", 1.0),
+            process.correlation_length_m * length,
             process.autocorrelation,
         )
 
-    inputs = _of_scene(scene) | {SCAN: of_scan, SOLVES: _of_solves(scene, statistics)}
-    return UncertainInputs(tuple(Source.independent(name, of) for name, of in inputs.items() if of), machine)
+    inputs = _of_scene(scene) | {SCAN: of_scan, SOLVES: {} if recorded else _of_solves(scene, statistics)}
+    sources = (Source.independent(name, of) for name, of in inputs.items() if of)
+    return UncertainInputs((*recorded, *sources), machine)
+
+
+def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
+    """Curve and scatter of a friction record; none where friction is of another kind. kind : of its scatter"""
+    if "record_mean" not in friction:
+        return ()
+    points = {f"record.curve.{point}": float(value) for point, value in enumerate(friction["curve"])}
+    curve = Source(RECORDED_CURVE, points, friction["curve_factor"] @ friction["curve_factor"].T)
+    covariance = np.expm1(friction[f"{kind}_log_covariance"])  # of factors of mean 1
+    if not np.isfinite(covariance).all():
+        return (curve,)
+    return curve, Source(RECORDED_SCATTER, {"record.scatter": 1.0, "record.length": 1.0}, covariance)
+
+
+def law_of_record(own: FrictionLaw, values: Mapping[str, float]) -> FrictionLaw:
+    """The table of a record, whose first point also holds at rest, at other points; stick holds no less than these."""
+    assert isinstance(own, TableLaw)
+    points = tuple(values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values[1:]))
+    static = max(values.get(STATIC, own.static), points[0])
+    return replace(own, values=(points[0], *points), static=static)
 
 
 def powers_of_scatter(

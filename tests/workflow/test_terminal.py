@@ -12,7 +12,7 @@ import pytest
 from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from workflow.study import terminal
-from workflow.study.closing import MOST_WARNINGS, closing_lines
+from workflow.study.terminal import MOST_WARNINGS, closing_lines
 
 ROOT = Path(__file__).resolve().parents[2]
 SNAKEFILE = """\

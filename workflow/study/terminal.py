@@ -1,6 +1,6 @@
-"""What the terminal shows of a run: one line of progress, and of a failure the stage's own error.
+"""What the terminal shows of a run: one line of progress, of a failure the stage's own error, at its end a few lines.
 
-The file below .snakemake/log keeps all that Snakemake says.
+The file below .snakemake/log keeps all that Snakemake says. The last lines are from the results of the scenes.
 """
 
 from __future__ import annotations
@@ -8,13 +8,16 @@ from __future__ import annotations
 import json
 import logging
 import re
+import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from snakemake.logging import DefaultFormatter, LogEvent, logger
+
+from workflow.study.publish import LISTED
 
 # What Snakemake says of a failure in addition to the error of the job
 _ECHOES = (
@@ -138,3 +141,42 @@ def show_own_errors(scene_of: Callable[[str], str], seconds: dict[str, float] | 
             own.progress = None if seconds is None else Progress(handler, seconds)
             handler.setFormatter(own)
             handler.addFilter(own.filter)
+
+
+MOST_WARNINGS = 5  # of a scene; the others are on its page
+
+
+def print_closing(workflow: Any, jobs: Iterable[Any]) -> None:
+    """Print the lines of the results of these jobs; without jobs, of all targets where a run had nothing to do."""
+    if not workflow.is_main_process or workflow.dag is None:
+        return
+    if not jobs and not len(workflow.dag):
+        jobs = workflow.dag.jobs
+    lines = closing_lines(file for job in jobs for file in job.output)
+    print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
+
+
+def closing_lines(results: Iterable[str]) -> list[str]:
+    """Lines for each scene that a run published, by their names; then the pages."""
+    files = [Path(file) for file in results]
+    folders = sorted({file.parent for file in files if file.match(f"results/*/{LISTED}")})
+    lines = [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
+    pages = [*(folder / "report.html" for folder in folders), *(file for file in files if file.name == "report.html")]
+    return [*lines, *(f"page: {file}" for file in sorted(pages) if "store" not in file.parts)]
+
+
+def _answer(folder: Path) -> list[str]:
+    """The three lines of the answer on stick-slip; none where the scene has none."""
+    stages = {row["stage"] for row in json.loads((folder / "costs.json").read_text(encoding="utf-8"))}
+    if "answer" not in stages:  # the folder may hold that of older targets
+        return []
+    lines: list[str] = json.loads((folder / "answer.json").read_text(encoding="utf-8"))["summary"]
+    return lines
+
+
+def _warnings(folder: Path) -> list[str]:
+    """The first warnings of a scene, and the number of those that only the page shows."""
+    warnings = json.loads((folder / "costs.json").read_text(encoding="utf-8"))[-1]["warnings"]
+    lines = [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
+    left = len(warnings) - len(lines)
+    return [*lines, f"and {left} more warnings in {folder / 'report.html'}"] if left else lines

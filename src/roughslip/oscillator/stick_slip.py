@@ -268,7 +268,9 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":
         ends["above"] = max(ends["above"], MOST_DAMPING)
-    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start)
+    cycle_ends = {side: without_scatter(runs, name, start, end) for side, end in ends.items()}
+    hints = [value for value in cycle_ends.values() if value is not None]
+    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start, hints)
     sides: dict[str, dict[str, Quantity | None]] = {side: {} for side in SIDES}
     for side, upwards in SIDES.items():
         for label, level in LEVELS.items():
@@ -279,7 +281,7 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
             word = "falls below" if search.count(start) > level * search.paths else "rises above"
             outside = leaves_known_speeds(changed_oscillator(runs.own, {name: crossing.value}), runs.law)
             sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
-        sides[side]["without_scatter"] = Quantity(without_scatter(runs, name, start, ends[side]), None, unit)
+        sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
     return Limits(
         own, None, unit, parameter.title, **sides, searched=Quantity(None, search.searched, unit)
     ), search.trials

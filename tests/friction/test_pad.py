@@ -138,6 +138,10 @@ def test_long_waves_keep_the_scatter_of_many_windows():
         low, high = np.quantile(pad[1:, level], (0.0, 1.0))
         assert low < exact < high
         assert pad[0, level] == pytest.approx(exact, rel=0.15)
+    for length in (WINDOW / 3, 2e-3):  # pads of a given length, shorter than a window and longer than the long waves
+        of_length = pad_scatter(shares, adjacent[0], surface, BLOCK, WIDTH, WINDOW, length)
+        exact = of_rectangle(length, WINDOWS[5] * WINDOW * WIDTH / length)
+        assert of_length[0, 5] == pytest.approx(exact, rel=0.15)
     excess = pad[0, 4] * WINDOWS[4] / pad[0, 0]
     assert excess == pytest.approx(20.4, rel=0.15)
     for row, count in enumerate((1, 2, 4)):  # along the strip, as measured

@@ -1,5 +1,6 @@
 """Durations of both states: by hand, against long runs, and in the limits that theory has of its own."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -9,11 +10,12 @@ import pytest
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
-from roughslip.oscillator.durations import residence, residence_by_theory, rice_rate, states_of_answer, trough_map
+from roughslip.oscillator.durations import residence, states_of_answer, stationary_share
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known
+from roughslip.oscillator.trough_chain import residence_by_theory, rice_rate, trough_map
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
 
@@ -26,32 +28,81 @@ def theory(damping, deviation, length=LENGTH):
 
 
 def spells_of(stick_slip, sliding):
-    """States of spells (duration, ended), one after another from 0."""
-    rows = [np.reshape([(0.0, duration) for duration, _ in part], (-1, 2)) for part in (stick_slip, sliding)]
+    """States of spells (duration, ended), in turn from 0, stick-slip first."""
+    rows, time = ([], []), 0.0
+    for pair in itertools.zip_longest(stick_slip, sliding):
+        for kind, spell in zip(rows, pair, strict=True):
+            if spell is not None:
+                kind.append((time, time + spell[0]))
+                time += spell[0]
+    rows = [np.reshape(kind, (-1, 2)) for kind in rows]
     ended = [np.array([end for _, end in part], dtype=bool) for part in (stick_slip, sliding)]
     return States(*rows, *ended)
 
 
 def test_means_of_runs_by_hand():
-    """Time over ends: 30 / 2 and 60 / 1; the share of the time is 30 / 90."""
-    runs = [spells_of([(10, True), (5, True)], [(40, True)]), spells_of([(15, False)], [(20, False)])]
+    """Time over ends: 30 / 2 and 60 / 2. Of the latter the mass slides again after one: a birth in 60."""
+    slides_again = States(*(np.reshape(x, (-1, 2)) for x in ([], [(0, 10), (12, 22)])), *map(np.array, ([], [1, 0])))
+    runs = [spells_of([(10, True), (5, True)], [(40, True)]), spells_of([(15, False)], []), slides_again]
     found = residence(runs, np.random.default_rng(1))
-    assert (found.stick_slip[0], found.sliding[0], found.share[0]) == pytest.approx((15, 60, 1 / 3))
+    assert (found.stick_slip[0], found.sliding[0], found.birth[0]) == pytest.approx((15, 30, 1 / 60))
+    assert found.share[0] == pytest.approx((1 / 60) / (1 / 60 + 1 / 15))
     assert found.death[0] == pytest.approx(1 / 15)
     assert found.death[1] == pytest.approx(1 / found.stick_slip[2])
-    for values in (found.stick_slip, found.sliding, found.share):
+    for values in (found.stick_slip, found.sliding, found.birth, found.share):
         assert values[1] < values[0] < values[2]
 
 
 def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     found = residence([spells_of([(40, False)], [])], np.random.default_rng(1))
-    assert found.share[0] == 1.0
+    assert found.share == pytest.approx([1.0, math.nan, 1.0], nan_ok=True)
     assert np.isnan(found.sliding).all()
     assert (found.stick_slip[0], found.stick_slip[2]) == (math.inf, math.inf)
     answer = states_of_answer(found, found, 2 * math.pi)
     assert answer["mean_stick_slip_s"] == [None, pytest.approx(found.stick_slip[1]), None]
     assert answer["mean_sliding_s"] == [None] * 3
-    assert answer["by_theory"] == {"share_of_time": 1.0, "mean_stick_slip_s": None, "mean_sliding_s": None}
+    assert answer["by_theory"] == {"share_of_time": 1.0, "death_per_s": 0.0} | dict.fromkeys(
+        ("mean_stick_slip_s", "mean_sliding_s", "birth_per_s")
+    )
+
+
+@pytest.mark.parametrize(
+    ("death", "birth", "share"),
+    [
+        ((1 / 30, 1 / 30, 1 / 30), (0.1, 0.1, 0.1), (0.75, 0.75, 0.75)),
+        ((0.1, 0.05, 0.2), (0.1, 0.1, 0.1), (0.5, 1 / 3, 2 / 3)),  # one exact rate: the other's interval
+        ((0.1, 0.05, 0.2), (0.1, 0.05, 0.2), (0.5, 1 / (1 + 2**2**0.5), 1 / (1 + 0.5**2**0.5))),
+        ((0.0, 0.0, 1 / 60), (10.0, 5.0, 20.0), (1.0, 5 / (5 + 1 / 60), 1.0)),
+        ((2.0, 1.4, 2.5), (0.0, 0.0, 1 / 70), (0.0, 0.0, 1 / 70 / (1 / 70 + 1.4))),
+        ((0.0, 0.0, 1 / 60), (0.0, 0.0, 1 / 70), (math.nan, 0.0, 1.0)),
+    ],
+)
+def test_the_share_of_the_long_run_and_its_interval_follow_from_both_rates(death, birth, share):
+    found = stationary_share(np.array(death), np.array(birth))
+    assert found == pytest.approx(np.array(share), rel=1e-12, nan_ok=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("again", [0.0, 0.5])
+def test_the_share_is_stationary_whichever_state_the_runs_begin_in(again):
+    """Spells of 20 and 5, after half of the latter sliding again: share 20 / (20 + 5 / (1 - again)). Runs of 60 begin
+    half in either state, so that their own share is nearer to 1/2. 300 trials: 95 % within four standard errors."""
+    rng, held, exact = np.random.default_rng(2), 0, 20 / (20 + 5 / (1 - again))
+    for _ in range(300):
+        found = residence([renewal(rng, again, 60.0, begin) for begin in (0, 1) for _ in range(20)], rng)
+        held += found.share[1] <= exact <= found.share[2]
+    assert abs(held / 300 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 300)
+
+
+def renewal(rng, again, end, state):
+    """States of exponential spells of means 20 and 5 from 0 to an end; `again` : chance that sliding follows itself."""
+    time, spells, ended = 0.0, ([], []), ([], [])
+    while time < end:
+        last = time + (20.0, 5.0)[state] * rng.standard_exponential()
+        spells[state].append((time, min(last, end)))
+        ended[state].append(last < end)
+        time, state = last + 1e-9, int(state == 0 or rng.random() < again)
+    return States(*(np.reshape(rows, (-1, 2)) for rows in spells), *(np.array(rows, dtype=bool) for rows in ended))
 
 
 @pytest.mark.parametrize(("damping", "stick_slip", "sliding"), [(0.3, math.inf, math.nan), (0.5, math.nan, math.inf)])

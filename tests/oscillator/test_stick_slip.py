@@ -7,20 +7,18 @@ import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import FrictionProcess, path_sampler
-from roughslip.oscillator import Oscillator, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator import Oscillator, Sampling, ScatteringFriction, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.changed import changed_oscillator, damper_kg_per_s
-from roughslip.oscillator.durations import Residence
-from roughslip.oscillator.stick_slip import in_the_long_run
 from roughslip.probability import BetaDistribution
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 1e-9), LENGTH)
-PATHS = path_sampler(PROCESS, LENGTH / 4)
+FRICTION = ScatteringFriction(path_sampler(PROCESS, LENGTH / 4), LENGTH)
 
 
 @pytest.fixture(scope="module")
 def found():
-    return answer(BELT, LAW, PATHS, LENGTH, realisations=72, duration_periods=20.0, parameters=("damping",))
+    return answer(BELT, LAW, FRICTION, sampling=Sampling(72, 20.0), parameters=("damping",))
 
 
 def test_the_motion_that_it_shows_is_the_limit_cycle(found):
@@ -51,21 +49,6 @@ def test_a_heavier_mass_or_a_stiffer_spring_keeps_the_damper(name):
 def test_a_question_without_an_answer_is_refused():
     for change in ({"excitation_force_n": 10.0}, {"belt_velocity_m_per_s": 0.0}):
         with pytest.raises(IllPosedError, match=r"the mass is excited|the belt is at rest"):
-            answer(dataclasses.replace(BELT, **change), LAW, PATHS, LENGTH)
+            answer(dataclasses.replace(BELT, **change), LAW, FRICTION)
     with pytest.raises(ParameterError, match="PathSampler"):
-        answer(BELT, LAW, np.zeros(9), LENGTH)
-
-
-@pytest.mark.parametrize(
-    ("stick_slip", "sliding", "share"),
-    [
-        ((30.0, 20.0, 40.0), (10.0, 8.0, 20.0), (0.75, 0.5, 40 / 48)),
-        ((np.inf, 60.0, np.inf), (0.1, 0.05, 0.2), (1.0, 60 / 60.2, 1.0)),  # a start in sliding is no state
-        ((0.5, 0.4, 0.7), (np.inf, 70.0, np.inf), (0.0, 0.0, 0.01)),
-        ((np.inf, 60.0, np.inf), (np.inf, 70.0, np.inf), (np.nan, 0.0, 1.0)),
-    ],
-)
-def test_the_share_of_time_is_that_of_the_long_run(stick_slip, sliding, share):
-    """Not that of the runs, of which half begin in sliding: mean duration over the sum of both."""
-    found = in_the_long_run(Residence(*(np.array(values) for values in (stick_slip, sliding, [0.5] * 3))))
-    assert found.share == pytest.approx(np.array(share), rel=0.02, nan_ok=True)
+        ScatteringFriction(np.zeros(9), LENGTH)

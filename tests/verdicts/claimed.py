@@ -76,6 +76,9 @@ def friction():
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)
         table |= with_interval(f"trend_combined_{name}_line", -0.2, -0.3, -0.1)
     table |= with_interval("ratio_of_sums", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
+    table |= {"field_nominal_pressure": np.array([1e7, 1e8])} | with_interval("field_load_std", 0.04, 0.03, 0.05)
+    for name in ("mean", "std", "variation"):
+        table |= {f"field_{name}": np.array([0.3, 0.1])} | with_interval(f"field_change_of_{name}", -0.2, -0.3, -0.1)
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
     table |= dict.fromkeys((one.variable for one in P_VALUES.values()), np.array(0.031))
@@ -109,7 +112,8 @@ def of_runs():
         **with_interval("reattachment_skewness", 0.3, 0.2, 0.4),
         **with_interval("reattachment_kurtosis", 0.0, -0.1, 0.1),
         "friction_scatter": np.array(0.05),
-        "load_response": np.array(1.0),
+        "load_response_additive": np.array(1.0),
+        "load_response_multiplicative": np.array(1.2),
         "friction_percentile": np.array(50.0),
         "normality_jarque_bera_p": np.array(3e-9),
         "normality_anderson_darling_p": np.array(0.0025),

@@ -45,7 +45,7 @@ STILL = with_interval("still_cycling", [1, 1, 0.6, 0, 0], [0.98, 0.98, 0.5, 0, 0
 LOADS = [
     ({}, 0.8 * (0.01726 + 0.23305) / 2, (0.7 * 0.01726, 0.9 * 0.23305), "reproduced"),
     ({"friction_scatter": np.array(0.1)}, 0.4 * 0.12515, (0.35 * 0.01726, 0.45 * 0.23305), "undecided"),
-    ({"load_response": np.array(0.5)}, 0.4 * 0.12515, (0.35 * 0.01726, 0.45 * 0.23305), "undecided"),
+    ({"load_response_additive": np.array(0.5)}, 0.4 * 0.12515, (0.35 * 0.01726, 0.45 * 0.23305), "undecided"),
     ({"friction_scatter": np.array(2.0)}, 0.02 * 0.12515, (0.0175 * 0.01726, 0.0225 * 0.23305), "contradicted"),
     (STILL, 0.8 * 0.00863, (0.0, 0.9 * 0.01726), "undecided"),  # no range is seen: it ends before D = 0.33
     ({"still_cycling_high": np.ones(5)}, None, None, "not tested"),
@@ -787,6 +787,13 @@ def test_the_range_beyond_the_limit_goes_with_the_scatter_of_the_windows_that_be
     if ours is not None:
         assert claim["ours"] == pytest.approx(ours, rel=1e-3)
         assert claim["interval"] == pytest.approx(interval, rel=1e-3)
+        other = next(one for one in claim["readings"] if one["id"] == "multiplicative-scatter")
+        ratio = float(arrays["load_response_multiplicative"] / arrays["load_response_additive"])
+        assert other["ours"] == pytest.approx(ratio * claim["ours"])
+        field = next(one for one in claim["readings"] if one["id"] == "wide-field")  # from 0.03 to 0.05, of both kinds
+        assert field["ours"] == pytest.approx((1 + ratio) / 2 * claim["ours"])
+        ends = interval[0] * 0.03 / 0.035, interval[1] * ratio * 0.05 / 0.045
+        assert field["interval"] == pytest.approx((min(ends[0], ends[0] * ratio), ends[1]), rel=1e-3)
 
 
 ANSWERS = {  # of an answer at 1, up to where it is own, unknown, own again; then it is another

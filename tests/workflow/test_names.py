@@ -22,8 +22,9 @@ OF_OSCILLATOR = {"deterministic", "oscillator", "cycles", "belt_readings"}
 OF_FIGURE5 = OF_OSCILLATOR - {"belt_readings"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
+OF_WINDOWS = {"friction", "wide_field"}
 OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
-FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
+FRICTION = OF_STRIP | OF_WINDOWS | OF_OSCILLATOR | OF_POINT
 OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 MADE_OF_MORE = {"claims", "costs", "report"}  # of all that a scene makes
 
@@ -39,8 +40,8 @@ def names_of(folder: Path, *words: str) -> Names:
         ("ensemble: {damping_ratios: [0.17, 0.3]}", OF_OSCILLATOR),
         ("jobs: 2", FRICTION | OF_SQUARE - {"design"}),  # other files
         ("expansion: {draws: 3000}", {"chaos_square"}),
-        ("strip: {expansion_samples: 24}", {"expansion_strip", "friction"} | OF_OSCILLATOR | OF_POINT),
-        ("friction: {mean_at_median: 0.2}", {"friction"} | OF_OSCILLATOR | OF_POINT),
+        ("strip: {expansion_samples: 24}", {"expansion_strip"} | OF_WINDOWS | OF_OSCILLATOR | OF_POINT),
+        ("friction: {mean_at_median: 0.2}", OF_WINDOWS | OF_OSCILLATOR | OF_POINT),
         ("material: {young_modulus_pa: 1.0e+9}", FRICTION | OF_SQUARE - {"design"}),
         ("seed: 7", FRICTION | OF_SQUARE),
         ("description: Another", set()),

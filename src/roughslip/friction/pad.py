@@ -119,30 +119,37 @@ def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width
     return np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
 
 
-def pad_edges(windows: float, window_m: float, width_m: float) -> tuple[float, float]:
-    """Length and width [m] of a pad: a square, or as long as a window and narrower."""
+def pad_edges(windows: float, window_m: float, width_m: float, length_m: float | None = None) -> tuple[float, float]:
+    """Length and width [m] of a pad: as long as given, else a square, or as long as a window and narrower."""
     area = windows * window_m * width_m
-    length = min(max(math.sqrt(area), window_m), windows * window_m)
+    length = min(max(math.sqrt(area), window_m), windows * window_m) if length_m is None else length_m
     return length, area / length
 
 
 def pad_scatter(
-    parts: np.ndarray, adjacent: np.ndarray, surface: Surface, block_m: float, width_m: float, window_m: float
+    parts: np.ndarray,
+    adjacent: np.ndarray,
+    surface: Surface,
+    block_m: float,
+    width_m: float,
+    window_m: float,
+    length_m: float | None = None,
 ) -> np.ndarray:
     """Variance (1 + R, WINDOWS) [1/Pa^2] of pads from what the blocks of strips show, for tau = 1.
 
     parts : (1 + R, M) from `mehler_parts`
     adjacent : (1 + R,) of a single window, from `adjacent_variance`
     block_m, width_m, window_m : length of a block, width of the strip, length of a window
+    length_m : of the pads, as of `pad_edges`
 
-    A single window keeps its variance; that of larger pads falls as sum_m a_m mean(rho^m) does. a_m are those of each
+    A window has its own variance; that of pads differs from it as sum_m a_m mean(rho^m) does. a_m are those of each
     replicate. Raises IllPosedError where nothing scatters.
     """
-    pads = [pad_edges(count, window_m, width_m) for count in WINDOWS]
+    pads = [(window_m, width_m), *(pad_edges(count, window_m, width_m, length_m) for count in WINDOWS)]
     modelled = parts @ np.array([pad_means(surface, block_m, width_m, pad, np.zeros(1))[0] for pad in pads]).T
     if not ((modelled[:, 0] > 0.0) & (adjacent > 0.0)).all():
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
-    fallen = np.maximum(modelled / modelled[:, :1], LEAST_SHARE / WINDOWS)
+    fallen = np.maximum(modelled[:, 1:] / modelled[:, :1], LEAST_SHARE / WINDOWS)
     return np.asarray(adjacent[:, None] * fallen)
 
 

@@ -75,11 +75,14 @@ class CellBlocks:
         return np.repeat(weights, self.area.shape[2], axis=1)
 
 
-def pad_estimates(blocks: CellBlocks, surface: Surface, weights: np.ndarray, windows: float = 1.0) -> Estimates:
+def pad_estimates(
+    blocks: CellBlocks, surface: Surface, weights: np.ndarray, windows: float = 1.0, length_m: float | None = None
+) -> Estimates:
     """What cells show of pads under their load, for a shear strength of 1 Pa, by name.
 
     weights : (1 + R, S) counts of cells, from `strip_weights`
     windows : of the pad that bears the load, at least 1
+    length_m : of pads; None for squares
 
     ratio : () [1/Pa] area over force of all blocks
     pad_std : (WINDOWS,) [1/Pa] standard deviation of this ratio of pads
@@ -95,7 +98,7 @@ def pad_estimates(blocks: CellBlocks, surface: Surface, weights: np.ndarray, win
     covariance = influence_covariance(area, force, counts)[:, : area.shape[1] // 2]
     sizes = blocks.block_m, blocks.width_m
     parts = mehler_parts(covariance, surface, *sizes)
-    variance = pad_scatter(parts, adjacent, surface, *sizes, blocks.window_m)
+    variance = pad_scatter(parts, adjacent, surface, *sizes, blocks.window_m, length_m)
     empty = (blocks.windows[1] <= 0.0).mean(axis=1, keepdims=True)
     rows = {
         "ratio": totals[0] / totals[1],

@@ -7,6 +7,7 @@
 - Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
 - simulate, trajectory, ensemble_counts: its motion, with or without scatter, by MotionOptions
 - limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
+- answer: whether it stick-slips with ScatteringFriction, where that ends or begins, and why, by a Sampling of runs
 - run_until_known, states_of: when it is in stick-slip and when in steady sliding
 - ends_in_stick_slip, basin_share: from which initial states it comes to which of them without scatter
 - residence, trough_map, residence_by_theory: how long both last, by long runs and by theory

@@ -1,3 +1,5 @@
+from roughslip.oscillator.answer_runs import Sampling as Sampling
+from roughslip.oscillator.answer_runs import ScatteringFriction as ScatteringFriction
 from roughslip.oscillator.base_law import FrictionLaw as FrictionLaw
 from roughslip.oscillator.basins import Basins as Basins
 from roughslip.oscillator.basins import basin_share as basin_share
@@ -9,11 +11,7 @@ from roughslip.oscillator.cycles import Reattachment as Reattachment
 from roughslip.oscillator.cycles import count_difference as count_difference
 from roughslip.oscillator.cycles import reattachment_statistics as reattachment_statistics
 from roughslip.oscillator.durations import Residence as Residence
-from roughslip.oscillator.durations import TroughMap as TroughMap
 from roughslip.oscillator.durations import residence as residence
-from roughslip.oscillator.durations import residence_by_theory as residence_by_theory
-from roughslip.oscillator.durations import rice_rate as rice_rate
-from roughslip.oscillator.durations import trough_map as trough_map
 from roughslip.oscillator.equation import Oscillator as Oscillator
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw as CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw as StribeckLaw
@@ -42,3 +40,7 @@ from roughslip.oscillator.survival import Spells as Spells
 from roughslip.oscillator.survival import damping_band as damping_band
 from roughslip.oscillator.survival import mean_lifetime as mean_lifetime
 from roughslip.oscillator.survival import spells as spells
+from roughslip.oscillator.trough_chain import TroughMap as TroughMap
+from roughslip.oscillator.trough_chain import residence_by_theory as residence_by_theory
+from roughslip.oscillator.trough_chain import rice_rate as rice_rate
+from roughslip.oscillator.trough_chain import trough_map as trough_map

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Protocol
@@ -15,6 +15,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.motion import FrictionPath, Motion, MotionOptions, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales
+from roughslip.validation import gate
 
 KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
@@ -34,6 +35,41 @@ class PathSampler(Protocol):
 
     def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
         """The path of a seed."""
+
+
+@gate
+@dataclass(frozen=True)
+class ScatteringFriction:
+    """Friction that scatters along the slipped distance.
+
+    paths : of mu_S, as `friction.path_sampler` gives them
+    correlation_length_m : [m] of mu_S
+    deviation : standard deviation of mu_S, for the theory of the states; None leaves theory out
+    autocorrelation : of mu_S at lags [m], as `FrictionProcess.autocorrelation`; by default exp(-s / L)
+    """
+
+    paths: PathSampler
+    correlation_length_m: float
+    deviation: float | None = None
+    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+@gate
+@dataclass(frozen=True)
+class Sampling:
+    """How many runs there are, how long they last, and what their friction is drawn from.
+
+    realisations : runs from either start, at least 72, which bound a probability of 5 %
+    duration_periods : natural periods of a run; None for what its time scales take, up to 400
+    seed : numbers; each run adds its own
+    """
+
+    realisations: int = 100
+    duration_periods: float | None = None
+    seed: Sequence[int] = (0,)
+
+
+DEFAULT_SAMPLING = Sampling()
 
 
 @dataclass(frozen=True)
@@ -65,42 +101,36 @@ class Curve:
 class Runs:
     """Runs on the same friction paths, each looked at at a time of its own in the second half.
 
-    count : n
-    length_m : [m] correlation length of the friction
-    duration_periods : of a run after its first departure; None for what its time scales take
-    seed : numbers; the path of run i has the seed (*seed, i)
+    The path of run i has the seed (*sampling.seed, i).
     """
 
     own: Oscillator
     law: FrictionLaw
-    paths: PathSampler
-    length_m: float
+    friction: ScatteringFriction
     options: MotionOptions
-    count: int
-    duration_periods: float | None
-    seed: Sequence[int]
+    sampling: Sampling
     kept: dict[int, KeptPath] = field(default_factory=dict)
 
     def path(self, number: int) -> KeptPath:
         """The friction path of a run."""
         if number not in self.kept:
             nodes = KEPT_NODES if number < KEPT_PATHS else 0
-            self.kept[number] = KeptPath(self.paths.realisation([*self.seed, number]), nodes)
+            self.kept[number] = KeptPath(self.friction.paths.realisation([*self.sampling.seed, number]), nodes)
         return self.kept[number]
 
     def scales(self, belt: Oscillator) -> dict[str, float]:
         """Natural periods that a run has to last, by each of its time scales."""
-        return time_scales(belt, self.law, self.length_m)
+        return time_scales(belt, self.law, self.friction.correlation_length_m)
 
     def periods(self, belt: Oscillator) -> float:
         """Natural periods of a run after its first departure."""
-        given = self.duration_periods
+        given = self.sampling.duration_periods
         return min(max(self.scales(belt).values()), LONGEST_RUN) if given is None else float(given)
 
     def one(self, belt: Oscillator, number: int, periods: float, from_sliding: bool) -> Run:
         """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
-        time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
-        path, spacing = self.path(number), self.paths.spacing
+        time = 0.5 * periods * (1.0 + (number + 0.5) / self.sampling.realisations)
+        path, spacing = self.path(number), self.friction.paths.spacing
         motion, first, states = run_until_known(belt, self.law, path, spacing, time, self.options, from_sliding)
         return Run(motion, first, states, states.is_stick_slip(first + time))
 
@@ -113,7 +143,7 @@ class Runs:
     def drawn(self, path: FrictionPath, periods: float) -> Trajectory:
         """The motion of the own oscillator from rest, sampled as finely as so long a run allows."""
         options = replace(self.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
-        return trajectory(self.own, self.law, path, self.paths.spacing, periods, options)
+        return trajectory(self.own, self.law, path, self.friction.paths.spacing, periods, options)
 
     def cycles_of(self, number: int, run: Run) -> np.ndarray:
         """The whole cycles of a run of the own oscillator, as `whole_cycles` gives them."""

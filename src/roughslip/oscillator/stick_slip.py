@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_runs import Curve, PathSampler, Runs
+from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Sampling, ScatteringFriction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
@@ -24,7 +24,7 @@ from roughslip.oscillator.durations import Residence, residence
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
-from roughslip.oscillator.survival import Spells, mean_lifetime, spells
+from roughslip.oscillator.trough_chain import theory_or_nan
 from roughslip.probability.bracket import range_end
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.level_search import LevelSearch
@@ -119,8 +119,8 @@ class Answer:
     starts_differ : whether these differ by more than chance
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
-    stick_slip_lifetime, sliding_lifetime : natural periods
-    residence : mean durations of the states and the share of time, from all runs
+    residence : durations of the states, their rates and the share of time, from all runs
+    residence_by_theory : the same by `trough_chain`; None without `deviation` of the friction
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     limits : by names of `changed.PARAMETERS`
@@ -138,9 +138,8 @@ class Answer:
     starts_differ: bool
     decided: bool
     needs: Needed
-    stick_slip_lifetime: Quantity
-    sliding_lifetime: Quantity
     residence: Residence
+    residence_by_theory: Residence | None
     amplitude: Quantity
     amplitude_scatter: Quantity
     frequency: Quantity
@@ -157,55 +156,44 @@ class Answer:
 def answer(
     oscillator: Oscillator,
     law: FrictionLaw,
-    paths: PathSampler,
-    correlation_length_m: float,
+    friction: ScatteringFriction,
     options: MotionOptions = DEFAULTS,
-    realisations: int = 100,
-    duration_periods: float | None = None,
-    seed: Sequence[int] = (0,),
+    sampling: Sampling = DEFAULT_SAMPLING,
     parameters: Sequence[str] = tuple(PARAMETERS),
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Answer:
     """Whether the mass stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
-    paths : friction paths, as `friction.path_sampler` gives them
-    correlation_length_m : [m] of the friction
-    realisations : runs from either start, at least 72, which bound a probability of 5 %
-    duration_periods : natural periods of a run; None for what its time scales take, up to 400
-    seed : numbers; each run adds its own
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
     progress : is told how many parameters are done, of how many
 
     Raises IllPosedError where the question has no answer, and as `simulate`.
     """
     _check_has_answer(oscillator, law)
-    runs = Runs(oscillator, law, paths, correlation_length_m, options, realisations, duration_periods, seed)
+    runs, seed, count = Runs(oscillator, law, friction, options, sampling), sampling.seed, sampling.realisations
     periods = runs.periods(oscillator)
     of = {
-        name: [runs.one(oscillator, number, periods, from_sliding) for number in range(realisations)]
+        name: [runs.one(oscillator, number, periods, from_sliding) for number in range(count)]
         for name, from_sliding in STARTS.items()
     }
     cycles = {name: np.array([one.cycles for one in found], dtype=bool) for name, found in of.items()}
     at_start = cycles["from_rest"]
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     cycle = cycle_statistics(drawn, oscillator.natural_frequency_rad_per_s, np.random.default_rng([*seed]))
-    limits, trials = {}, 2 * realisations
+    limits, trials = {}, 2 * count
     for done, name in enumerate(parameters, start=1):
         limits[name], more = limits_of(name, runs, at_start)
         trials += more
         progress(done, len(parameters))
     share = float(np.mean(at_start))
     return Answer(
-        runs=realisations,
+        runs=count,
         periods=Quantity(periods, None, "1"),
         probability=probability(at_start),
         probability_from_sliding=probability(cycles["from_sliding"]),
         **memory_of_the_start(runs, periods, cycles),
-        stick_slip_lifetime=lifetime([spells(one.states)[0] for one in of["from_rest"]]),
-        sliding_lifetime=lifetime([spells(one.states)[1] for one in of["from_sliding"]]),
-        residence=in_the_long_run(
-            residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1]))
-        ),
+        residence=residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
+        residence_by_theory=_theory(oscillator, law, friction, options),
         **cycle,
         limits=limits,
         smallest_change=smallest_change(limits, share > 0.5),
@@ -228,6 +216,15 @@ def _check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
         slip_loop(belt, law)
     except ConvergenceError as error:
         raise IllPosedError(str(error)) from error
+
+
+def _theory(
+    belt: Oscillator, law: FrictionLaw, friction: ScatteringFriction, options: MotionOptions
+) -> Residence | None:
+    if friction.deviation is None:
+        return None
+    of_friction = friction.deviation, friction.correlation_length_m, friction.autocorrelation
+    return theory_or_nan(belt, law, *of_friction, options)
 
 
 def leaves_known_speeds(belt: Oscillator, law: FrictionLaw) -> bool:
@@ -276,7 +273,9 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":
         ends["above"] = max(ends["above"], MOST_DAMPING)
-    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start)
+    cycle_ends = {side: without_scatter(runs, name, start, end) for side, end in ends.items()}
+    hints = [value for value in cycle_ends.values() if value is not None]
+    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start, hints)
     sides: dict[str, dict[str, Quantity | None]] = {side: {} for side in SIDES}
     for side, upwards in SIDES.items():
         for label, level in LEVELS.items():
@@ -287,7 +286,7 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
             word = "falls below" if search.count(start) > level * search.paths else "rises above"
             outside = leaves_known_speeds(changed_oscillator(runs.own, {name: crossing.value}), runs.law)
             sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
-        sides[side]["without_scatter"] = Quantity(without_scatter(runs, name, start, ends[side]), None, unit)
+        sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
     return Limits(
         own, None, unit, parameter.title, **sides, searched=Quantity(None, search.searched, unit)
     ), search.trials
@@ -337,33 +336,6 @@ def deciding(belt: Oscillator, law: FrictionLaw, share: float, damping: Limits |
     if by == "mean curve" and width is not None and width > CLEAR:
         by = "both"
     return Decision(by, exists, *(Quantity(value, None, "1") for value in (limit, hopf, width)))
-
-
-def in_the_long_run(found: Residence) -> Residence:
-    """With the share of stick-slip that follows from the mean durations, as half of the runs begin in either state.
-
-    Its interval ends where both durations do. Unknown, NaN, where neither state was seen to end.
-    """
-    (stuck, *ends), (slid, *others) = found.stick_slip, found.sliding
-    pairs = ((stuck, slid), (ends[0], others[1]), (ends[1], others[0]))
-    return replace(found, share=np.array([_part(*pair) for pair in pairs]))
-
-
-def _part(one: float, other: float) -> float:
-    """one / (one + other); NaN where both are infinite or unknown."""
-    if math.isinf(one) != math.isinf(other):
-        return float(math.isinf(one))
-    return one / (one + other) if math.isfinite(one + other) else math.nan
-
-
-def lifetime(parts: Sequence[Spells]) -> Quantity:
-    """Mean lifetime of a state in natural periods, with its lower bound, from the spells of all runs."""
-    all_spells = Spells(np.concatenate([one.duration for one in parts]), np.concatenate([one.ended for one in parts]))
-    try:
-        value, low, high = (None if np.isinf(one) else float(one) for one in mean_lifetime(all_spells))
-    except IllPosedError:  # no run showed it
-        return Quantity(None, None, "1")
-    return Quantity(value, (low, high), "1")
 
 
 def memory_of_the_start(runs: Runs, periods: float, cycles: Mapping[str, np.ndarray]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ a 95 % interval. Where every path changes once, its ends are order statistics of
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,7 @@ ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level
 COARSE = 0.02  # and where the values on both sides of it lie within its interval
 END_ACCURACY = 0.5  # of the step that holds an end of the interval, as a share of its distance from the value
 STEPS = 8  # from the start to either end of the search; a probability that crosses a level twice between is missed
+LADDER = 0.49, 4.0, 32.0  # distances of values that are tried from a hint, in units of ACCURACY
 PROBES = 12  # paths that look for the step with a crossing
 Occurs = Callable[[float, range], np.ndarray]
 
@@ -55,9 +56,18 @@ class LevelSearch:
     start : of the search, positive
     low, high : its ends
     at_start : (n,) whether the event occurs there
+    hints : values near which the probability may change fast
     """
 
-    def __init__(self, occurs: Occurs, start: float, low: float, high: float, at_start: np.ndarray) -> None:
+    def __init__(
+        self,
+        occurs: Occurs,
+        start: float,
+        low: float,
+        high: float,
+        at_start: np.ndarray,
+        hints: Sequence[float] = (),
+    ) -> None:
         if not 0.0 < low < start < high < math.inf:
             raise ParameterError(f"a search goes from a positive start outwards, not from {start} to {low} and {high}")
         self._occurs, self.paths = occurs, len(at_start)
@@ -65,6 +75,8 @@ class LevelSearch:
         self._grid = [*map(float, down[::-1]), start, *map(float, up)]
         self._seen = {start: at_start}
         self._ends = [0, len(self._grid) - 1]
+        steps = [side * step * ACCURACY for step in LADDER for side in (-1.0, 1.0)]
+        self._hints = [hint * math.exp(step) for step in steps for hint in hints]
         self.trials = 0
 
     @property
@@ -164,13 +176,15 @@ class LevelSearch:
     def _narrowed(self, threshold: float, a: float, b: float) -> tuple[float, float]:
         """Two values nearer to each other, on the same sides of the threshold as a and b.
 
-        Values tried before serve first. A new one lies beyond the interpolated crossing, in the longer part.
+        Values tried before serve first, then those about hints, the nearest first. Else a new one lies beyond the
+        interpolated crossing, in the longer part.
         """
         side, before = self.count(a) > threshold, a
         tried = [value for value, seen in self._seen.items() if seen.size == self.paths]
         between = sorted((value for value in tried if min(a, b) < value < max(a, b)), reverse=b < a)
         if not between:
-            between = [self._between(threshold, a, b, beyond=0.1)]
+            hints = (value for value in self._hints if min(a, b) < value < max(a, b))
+            between = [next(hints, None) or self._between(threshold, a, b, beyond=0.1)]
         for value in between:
             if (self.count(value) > threshold) != side:
                 return before, value

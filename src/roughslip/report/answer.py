@@ -22,6 +22,7 @@ SIDES = ("below", "above")
 LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
 OUTSIDE = " (not identified: outside the measured speeds)"
 WORDS = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
+STATES = {"stick-slip": "stick_slip", "steady sliding": "sliding"}
 SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs
 
 
@@ -126,13 +127,9 @@ def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
         longer = time or "no damping ends its transients"
         periods = digits(answer["periods"]["value"])
         return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
-    minimum = {
-        word: answer[name]["interval"][0]
-        for word, name in (("stick-slip", "stick_slip_lifetime"), ("steady sliding", "sliding_lifetime"))
-        if answer[name]["value"] is not None or answer[name]["interval"] is not None
-    }
-    bounds = joined([f"{word} at least {digits(round(value))}" for word, value in minimum.items()])
-    return f" The start decides, because both states live longer than a run: {bounds} natural periods in the mean."
+    least = {word: answer["states"][f"mean_{name}_s"][1] for word, name in STATES.items()}
+    bounds = joined([f"{word} at least {amount(time, 's', SURE)}" for word, time in least.items() if time is not None])
+    return f" The start decides, because both states live longer than a run: {bounds} in the mean."
 
 
 def _holds(answer: Mapping[str, Any], label: str) -> bool:

@@ -108,6 +108,13 @@ class Load(Section):
         at_most=10,
         default=None,
     )
+    pad_length_m: float | None = number(
+        "Length of the pad along the belt; not given, the pad is a square. Friction is correlated over this length",
+        "m",
+        above=0,
+        at_most=100,
+        default=None,
+    )
 
 
 SOLVED = ("mean_at_median", "least_contact_fraction")
@@ -172,6 +179,9 @@ def _load_mistakes(scene: Values) -> Iterator[Mistake]:
         if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
             least, most = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
             yield refused(area, f"an apparent area from {least} to {most}", f"load.{parts[-1]}", "strip.window_m")
+        length, longest = load.get("pad_length_m"), area / sizes[1]
+        if length is not None and length > longest:
+            yield refused(length, f"at most {longest:.3g} [m], where the pad is one window wide", "load.pad_length_m")
 
 
 def complete(load: Values) -> Values:

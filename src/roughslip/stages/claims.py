@@ -17,6 +17,7 @@ STAGE = Stage(
         "friction": "friction",
         "oscillator": "cycles",
         "readings": "belt_readings",
+        "field": "wide_field",
     },
     result="claims.json",
     target="every scene",
@@ -36,8 +37,13 @@ def work(job: Job) -> None:
     paths = {name: getattr(job.arguments, name) for name in STAGE.options}
     results = {name: store.read(path) for name, path in paths.items() if path is not None}
     friction, oscillator = results.get("friction"), results.get("oscillator")
+    of_field = {f"field_{name}": values for name, values in results.get("field", {}).items()}
     with job.usage.core():
-        judged = claims(results.get("square"), friction, oscillator and {**oscillator, **results.get("readings", {})})
+        of_windows, of_belt = (
+            friction and {**friction, **of_field},
+            oscillator and {**oscillator, **results.get("readings", {})},
+        )
+        judged = claims(results.get("square"), of_windows, of_belt)
         if friction is not None:
             strip = json.loads(friction.attributes["configuration"])["strip"]
             strips = int(friction.attributes.get("strips", strip["samples"]))  # or found from the accuracy asked

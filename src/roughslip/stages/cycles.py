@@ -51,7 +51,8 @@ def work(job: Job) -> None:
     for name in ("position", "velocity", "reattachment", "departure"):
         variable = plain.variable(name)
         variables[f"deterministic_{name}"] = variable._replace(long_name=f"{name} without scatter")
-    of_friction = ("friction_scatter", "friction_percentile", "load_response")
+    responses = [f"load_response_{kind}" for kind in ("additive", "multiplicative")]
+    of_friction = ("friction_scatter", "friction_percentile", *responses)
     variables |= {name: plain.variable(name) for name in of_friction if name in plain}
     if job.arguments.allocation is not None:
         half = float(np.max(variables["difference_high"].values - variables["difference_low"].values)) / 2

@@ -113,9 +113,11 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     statistics = mass_on_belt.of_windows(path)
     if path is not None and statistics is not None and not mass_on_belt.is_under_load(statistics):
         title = (
-            "what the same scatter moves the limit by with the autocorrelation of the load's windows, over that here"
+            "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
         )
-        variables["load_response"] = store.Variable((), load_response(scene, numbers, path), "1", title)
+        for kind in ("additive", "multiplicative"):
+            moved = load_response(scene, numbers, path, kind)
+            variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
         percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         warn_of_load(job, statistics, scatter)
@@ -126,16 +128,17 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     return variables
 
 
-def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path) -> float:
-    """What scatter moves the limit of existence by with the autocorrelation of the windows that bear the scene's force.
+def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path, kind: str) -> float:
+    """What scatter of a kind moves the limit of existence by with the autocorrelation of the pad that bears the force.
 
-    To first order, over what the same scatter moves it by with that of the scene's windows. NaN without a limit.
+    To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without
+    a limit.
     """
     result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
     windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
     try:
         own, of_load = (
-            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, count)[1] for count in (None, windows)
+            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, *how)[1] for how in ((), (windows, kind))
         )
     except (IllPosedError, ConvergenceError):
         return math.nan

@@ -72,11 +72,12 @@ def of_pads(job: Job, nominal_pa: float) -> dict[float, tuple[int, Estimates]]:
         columns = (others[f"{name}_{size}"] for name in ("pressure", "block_area", "block_force"))
         sums |= {float(pressure): (area, force) for pressure, area, force in zip(*columns, strict=True)}
     found: dict[float, tuple[int, Estimates]] = {}
+    pad = scene.oscillator.windows_in_parallel, scene.load.pad_length_m
     for pressure in sorted(sums):
         blocks = CellBlocks(*sums[pressure], *geometry.block_sizes(scene))
         draws = np.random.default_rng([scene.seed, geometry.STREAM_CELL, blocks.cells])
         weights = strip_weights(blocks.cells, REPLICATES, draws)
-        found[pressure] = blocks.cells, pad_estimates(blocks, surface, weights, scene.oscillator.windows_in_parallel)
+        found[pressure] = blocks.cells, pad_estimates(blocks, surface, weights, *pad)
     return found
 
 

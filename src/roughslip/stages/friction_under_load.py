@@ -53,7 +53,7 @@ def work(job: Job) -> None:
     )
     mean, windows = scene.load.mean_friction or scene.friction.mean_at_median, scene.oscillator.windows_in_parallel
     with job.usage.core():
-        found = pad_estimates(blocks, correlated(scene, job.arguments.scan), weights, windows)
+        found = pad_estimates(blocks, correlated(scene, job.arguments.scan), weights, windows, scene.load.pad_length_m)
         of_load = under_load(found, mean, scene.load.nominal_pressure_pa, blocks.cells)
         own = of_windows(scene, blocks, weights, float(of_load["shear_strength"].value))
     job.usage.count(windows=blocks.cells * blocks.area[0].size // blocks.window)
@@ -72,13 +72,17 @@ def work(job: Job) -> None:
         variables |= store.with_interval(name, extra.get(name, ()), ends, unit, OF_WINDOWS[name])
     if float(contact["plasticity_index"]) <= ELASTIC and scene.roughness.marginal is None and not job.arguments.scan:
         variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", BY_LAW)
-    store.write(job.arguments.output, variables | correlation_variables(scene, job.arguments.scan), job.key)
+    store.write(
+        job.arguments.output,
+        variables | correlation_variables(scene, job.arguments.scan, scene.load.pad_length_m),
+        job.key,
+    )
 
 
 def by_law(scene: Scene) -> float:
     """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
     strip, load = scene.strip, scene.load
-    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m)
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
     modulus = elastic.material(scene).plane_strain_modulus_pa
     return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
 

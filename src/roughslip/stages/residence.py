@@ -7,11 +7,12 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
-from roughslip.oscillator.durations import residence, theory_or_nan
+from roughslip.oscillator.durations import residence
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.oscillator.survival import damping_band
+from roughslip.oscillator.trough_chain import theory_or_nan
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.runtime import skip_reasons
@@ -31,7 +32,7 @@ REACH = 4.0  # standard deviations of the limit about it, in which stick-slip li
 TITLES = {
     "stick_slip": "mean duration of stick-slip in natural periods, NaN where none ended",
     "sliding": "mean duration of steady sliding in natural periods, NaN where none ended",
-    "share": "share of stick-slip in the time",
+    "share": "share of stick-slip in the time, in the long run",
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from roughslip.friction.penetration import between
 from roughslip.verdicts.centre_pressure import shown
-from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
+from roughslip.verdicts.finding import NO_FIELD, Arrays, Finding, Interval, inside, judged_inside, number
 from roughslip.verdicts.reading import VISIBLE, Reading, Statement
 from roughslip.verdicts.turning import SHARE, UNITLESS, Unit
 
@@ -132,8 +132,12 @@ def _runs_at_the_end(oscillator: Arrays) -> Finding | str:
     return judged_inside(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
-def _under_load(both: Arrays) -> Finding | str:
-    """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows."""
+def _under_load(both: Arrays, kinds: tuple[str, ...], field: bool = False) -> Finding | str:
+    """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows.
+
+    kinds : of scatter, additive or multiplicative; the interval holds all of them
+    field : whether the scatter of the pad is that of periodic cells
+    """
     limit, damping = _limit(both), both["damping_ratio"]
     if not np.isfinite(limit):
         return NO_LIMIT
@@ -145,11 +149,17 @@ def _under_load(both: Arrays) -> Finding | str:
     percentile, scatter = float(both["friction_percentile"]), float(both["friction_scatter"])
     if percentile < both["percentile"][0]:
         return OF_LOAD
+    if field and "field_load_std" not in both:
+        return NO_FIELD
     names = ("load_windows", "load_std", "load_std_low", "load_std_high")
     windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
-    low, high, response = last / limit - 1.0, float(beyond[0]) / limit - 1.0, float(both["load_response"])
-    ends = np.array([(low + high) / 2.0, low, high])
-    ours, *interval = (ends * response * std / scatter).tolist()
+    if field:
+        std = [float(both[f"field_load_std{end}"]) for end in ("", "_low", "_high")]
+    low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
+    responses = [float(both[f"load_response_{kind}"]) for kind in kinds]
+    response = float(np.mean(responses))
+    ends = np.array([(low + high) / 2.0 * response, low * min(responses), high * max(responses)])
+    ours, *interval = (ends * std / scatter).tolist()
     note = (
         f"share of the limit {limit:.4f}; at percentile {percentile:g} {windows:.4g} windows bear the force, and their "
         f"friction scatters by {std[0]:.2g}, over a length at which scatter moves the limit {response:.2g} times as "
@@ -343,6 +353,11 @@ STATEMENTS = (
     ),
 )
 
+ON_THE_PAD = (
+    f"the range ends between the last damping of the list where the interval of that share lies above {CAN_CYCLE} and "
+    "the next where it lies below. To first order it is in proportion to the scatter of friction, times a response to "
+    f"its autocorrelation. Scaled to the windows that bear the force, its interval lies above {SEEN_RANGE} of the limit"
+)
 OWN = (
     Statement(
         "own-fig5-under-load",
@@ -353,12 +368,25 @@ OWN = (
                 "runs-at-the-end",
                 "range by the share of runs with a cycle in the closing periods, scaled to the windows of the force",
                 "section 5: a normal force of 2.5 kN, on windows of 25 µm x 600 µm",
-                "the range ends between the last damping of the list where the interval of that share lies above "
-                f"{CAN_CYCLE} and the next where it lies below. To first order it is in proportion to the scatter of "
-                f"friction, times a response to its autocorrelation. Scaled to the windows that bear the force, its "
-                f"interval lies above {SEEN_RANGE} of the limit",
-                _under_load,
-                natural="the only one tried",
+                ON_THE_PAD,
+                partial(_under_load, kinds=("additive",)),
+                natural="section 5 adds the stochastic part: μ = μ_D + μ_S",
+                unit=SHARE,
+            ),
+            Reading(
+                "multiplicative-scatter",
+                "the same with scatter that multiplies the friction coefficient",
+                "section 4: the friction coefficient is shear strength times area over force, and the area scatters",
+                ON_THE_PAD,
+                partial(_under_load, kinds=("multiplicative",)),
+                unit=SHARE,
+            ),
+            Reading(
+                "wide-field",
+                "the same with the scatter of a pad of periodic cells, and either kind of scatter",
+                "section 5: a normal force of 2.5 kN; the windows that bear it lie in one contact",
+                f"{ON_THE_PAD}. The interval holds both kinds of scatter",
+                partial(_under_load, kinds=("additive", "multiplicative"), field=True),
                 unit=SHARE,
             ),
         ),

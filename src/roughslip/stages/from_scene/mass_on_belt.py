@@ -203,23 +203,30 @@ def law(scene: Scene, numbers: FrictionNumbers) -> FrictionLaw:
     return numbers.curve or LAWS[scene.oscillator.law].from_scene(scene.oscillator, numbers.mean)
 
 
-def unit_of_scatter(scene: Scene, numbers: FrictionNumbers) -> float:
-    """What mu_S is measured in: the mean friction coefficient where it multiplies, else 1."""
-    return numbers.mean if scene.friction.scatter == "multiplicative" else 1.0
+def unit_of_scatter(scene: Scene, numbers: FrictionNumbers, kind: str | None = None) -> float:
+    """What mu_S is measured in: the mean friction coefficient where it multiplies, else 1. kind : not the scene's"""
+    return numbers.mean if (kind or scene.friction.scatter) == "multiplicative" else 1.0
 
 
 def response_of_limit(
-    scene: Scene, belt: Oscillator, numbers: FrictionNumbers, statistics: Path | None, windows: float | None = None
+    scene: Scene,
+    belt: Oscillator,
+    numbers: FrictionNumbers,
+    statistics: Path | None,
+    windows: float | None = None,
+    kind: str | None = None,
 ) -> tuple[GrazingResponse, float]:
     """The response of the limit of existence, and the scatter of the limit over that of the friction coefficient.
 
-    windows : in place of the scene's number. Raises as `grazing_response` does.
+    windows, kind : in place of the scene's number, and of its scatter, additive or multiplicative
+
+    Raises as `grazing_response` does.
     """
-    section = scene.oscillator
-    response = grazing_response(belt, law(scene, numbers), section.stochastic_static_limit, scene.friction.scatter)
+    section, scatter_is = scene.oscillator, kind or scene.friction.scatter
+    response = grazing_response(belt, law(scene, numbers), section.stochastic_static_limit, scatter_is)
     length, shape = correlation(scene, numbers, statistics, windows)
     scatter = response.scatter(partial(autocorrelation_at, length_m=length, shape=shape))
-    return response, scatter / unit_of_scatter(scene, numbers)
+    return response, scatter / unit_of_scatter(scene, numbers, kind)
 
 
 def motion_options(scene: Scene) -> MotionOptions:

@@ -103,10 +103,10 @@ def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray
     return solved[name][level].rows * best[name][full].rows / solved[name][full].rows
 
 
-def correlation_variables(scene: Scene, scan: Path | None) -> dict[str, store.Variable]:
+def correlation_variables(scene: Scene, scan: Path | None, length_m: float | None = None) -> dict[str, store.Variable]:
     """What with `pad_parts` gives the autocorrelation of the friction of a pad over the slipped distance."""
     strip, surface = scene.strip, correlated(scene, scan)
-    pads = [pad_edges(count, strip.window_m, strip.width_m) for count in WINDOWS]
+    pads = [pad_edges(count, strip.window_m, strip.width_m, length_m) for count in WINDOWS]
     lags = np.array([np.linspace(0.0, length + BEYOND * surface.lengths_m[0], LAGS) for length, _ in pads])
     sizes = strip.window_spacing_m, strip.width_m
     means = np.array([pad_means(surface, *sizes, pad, row) for pad, row in zip(pads, lags, strict=True)])

@@ -117,6 +117,7 @@ def test_a_curve_without_such_a_law_is_a_spline():
     assert np.max(np.abs(found.curve.friction - truth) / (high - low)) < 1.0
 
 
+@pytest.mark.slow
 def test_a_short_record_cannot_tell_the_scatter():
     """20 correlation lengths."""
     found, _ = fitted(0, 20.0)
@@ -139,6 +140,7 @@ def test_few_samples_are_refused():
         fit_record(few)
 
 
+@pytest.mark.slow
 def test_drawn_curves_scatter_as_the_interval_says():
     curve = fitted(0, 20.0)[0].curve
     generator = np.random.default_rng(1)

@@ -126,6 +126,15 @@ def test_a_short_record_cannot_tell_the_scatter():
 
 
 @pytest.mark.slow
+def test_a_period_is_found_without_its_length():
+    """A wave as large as the scatter; wavelengths are tried in steps of half a period in the record, of 7.3."""
+    found = fit_record(record(2, 400.0, wobble=0.02))
+    assert found.period < 1e-3
+    assert found.period_m == pytest.approx(around(400.0), rel=0.5 / 7.3)
+    assert np.isnan(fit_record(record(2, 400.0, wobble=0.0)).period_m)
+
+
+@pytest.mark.slow
 def test_ramps_too_fast_to_be_steady_are_recognised():
     """Friction that follows speed 1 s late, on ramps of 7.5 s."""
     found, _ = fitted(3, 400.0, lag=1.0)

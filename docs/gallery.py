@@ -56,13 +56,13 @@ def _surface_skewed(found: dict[str, Any]) -> None:
 
 
 def _friction_windows(found: dict[str, Any]) -> None:
-    plot.friction_path(found["found"].mean.value + found["path"][:800], 2.5e-5, panel("a friction path"))
+    plot.friction_path(found["mu"][0], 3e-5, panel("friction along a strip"))
 
 
 def _expansion_sobol(found: dict[str, Any]) -> None:
-    axes, modes = panel("total indices", xlabel="mode", ylabel="index"), np.arange(1, 7)
-    axes.bar(modes - 0.2, found["total"], 0.4, label="expansion")
-    axes.bar(modes + 0.2, found["brute"], 0.4, label="brute force")
+    axes, inputs = panel("first indices", xlabel="mass, frequency, load", ylabel="index"), np.arange(1, 4)
+    axes.bar(inputs - 0.2, found["first"], 0.4, label="expansion")
+    axes.bar(inputs + 0.2, found["exact"], 0.4, label="exact")
     axes.legend()
 
 

@@ -117,11 +117,21 @@ def test_a_curve_without_such_a_law_is_a_spline():
     assert np.max(np.abs(found.curve.friction - truth) / (high - low)) < 1.0
 
 
+@pytest.mark.slow
 def test_a_short_record_cannot_tell_the_scatter():
     """20 correlation lengths."""
     found, _ = fitted(0, 20.0)
     assert not found.additive.identified
     assert "cannot tell" in found.notes[-1]
+
+
+@pytest.mark.slow
+def test_a_period_is_found_without_its_length():
+    """A wave as large as the scatter; wavelengths are tried in steps of half a period in the record, of 7.3."""
+    found = fit_record(record(2, 400.0, wobble=0.02))
+    assert found.period < 1e-3
+    assert found.period_m == pytest.approx(around(400.0), rel=0.5 / 7.3)
+    assert np.isnan(fit_record(record(2, 400.0, wobble=0.0)).period_m)
 
 
 @pytest.mark.slow
@@ -139,6 +149,7 @@ def test_few_samples_are_refused():
         fit_record(few)
 
 
+@pytest.mark.slow
 def test_drawn_curves_scatter_as_the_interval_says():
     curve = fitted(0, 20.0)[0].curve
     generator = np.random.default_rng(1)

@@ -1,12 +1,17 @@
 """Friction in slip by the balance of forces, and what is left out where the rig is not known."""
 
+import runpy
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from roughslip import IllPosedError
-from roughslip.record.reading import Trace
+from roughslip.record.fit import fit_record
+from roughslip.record.reading import Trace, read_record
 from roughslip.record.sliding import Rig, sliding
 
+RECORDS = Path(__file__).parents[2] / "config" / "records"
 RIG = Rig(2.0, 800.0, 8.0)
 LOAD, DT = 20.0, 1.0 / 400.0
 
@@ -65,3 +70,22 @@ def test_a_specimen_that_never_slides_has_no_friction():
     place = np.arange(n) * DT * 0.1
     with pytest.raises(IllPosedError, match="no sample of the record is in steady sliding"):
         sliding([Trace(np.arange(n) * DT, np.full(n, 0.1), np.full(n, 0.3), None, place)])
+
+
+@pytest.mark.slow
+def test_the_shipped_record_is_what_its_script_makes_and_holds_its_truth():
+    """A third of it is stick. Curve, standard deviation 0.015 and length 5 mm lie within four standard errors."""
+    made = runpy.run_path(str(RECORDS / "tribometer.py"))
+    (shipped,) = read_record(RECORDS / "tribometer.csv")
+    again = made["record"]()
+    assert shipped.friction == pytest.approx(again[:, 2] / again[:, 3], abs=1e-4)  # of three digits of a newton
+    assert shipped.speed == pytest.approx(again[:, 1], abs=1e-5)
+    samples = sliding([shipped], Rig(made["MASS"], made["STIFFNESS"], made["DAMPING"])).samples
+    found = fit_record(samples, 2.0 * np.pi * made["RADIUS"])
+    low, high = found.curve.interval()
+    away = np.abs(found.curve.friction - made["mu"](found.curve.speeds_m_per_s)) / (high - low)
+    assert np.max(away) < 1.0
+    errors = np.sqrt(np.diag(found.additive.log_covariance))
+    values = np.array([found.additive.standard_deviation, found.additive.correlation_length_m])
+    assert np.all(np.abs(np.log(values / [made["DEVIATION"], made["LENGTH"]])) < 4.0 * errors)
+    assert found.kind != "multiplicative"

@@ -13,7 +13,7 @@ from roughslip.probability import beta_moments
 from roughslip.record.synthetic import scatter_at
 from roughslip.scene.types import scene_of
 from roughslip.stages import record
-from roughslip.stages.from_scene import mass_on_belt, measured_friction
+from roughslip.stages.from_scene import mass_on_belt, measured_friction, variation
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
@@ -55,6 +55,14 @@ def test_the_law_of_the_oscillator_is_the_measured_curve(recorded):
     assert law.fastest_known == pytest.approx(2e-3, rel=0.02)
     assert law.slowest_known == pytest.approx(2e-3 * np.exp(-3.0), rel=0.02)
     assert law.static == max(OSCILLATOR["static_friction"], curve.friction[0])
+
+
+def test_a_mean_that_is_varied_takes_the_curve_with_it(recorded):
+    scene, output = scene_of(recorded[0] | {"ensemble": {}}), recorded[1]
+    numbers = mass_on_belt.friction_numbers(scene, output)
+    more = variation.changed(scene, numbers, {"mean_friction": 1.2 * numbers.mean})
+    speeds = np.array([1e-4, 5e-4, 2e-3])
+    assert more.law.mu(speeds) == pytest.approx(1.2 * mass_on_belt.law(scene, numbers).mu(speeds), rel=1e-12)
 
 
 def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):

@@ -32,7 +32,7 @@ STAGE = Stage(
     optional={"scan": "scan"},
     result="friction/wide_field.nc",
     target="readings",
-    runs_if="not friction.statistics and not load",
+    runs_if="not friction.statistics and not friction.record and not load",
     memory_mb=900,
 )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -184,6 +184,11 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
     def slowest_known(self) -> float:
         """The slowest speed of the measurement [m/s]."""
         return self.measured_from_m_per_s
+
+    def times(self, factor: float) -> TableLaw:
+        """The law of friction that is this factor larger at every speed."""
+        values = tuple(factor * value for value in self.values)
+        return replace(self, values=values, static=factor * self.static)
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> TableLaw:

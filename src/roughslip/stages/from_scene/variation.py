@@ -100,6 +100,7 @@ def changed(scene: Scene, numbers: FrictionNumbers, values: Mapping[str, float])
         mean=mean,
         standard_deviation=numbers.standard_deviation * (mean / numbers.mean),
         correlation_length_m=values.get("correlation_length", numbers.correlation_length_m),
+        curve=numbers.curve and numbers.curve.times(mean / numbers.mean),
     )
     windows = max(round(values.get("windows", own.windows)), 1)
     law = mass_on_belt.law(scene, friction) if "mean_friction" in values else own.law

@@ -1,12 +1,12 @@
 """Random rough surfaces.
 
-    surface = gaussian_model(covariance_of("gaussian", 1e-6, 2e-5), lengths_m=(2e-5, 2e-5))
+    surface = gaussian_model(covariance_of("gaussian", 1e-6, 2e-5))
     heights = surface.heights(surface.sampler(grid)(np.random.default_rng(1)))
 
 - covariance_of, self_affine, MODELS: covariance models; a scan's table by measured_model
 - gaussian_model, fractal_on with FractalModel: surfaces to draw on any mesh, with heights of any distribution
 - embed, karhunen_loeve, representation: exact samples, modes, and which of both to take
-- plane_height: where a rigid plane stands
+- plane_height: where a rigid plane stands; rms_slope, rms_curvature: of a covariance, or between nodes
 
 `__init__.pyi` lists all public names and their modules.
 """

@@ -185,6 +185,7 @@ class TableLaw(SceneLaw, name="table", parameters=TableParameters):
         """The slowest speed of the measurement [m/s]."""
         return self.measured_from_m_per_s
 
+    @gate
     def times(self, factor: float) -> TableLaw:
         """The law of friction that is this factor larger at every speed."""
         values = tuple(factor * value for value in self.values)

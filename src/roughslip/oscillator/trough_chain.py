@@ -32,7 +32,7 @@ L being the correlation length. It acts against damping, and is part of the map 
 where nothing has displaced the mass yet. Skewness of friction and correlation over more than two loops are left out.
 On the study's belt with nearly Gaussian friction the mean sliding agrees with long runs within a tenth where it is
 short, and within a factor of two where it is hundreds of natural periods. The mean stick-slip agrees with them within a
-factor of 1.5, and with splitting within one of 2 from 1e4 to 1e6 natural periods.
+factor of 1.5, and with splitting within one of 3 from 1e4 to 1e6 natural periods.
 """
 
 from __future__ import annotations

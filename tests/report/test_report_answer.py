@@ -1,6 +1,7 @@
 """The answer in words: digits that the interval justifies, both sides of a limit, and what could not be found."""
 
 import copy
+import json
 import re
 from itertools import pairwise
 
@@ -8,7 +9,7 @@ import pytest
 
 from roughslip.report.answer import digits, regions, shown, summary
 from roughslip.report.budget import summary as of_budget
-from roughslip.report.machine import change_rows, factor, facts, on_the_map, plots, verdict
+from roughslip.report.machine import change_rows, factor, facts, friction_curve, on_the_map, plots, verdict
 from tests.report.test_report import parsed, scene
 
 
@@ -241,6 +242,11 @@ OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction
 
 def machine_scene(answer=MACHINE, **changes):
     return scene(answer=answer | {"summary": summary(answer)}, configuration=OSCILLATOR, **changes)
+
+
+def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
+    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": "trace.csv"}}}
+    assert friction_curve(of_record) == "The curve is that of the record trace.csv."
 
 
 def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():

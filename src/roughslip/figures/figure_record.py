@@ -34,6 +34,7 @@ def figure_record(result: Arrays) -> Figure:
     figure, grid = panels(3, 2, 4.3)
     time, friction, explained = (result[f"sample_{name}"] for name in ("time", "friction", "explained"))
     speed, kind, form = result["sample_speed"], str(result["kind"][0]), str(result["curve_form"][0])
+    kind = "additive or multiplicative" if kind == "cannot tell" else kind
     axes = grid.ravel()
     axes[0].plot(time, friction, color=RECORD, lw=0.5, label="measured")
     axes[0].plot(time, explained, color=CURVE, lw=1.2, label="curve, drift and period")
@@ -57,7 +58,7 @@ def figure_record(result: Arrays) -> Figure:
         panel.set_ylim(axes[0].get_ylim())
     for panel in (axes[0], axes[1], axes[3]):
         legend_above(panel)
-    heads(axes, "the record", "mean curve", "residuals", f"scatter: {kind}", "a synthetic record", "another one")
+    heads(axes, "the record", "mean curve", "residuals", f"scatter, {kind}", "a synthetic record", "another one")
     notes = f"Left open: {'; '.join(map(str, result['note']))}"
     figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     despine(*axes)

@@ -122,10 +122,10 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
 
 def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
     mean, deviation = (answer[f"friction_{name}"]["value"] for name in ("mean", "deviation"))
-    note = f"one contact window scatters by {digits(100 * deviation / mean, SURE)} %"
+    note = f"scatters by {digits(100 * deviation / mean, SURE)} %"
     if (windows := answer["windows"]["value"]) > 1:
         pad = answer["friction_pad_deviation"]["value"]
-        note = f"scatters by {digits(100 * pad / mean, SURE)} %; {note}, of {windows:.0f}"
+        note = f"scatters by {digits(100 * pad / mean, SURE)} %; one contact window {note}, of {windows:.0f}"
     return digits(mean), note
 
 
@@ -182,8 +182,11 @@ def plots(motion: Mapping[str, Any]) -> dict[str, Plot]:
     return drawn
 
 
-def friction_curve(oscillator: Mapping[str, Any]) -> str:
-    """The friction curve of a scene in a sentence. oscillator : its section"""
+def friction_curve(scene: Mapping[str, Any]) -> str:
+    """The friction curve of a scene in a sentence."""
+    oscillator, record = scene["oscillator"], (scene.get("friction") or {}).get("record")
+    if record:
+        return f"The curve is that of the record {record['file']}."
     static = f"{digits(oscillator['static_friction'])} at rest"
     if oscillator["law"] == "table":
         speed, last = oscillator["friction_table"][-1]

@@ -33,7 +33,7 @@ from roughslip.report.sections import (
     under_which,
 )
 
-OPEN = ("figure_map", "friction_against_load")  # figures that are not folded away on the page of a machine
+OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -182,7 +182,7 @@ def environment() -> Environment:
         "bars": bars,
         "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
         "change_rows": change_rows,
-        "curve": lambda scene: friction_curve(json.loads(scene.configuration)["oscillator"]),
+        "curve": lambda scene: friction_curve(json.loads(scene.configuration)),
         "decision": decision,
         "facts": facts,
         "on_the_map": on_the_map,

@@ -254,8 +254,7 @@ class _Iteration:
         stencil = self.stencil
         kernels.stencil_product(stencil, self.misfit, self.free, self.padded, self.descent)
         if self.problem.pressure_sum is not None:
-            unit = self.free.astype(np.float64)
-            kernels.stencil_product(stencil, unit, self.free, self.padded, self.uniform_descent)
+            kernels.stencil_product(stencil, self.free, self.free, self.padded, self.uniform_descent)
             kernels.balance(self.descent, self.uniform_descent)
 
     def choose_direction(self) -> None:

@@ -228,22 +228,27 @@ def shift_to_sum(
 
     everywhere : whether all nodes are shifted, or only the free nodes with positive p + length d
 
-    Method: the sum is piecewise linear in the shift and never falls, so Newton's method is used, within a bracket.
+    Method: the sum is piecewise linear in the shift and never falls, so Newton's method is used, within a bracket. The
+    trials that are shifted are gathered once.
     """
-    nx, ny = pressure.shape
+    p, d, is_free = pressure.reshape(-1), direction.reshape(-1), free.reshape(-1)
+    trials, shifted = np.empty(p.size), 0
+    others, top, bottom = 0.0, -np.inf, np.inf
+    for k in range(p.size):
+        trial = p[k] + length * d[k]
+        if everywhere | (is_free[k] & (trial > 0)):
+            trials[shifted] = trial
+            shifted += 1
+            top, bottom = max(top, trial), min(bottom, trial)
+        else:
+            others += min(max(trial, 0.0), cap)
     shift, low, high = 0.0, -np.inf, np.inf
     for _ in range(200):
-        sum_, between, top, bottom = 0.0, 0, -np.inf, np.inf
-        for i in range(nx):
-            for j in range(ny):
-                trial = pressure[i, j] + length * direction[i, j]
-                if everywhere | (free[i, j] & (trial > 0)):
-                    value = trial + shift
-                    top, bottom = max(top, trial), min(bottom, trial)
-                    sum_ += min(max(value, 0.0), cap)
-                    between += (value > 0) & (value < cap)
-                else:
-                    sum_ += min(max(trial, 0.0), cap)
+        sum_, between = others, 0
+        for k in range(shifted):
+            value = trials[k] + shift
+            sum_ += min(max(value, 0.0), cap)
+            between += (value > 0) & (value < cap)
         missing = pressure_sum - sum_
         if abs(missing) <= 4e-16 * pressure_sum:
             return shift, True

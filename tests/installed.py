@@ -7,7 +7,7 @@ from pathlib import Path
 
 import roughslip
 
-SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")
+SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability", "record")
 
 packages = [roughslip, *(import_module(f"roughslip.{subject}") for subject in SUBJECTS)]
 names = [getattr(package, name) for package in packages for name in package.__all__]

@@ -19,7 +19,7 @@ from roughslip.friction import FrictionProcess, path_sampler, sample_path, strip
 from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate, trajectory
 from roughslip.probability import BetaDistribution
 
-SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")
+SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability", "record")
 GRID = Grid(8, 6, 1e-6, 2e-6)
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 

@@ -9,7 +9,7 @@ import pytest
 from roughslip import IllPosedError
 from roughslip.record.fit import fit_record
 from roughslip.record.reading import Trace, read_record
-from roughslip.record.sliding import Rig, sliding
+from roughslip.record.slips import Rig, sliding
 
 RECORDS = Path(__file__).parents[2] / "config" / "records"
 RIG = Rig(2.0, 800.0, 8.0)

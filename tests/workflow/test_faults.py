@@ -254,7 +254,7 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
     files = {"roughslip/stages/design.py": usage.checksum(source)}
     sources = {"files": files, "closure": closure_hash("roughslip.stages.design", tmp_path)}
     key = {"configuration": {}, "code": "", "sources": sources, "scans": [usage.checksum(scan)]}
-    key["inputs"] = {"scan": [str(scan)]}
+    key["inputs"] = {"design": [str(scan)]}
     (tmp_path / "key.json").write_text(json.dumps(key))
     monkeypatch.setattr(command, "SOURCE", tmp_path)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={tmp_path / 'key.json'}"])

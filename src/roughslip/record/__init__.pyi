@@ -5,6 +5,6 @@ from roughslip.record.reading import Trace as Trace
 from roughslip.record.reading import read_record as read_record
 from roughslip.record.result import FrictionCurve as FrictionCurve
 from roughslip.record.result import FrictionScatter as FrictionScatter
-from roughslip.record.sliding import Rig as Rig
-from roughslip.record.sliding import Sliding as Sliding
-from roughslip.record.sliding import sliding as sliding
+from roughslip.record.slips import Rig as Rig
+from roughslip.record.slips import Sliding as Sliding
+from roughslip.record.slips import sliding as sliding

@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.record.fit import RecordFit, fit_record
 from roughslip.record.process import autocorrelation
 from roughslip.record.reading import read_record
-from roughslip.record.sliding import Rig, Sliding, sliding
+from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.record.synthetic import scatter_at, through_instrument
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry

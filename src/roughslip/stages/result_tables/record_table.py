@@ -6,7 +6,7 @@ import numpy as np
 
 from roughslip.record.fit import RecordFit
 from roughslip.record.result import FrictionScatter
-from roughslip.record.sliding import Sliding
+from roughslip.record.slips import Sliding
 from roughslip.store import Variable, with_interval
 
 KINDS = ("additive", "multiplicative")

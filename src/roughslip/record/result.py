@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Z95 = 1.96  # standard errors of half a 95 % interval
+from roughslip.probability.estimate import NORMAL_95
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class FrictionCurve:
 
     def interval(self) -> tuple[np.ndarray, np.ndarray]:
         """Ends : (K,) [-] of the pointwise 95 % intervals."""
-        half = Z95 * np.sqrt(np.sum(self.factor**2, axis=1))
+        half = NORMAL_95 * np.sqrt(np.sum(self.factor**2, axis=1))
         return self.friction - half, self.friction + half
 
     def draw(self, generator: np.random.Generator) -> np.ndarray:
@@ -60,7 +60,7 @@ class FrictionScatter:
     def interval(self) -> np.ndarray:
         """(2, 2) ends of the 95 % intervals of standard deviation and correlation length, a row each."""
         values = np.log([self.standard_deviation, self.correlation_length_m])
-        half = Z95 * np.sqrt(np.diag(self.log_covariance))
+        half = NORMAL_95 * np.sqrt(np.diag(self.log_covariance))
         return np.exp(np.stack([values - half, values + half], axis=1))
 
     def draw(self, generator: np.random.Generator) -> tuple[float, float]:

@@ -6,22 +6,14 @@ import numpy as np
 
 from roughslip.record.process import modes
 
-TRIANGLE_NODES = 128  # white numbers in an average of the triangle
-
 
 def scatter_at(
     shape: str, length_m: float, parameters: tuple[float, ...], slipped_m: np.ndarray, generator: np.random.Generator
 ) -> np.ndarray:
     """A Gaussian path of unit variance at slipped distances : (n,) [m], which do not fall.
 
-    Exponentials are exact recursions; the triangle is an average of white noise, straight between its nodes.
+    Each mode is an exact recursion.
     """
-    if shape == "triangle":
-        base = 2.0 * length_m
-        nodes = np.arange(0.0, slipped_m[-1] - slipped_m[0] + 2.0 * base, base / TRIANGLE_NODES)
-        walk = np.cumsum(generator.standard_normal(nodes.size)) / np.sqrt(TRIANGLE_NODES)
-        place = slipped_m - slipped_m[0]
-        return np.interp(place + base, nodes, walk) - np.interp(place, nodes, walk)
     found = modes(shape, length_m, parameters)
     path = np.zeros(slipped_m.size)
     for rate, variance in zip(*found, strict=True):

@@ -17,6 +17,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
 from roughslip.scene.declarations import Stage
+from roughslip.scene.friction import SCATTERS
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.variation import damping_ratios
@@ -118,8 +119,7 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
         title = (
             "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
         )
-        for kind in ("additive", "multiplicative"):
-            moved = load_response(scene, numbers, path, kind)
+        for kind, moved in load_responses(scene, numbers, path).items():
             variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
         percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
@@ -131,21 +131,23 @@ def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, st
     return variables
 
 
-def load_response(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path, kind: str) -> float:
-    """What scatter of a kind moves the limit of existence by with the autocorrelation of the pad that bears the force.
+def load_responses(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path) -> dict[str, float]:
+    """What each kind of scatter moves the limit of existence by with the autocorrelation of the pad under the force.
 
     To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without
     a limit.
     """
     result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
     windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
+
+    def response(*changed: Any) -> float:
+        return mass_on_belt.response_of_limit(scene, belt, numbers, statistics, *changed)[1]
+
     try:
-        own, of_load = (
-            mass_on_belt.response_of_limit(scene, belt, numbers, statistics, *how)[1] for how in ((), (windows, kind))
-        )
+        own = response()
+        return {kind: response(windows, kind) / own for kind in SCATTERS}
     except (IllPosedError, ConvergenceError):
-        return math.nan
-    return of_load / own
+        return dict.fromkeys(SCATTERS, math.nan)
 
 
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.record.fit import RecordFit
 from roughslip.record.result import FrictionScatter
 from roughslip.record.slips import Sliding
@@ -38,7 +39,7 @@ def of_fit(found: RecordFit, slid: Sliding, beta_shapes: tuple[float, float]) ->
         variables[name] = Variable((), getattr(found, name), "1", title)
     for name in ("skewness", "excess"):
         value, error = getattr(found, name)
-        columns = (value, value - 1.96 * error, value + 1.96 * error)
+        columns = (value, value - NORMAL_95 * error, value + NORMAL_95 * error)
         variables |= with_interval(name, (), columns, "1", f"{name} of the scatter")
     for kind in KINDS:
         variables |= _of_scatter(kind, found.scatter(kind))

@@ -48,9 +48,9 @@ def test_refits_scatter_as_new_samples_would_with_four_samples_a_coefficient():
     basis, new, weights = rng.standard_normal((200, 50)), rng.standard_normal((50, 50)), np.ones(200)
     exact = basis @ np.ones(50)
     values, signs = exact + rng.standard_normal(200), rng.choice([-1.0, 1.0], (200, 400))
-    found = np.std(new @ wild_coefficients(basis, values, weights, signs), axis=1)
+    spread = np.std(new @ wild_coefficients(basis, values, weights, signs), axis=1)
     true = np.sqrt(np.einsum("ni,ij,nj->n", new, np.linalg.inv(basis.T @ basis), new))
-    assert np.mean(found / true) == pytest.approx(1.0, abs=0.1)  # plain residuals would give sqrt(1 - 50/200) = 0.87
+    assert np.mean(spread / true) == pytest.approx(1.0, abs=0.1)  # plain residuals would give sqrt(1 - 50/200) = 0.87
     np.testing.assert_allclose(wild_coefficients(basis, exact, weights, signs), 1.0, atol=1e-12)
     fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
     np.testing.assert_allclose(wild_coefficients(basis, values, weights, 0 * signs).T, [fitted] * 400, rtol=1e-9)
@@ -189,6 +189,6 @@ def test_pressures_of_several_designs_are_of_the_same_draws():
         for scale, seed in ((1, 0), (2, 1))
     ]
     fits = [design.fit() for design in designs]
-    found = design_pressures(designs, fits, [4])
-    for row, design, fit in zip(found, designs, fits, strict=True):
+    pressures = design_pressures(designs, fits, [4])
+    for row, design, fit in zip(pressures, designs, fits, strict=True):
         np.testing.assert_allclose(row, draw(design, fit.coefficients, REFIT_BLOCKS * BLOCK, [4]), rtol=1e-9)

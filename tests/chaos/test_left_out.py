@@ -94,9 +94,9 @@ def test_quantiles_are_those_of_the_law_where_scatter_grows_with_the_prediction(
     """A quantile of the window's samples has the error sqrt(q (1 - q) / n) / f, at most 1.8 width / sqrt(n), four of
     which are 0.18 width. The window smears the mean by its own slope, which is fitted, not by its position."""
     s = np.array([-1.5, -0.5, 0.0, 0.5, 1.0, 1.5])
-    found = law.draw(s, np.full(6, probability))
+    drawn = law.draw(s, np.full(6, probability))
     tolerance = 4 * 1.8 * width(s) / np.sqrt(NEIGHBOURS * SAMPLES)
-    assert np.all(np.abs(found - mean(s) - width(s) * ndtri(probability)) < tolerance)
+    assert np.all(np.abs(drawn - mean(s) - width(s) * ndtri(probability)) < tolerance)
 
 
 def test_the_centre_goes_on_straight(law):

@@ -34,10 +34,10 @@ def test_a_pilot_shows_how_counts_follow_the_scatter_of_friction():
     low, high = rng.standard_normal((2, 25, 2)) + np.array([[[0.0, 0.0]], [[1.0, -3.0]]])
     slopes = (high - low) / (2 * math.log(SCATTER_FACTOR))
     bound = -slopes[:, 1].mean() + 2 * slopes[:, 1].std(ddof=1) / 5
-    found = RunErrors.of_pilot(np.stack((low, 2.0 * high)))
+    of_pilot = RunErrors.of_pilot(np.stack((low, 2.0 * high)))
     assert RunErrors.of_pilot(np.stack((low, high))).slope == pytest.approx(bound)
     variances = (low.var(axis=0, ddof=1) + 4.0 * high.var(axis=0, ddof=1)) / 2.0
-    np.testing.assert_allclose(found.deviation, np.sqrt(variances))
+    np.testing.assert_allclose(of_pilot.deviation, np.sqrt(variances))
 
 
 def test_runs_that_a_half_width_takes():

@@ -19,8 +19,8 @@ from roughslip.oscillator.survival import (
 
 def test_mean_lifetime_by_hand():
     """Two ends in 30 periods; chi-square with 6 and 4 degrees of freedom."""
-    found = mean_lifetime(Spells(np.array([5.0, 10.0, 15.0]), np.array([True, False, True])))
-    assert found == pytest.approx([15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)], rel=1e-12)
+    lifetime = mean_lifetime(Spells(np.array([5.0, 10.0, 15.0]), np.array([True, False, True])))
+    assert lifetime == pytest.approx([15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)], rel=1e-12)
     value, low, high = mean_lifetime(Spells(np.array([30.0]), np.array([False])))
     assert (value, high) == (math.inf, math.inf)
     assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there

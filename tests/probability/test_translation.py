@@ -133,13 +133,13 @@ def test_quantiles_of_a_beta_give_its_table():
     """A thousand quantiles give the table to a hundredth of the scatter, chords between them near the ends included."""
     beta = BetaDistribution(2.1, 5.0, 0.1, 0.7)
     quantiles = betaincinv(2.1, 5.0, np.linspace(0.0, 1.0, 1001))
-    exact, found = table_of(beta), table_of(QuantileDistribution(quantiles, beta.mean, beta.standard_deviation))
+    exact, table = table_of(beta), table_of(QuantileDistribution(quantiles, beta.mean, beta.standard_deviation))
     inner = np.abs(exact.normal) < 3.0
-    assert found.values[inner] == pytest.approx(exact.values[inner], abs=0.01 * beta.standard_deviation)
-    values = found.apply(np.random.default_rng(0).standard_normal(10**6))
+    assert table.values[inner] == pytest.approx(exact.values[inner], abs=0.01 * beta.standard_deviation)
+    values = table.apply(np.random.default_rng(0).standard_normal(10**6))
     assert values.mean() == pytest.approx(0.0, abs=5e-3 * beta.standard_deviation)  # 5 standard errors of 1e6 draws
     assert values.std() == pytest.approx(beta.standard_deviation, rel=5e-3)
-    assert found.shares[:2] == pytest.approx(exact.shares[:2], abs=1e-3)
+    assert table.shares[:2] == pytest.approx(exact.shares[:2], abs=1e-3)
     assert not np.any(table_of(QuantileDistribution(quantiles, 0.3, 0.0)).values)
 
 

@@ -54,11 +54,11 @@ def scattered(value, replicates):
 )
 def test_intervals_narrow_with_the_root_of_the_strips_until_a_rule_decides(statement, numbers, times):
     """n = strips (half width / distance from the threshold)^2, up to one step of the search."""
-    found = strips_that_decide(friction() | numbers, 100, BOUNDS)
+    strips = strips_that_decide(friction() | numbers, 100, BOUNDS)
     if times is None:
-        assert statement not in found
+        assert statement not in strips
     else:
-        assert 100 * times <= found[statement] <= math.ceil(100 * times * STEP) + 1
+        assert 100 * times <= strips[statement] <= math.ceil(100 * times * STEP) + 1
 
 
 @pytest.mark.parametrize("distance", [0.0, 2.0, 4.0])
@@ -72,11 +72,11 @@ def test_a_gaussian_pilot_asks_for_the_strips_of_a_quantile_of_the_distance(dist
     table = {name: value for name, value in friction().items() if f"{name}_low" in friction()}
     estimates = {name: scattered(value, value[..., None] + np.zeros(400)) for name, value in table.items()}
     estimates["combined_skewness"] = scattered(np.full(LEVELS, distance), distance + normal)
-    found = strips_from_pilot(estimates, friction()["percentile"], 24, SKEWED_ALONE)
+    strips = strips_from_pilot(estimates, friction()["percentile"], 24, SKEWED_ALONE)
     below = lambda d: stats.norm.cdf(d - distance) - stats.norm.cdf(-d - distance) - (1 - ODDS)  # noqa: E731
     d = optimize.brentq(below, 0.0, 6.0)
     exact = [24 * max(1.0, variance_margin(24) * (1.96 / (d + error)) ** 2) for error in (0.1, -0.1)]
-    assert exact[0] <= found[SKEWED] <= STEP * exact[1] + 1
+    assert exact[0] <= strips[SKEWED] <= STEP * exact[1] + 1
 
 
 def test_noise_raises_a_distance_and_the_pivot_takes_that_off():
@@ -90,8 +90,8 @@ def test_noise_raises_a_distance_and_the_pivot_takes_that_off():
     replicates = 0.095 + 0.003 * np.random.default_rng(43).standard_normal((LEVELS, 50))
     ends = np.full(LEVELS, 0.03), np.full(LEVELS, 0.11)
     estimates["beta_distance_standardised"] = Estimate(np.full(LEVELS, 0.07), *ends, replicates)
-    found = strips_from_pilot(estimates, friction()["percentile"], 24, BOUNDS)
-    assert found["mu-beta-2.1-5"] == found["mu-beta-any-depth"] == 24
+    strips = strips_from_pilot(estimates, friction()["percentile"], 24, BOUNDS)
+    assert strips["mu-beta-2.1-5"] == strips["mu-beta-any-depth"] == 24
 
 
 @pytest.mark.slow

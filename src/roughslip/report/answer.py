@@ -35,8 +35,8 @@ def digits(value: float, places: int = 3) -> str:
 def scale(value: float, unit: str) -> tuple[float, str]:
     """The unit for readers of a value in SI, and its size in SI."""
     scales = SCALES.get(unit, ((1.0, f" {unit}"),))
-    fitting = (one for one in scales if abs(value) >= one[0] * (0.1 if one[0] <= 1.0 else 1.0))
-    return (1.0, scales[[one[0] for one in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
+    fitting = (scale for scale in scales if abs(value) >= scale[0] * (0.1 if scale[0] <= 1.0 else 1.0))
+    return (1.0, scales[[scale[0] for scale in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
 
 
 def amount(value: float, unit: str, places: int = 3, like: float | None = None) -> str:

@@ -2,8 +2,6 @@
 
 Cells and tolerance that a scene leaves to its accuracy."""
 
-import copy
-
 import pytest
 import yaml
 
@@ -17,26 +15,6 @@ ALWAYS = {"claims", "costs", "report"}
 SEVERAL = {"reference", "comparison", "sweep", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
-SOLVED_SQUARES = {"square_pilot", "contact_square", "adaptive_training", "field_square"}
-SOLVED_STRIPS = {"strip_pilot", "contact_strip"}
-FIGURES = {
-    "figure2",
-    "figure2_traps",
-    "figure3",
-    "figure3_law",
-    "figure5",
-    "figure_record",
-    "figure_scan",
-    "figure_field",
-    "figure_map",
-} | {
-    "figure_budget",
-    "figure_chain",
-    "figure_basins",
-    "figure_residence",
-    "friction_against_load",
-}
-CELLS = {"contact_periodic", "contact_over_loads"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -57,41 +35,6 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     assert slice_for(scene, "oscillator")["oscillator"]["law"] == "stribeck"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]
-
-
-RUNS = {"deterministic", "ensemble_pilot", "oscillator", "belt_readings", "figure_chain"}
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "stages"),
-    [
-        ("ensemble.damping_ratios", [0.1, 0.2], RUNS),
-        ("jobs", 7, set()),
-        ("map.points", 9, {"stick_slip_map"}),
-        ("survival.points", 7, {"residence"}),
-        ("ensemble.duration_periods", 7, RUNS | {"cycles"}),
-        ("numerics.contact_tolerance", 1e-9, {*SOLVED_SQUARES, *SOLVED_STRIPS, *CELLS, "figure_chain", "wide_field"}),
-        ("strip.samples", 99, {"strip_allocation", "expansion_strip", "friction", "contact_periodic"}),
-        (
-            "friction.mean_at_median",
-            0.2,
-            {"budget", "friction", "wide_field", "friction_under_load", "friction_against_load"},
-        ),
-        ("square.monte_carlo_samples", 999, {"square_pilot"}),
-        ("expansion.draws", 9999, {"chaos_square"}),
-        ("description", "other", FIGURES | ALWAYS | SEVERAL),
-    ],
-)
-def test_a_change_reaches_only_the_stages_that_read_it(key, value, stages):
-    scene = shipped_scene("paper")
-    changed = copy.deepcopy(scene)
-    *sections, last = key.split(".")
-    inner = changed
-    for section in sections:
-        inner = inner[section]
-    assert inner.get(last) != value
-    inner[last] = value
-    assert {stage for stage in declarations() if slice_for(scene, stage) != slice_for(changed, stage)} == stages
 
 
 def test_given_statistics_need_nothing_but_an_oscillator(mine):

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from roughslip.compilation.source_hash import FRAME, closure
 from roughslip.errors import InputError
-from roughslip.stages.runtime import usage
 from workflow.keys import Names, code_hash, departures, report
 from workflow.study.scenes import Scenes
 from workflow.study.unused import unused
@@ -141,20 +139,6 @@ def test_packages_that_differ_from_the_lock_are_reported(lock, found):
     assert [line.startswith(f"requirements.lock: installed are {', '.join(found)}; ") for line in report(lock)] == [
         True
     ] * len(found)
-
-
-@pytest.mark.slow
-def test_a_run_keeps_the_syntax_of_all_that_it_hashed(finished):
-    """Parsing it anew takes a second of each start."""
-    kept = finished.path(".cache/syntax.json").read_text()
-    files = closure("roughslip.stages.oscillator", finished.path("src"), without=FRAME)
-    assert len(files) > 30
-    assert [file for file in files if usage.checksum(file) not in kept] == []
-
-
-def test_a_line_of_the_lock_that_pins_nothing_is_named():
-    with pytest.raises(InputError, match=r"requirements.lock: 'num py==1' pins no package"):
-        departures("num py==1\n")
 
 
 def test_other_packages_change_the_hash_under_the_same_lock(source, monkeypatch):

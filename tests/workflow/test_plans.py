@@ -142,36 +142,6 @@ def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
     assert state(project.folder) == before
 
 
-MODULE = """\
-module roughslip:
-    snakefile: "{root}/Snakefile"
-    config: {{"scenes": "smoke"}}
-
-use rule * from roughslip as roughslip_*
-
-rule mine:
-    default_target: True
-    input: "results/smoke/summary.csv"
-    output: "mine.txt"
-    shell: "cp {{input}} {{output}}"
-"""
-
-
-@pytest.mark.slow
-def test_another_workflow_can_use_ours_as_a_module(tmp_path, plan):
-    (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT))
-    planned = plan(tmp_path)
-    assert planned[""] == {"mine": 1}
-    assert planned["smoke"].keys() == {f"roughslip_{stage}" for stage in (*STRIP, "one_file")}
-
-
-@pytest.mark.slow
-def test_snakemakes_linter_complains_of_environments_only(empty):
-    run = empty.snakemake("--lint")
-    complaints = {line.strip() for line in run.stderr.splitlines() if line.strip().startswith("* ")}
-    assert complaints == {"* Specify a conda environment or container for each rule.:"}
-
-
 CASES = int(os.environ.get("SCENE_CASES", "100"))
 TOGETHER = 50  # scenes in one graph: starting Snakemake costs more than planning a scene
 
@@ -223,15 +193,6 @@ def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
     for first in range(0, len(names), TOGETHER):
         some = names[first : first + TOGETHER]
         assert set(plan(project.folder, *some)) >= set(some)
-
-
-@pytest.mark.slow
-def test_lists_of_rules_print_no_warnings(empty):
-    """`paper` has a warning, and is among the scenes that are made without a target."""
-    for option in ("--list", "--list-target-rules"):
-        run = empty.snakemake(option)
-        assert run.returncode == 0
-        assert "warning" not in run.stdout + run.stderr
 
 
 MIB = 1.048576  # MB

@@ -200,16 +200,11 @@ def as_netcdf(path: Path) -> None:
         heights.units, heights[:] = "m", a_scan().heights
 
 
-def as_text(path: Path) -> None:
-    np.savetxt(path, a_scan().heights.T)
-
-
 @pytest.mark.parametrize(
     ("name", "write", "stated"),
     [
         ("a.nc", as_netcdf, {}),
         pytest.param("a.x3p", lambda path: write_x3p(path, a_scan()), {}, marks=pytest.mark.slow),
-        ("a.txt", as_text, {"spacing": (1e-6, 1e-6), "unit": "m"}),
         ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],
 )

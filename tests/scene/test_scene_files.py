@@ -170,6 +170,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch):
     (folder / "scenes" / "fuzz.yaml").unlink(missing_ok=True)
 
 
+@pytest.mark.slow
 @fuzz(CASES)
 @given(valid=overlays(SCENES, valid=True), wild=overlays(SCENES, valid=False))
 def test_scenes_load_or_are_refused(folder, valid, wild):

@@ -407,10 +407,12 @@ def test_a_variant_has_its_answer_and_how_far_it_is():
 
 def test_a_variant_without_an_answer_has_the_numbers_that_its_files_hold(tmp_path):
     """Friction under a load has no statistics by penetration; an answer that is not given has no numbers."""
-    held = {"oscillator/deterministic.nc": ("hopf_damping", 0.2), "friction/statistics.nc": ("mean", 0.3)}
+    held = {"oscillator/deterministic.nc": ("hopf_damping", 0.2), "friction/under_load.nc": ("load_std", 0.01)}
     files = {file: {name: store.Variable((), value, "1", name)} for file, (name, value) in held.items()}
     paths = {name: tmp_path / str(number) for number, name in enumerate((*files, "answer.json"))}
     for name, variables in files.items():
         store.write(paths[name], variables, store.Key({}, "code"))
     store.write_json(paths["answer.json"], {"given": False})
-    assert row("mine", {}, paths) == Row("mine", {}, {"hopf_damping": (0.2, None, None)})
+    assert row("mine", {}, paths) == Row(
+        "mine", {}, {"std_friction_of_pad": (0.01, None, None), "hopf_damping": (0.2, None, None)}
+    )

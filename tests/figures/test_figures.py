@@ -21,14 +21,12 @@ from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
-from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
-from roughslip.figures.figure_map import figure_map
-from roughslip.figures.figure_residence import DRAWN as RESIDENCE_DRAWN
-from roughslip.figures.figure_residence import figure_residence
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, figure_scan
 from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
 from roughslip.figures.friction_against_load import friction_against_load
+from roughslip.figures.stick_slip import DRAWN as STICK_SLIP_DRAWN
+from roughslip.figures.stick_slip import figure_map, figure_residence
 from roughslip.figures.style import save
 from tests.figures.drawn import (
     DAMPING,
@@ -59,8 +57,8 @@ FIGURES = {
     "figure_chain": (figure_chain, CHAIN_DRAWN["figure_chain"], chain_result()),
     "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
     "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
-    "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
-    "residence": (figure_residence, RESIDENCE_DRAWN["figure_residence"], residence_result()),
+    "map": (figure_map, STICK_SLIP_DRAWN["figure_map"], map_result()),
+    "residence": (figure_residence, STICK_SLIP_DRAWN["figure_residence"], residence_result()),
     "budget": (figure_budget, BUDGET_DRAWN["figure_budget"], budget_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }

@@ -20,7 +20,7 @@ from roughslip.report.answer import digits, regions, shown, summary
 from roughslip.report.budget import summary as of_budget
 from roughslip.report.drawing import chosen, element, reduced, size, thumbnail
 from roughslip.report.machine import change_rows, factor, facts, friction_curve, on_the_map, plots, verdict
-from roughslip.report.sweep_page import Row, sweep_page, sweep_table
+from roughslip.report.page import Row, sweep_page, sweep_table
 from roughslip.stages.sweep import TITLES, of_answer, row
 from tests.report.test_report import Page, parsed, scene
 

@@ -17,7 +17,7 @@ from matplotlib.path import Path
 
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
-from roughslip.figures.figure_basins import DRAWN, figure_basins
+from roughslip.figures.stick_slip import DRAWN, figure_basins
 from roughslip.friction.table_variables import distribution
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw

@@ -110,7 +110,7 @@ EDITS = [
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
     ("src/roughslip/figures/style.py", *ACTS, {**DRAWN, **COSTS}),
-    ("src/roughslip/figures/figure_map.py", *ACTS, {"figure_map": 1, **COSTS}),
+    ("src/roughslip/figures/stick_slip.py", *ACTS, {"figure_map": 1, **COSTS}),
     ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),

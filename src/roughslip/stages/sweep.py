@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.machine import nearest_limit
-from roughslip.report.sweep_page import Number, Row, sweep_page, sweep_table
+from roughslip.report.page import Number, Row, sweep_page, sweep_table
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job
 

@@ -40,7 +40,6 @@ READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
 ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
-FOR_VERDICTS = re.compile(r"strips_(to_decide|beyond_limit_for)_(.+)")  # the same, of stage strip_allocation
 MEASURED = {
     "surface": "Surfaces: error of the covariance of samples against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
@@ -193,7 +192,6 @@ def environment() -> Environment:
         "verdict": verdict,
         "counts": _counts,
         "accuracies": _accuracies,
-        "strips_for_verdicts": _strips_for_verdicts,
         "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "section": section,
@@ -233,29 +231,6 @@ def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         bar = {name: 100.0 * value / max(lengths.values()) for name, value in lengths.items()}
         rows.append({**values, "number": number.replace("_", " "), "sources": sources, "bar": bar})
     return rows
-
-
-def _strips_for_verdicts(scene: SceneReport) -> str:
-    """How many strips the accuracy took, how many were added for which verdicts, and which would have cost too much."""
-    did = {
-        name: number for row in scene.costs if row["stage"] == "strip_allocation" for name, number in row["did"].items()
-    }
-    if "strips_for_accuracy" not in did:
-        return ""
-    statements = {claim["id"]: claim["statement"] for claim in scene.claims}
-    named: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
-    for name, number in did.items():
-        if match := FOR_VERDICTS.fullmatch(name):
-            named[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
-    own, chosen = did["strips_for_accuracy"], did["strips_chosen"]
-    text = f"The accuracy of friction takes {own:,} strips."
-    if named["to_decide"]:
-        text += (
-            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(named['to_decide'])}."
-        )
-    if named["beyond_limit_for"]:
-        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(named['beyond_limit_for'])}."
-    return text
 
 
 def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:

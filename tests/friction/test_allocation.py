@@ -19,7 +19,6 @@ from roughslip.friction.allocation import (
     half_width,
     influences,
     strip_pilot,
-    with_more_strips,
 )
 from roughslip.friction.combination import ORDERS
 from roughslip.friction.level import Level, levels_of
@@ -246,14 +245,3 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     nothing = Option(0, errors, SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))
     with pytest.raises(IllPosedError, match=r"nor is any other; raise accuracy.cost_limit_cpu_s to"):
         strip_pilot([nothing], ASKED, 1e-6).numbers()
-
-
-def test_strips_are_raised_to_the_largest_number_needed_within_the_limit():
-    """Of 60, 80 and 120 strips, twice as many of the control; the last cost 120 (0.3 + 2 x 0.01) s, above the limit."""
-    options = [Option(0, [ErrorSources(50.0, "friction_std", 0.02, 0.1)], WIDE)]
-    asked = {"friction_std": 0.1}
-    chosen = with_more_strips(options, asked, [60, 120, 80], 2.0, 30.0)
-    assert (chosen[1].strips, chosen[1].many) == (80, 160)
-    assert chosen[1].cost == pytest.approx(80 * 0.3 + 160 * 0.01)
-    assert with_more_strips(options, asked, [120], 2.0, 30.0) is None
-    assert with_more_strips(options, asked, [], 2.0, 30.0) is None

@@ -10,13 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import njit
 
 from roughslip import store
-from roughslip.chaos.hermite import multi_indices
 from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
 from roughslip.contact.solve import solve, sweep
-from roughslip.errors import ConvergenceError, InputError, StoreError
+from roughslip.errors import ConvergenceError, InputError
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
@@ -24,7 +22,6 @@ from roughslip.stages.costs import total
 from roughslip.stages.from_scene import elastic
 from roughslip.stages.report import read_scene, represented
 from roughslip.stages.runtime import skip_reasons
-from roughslip.stages.runtime import usage as usage_module
 from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import CONTACT, changed
@@ -96,56 +93,6 @@ def test_record_holds_costs_counts_and_warnings(tmp_path, capsys):
     assert 0.1 <= record["core_cpu_seconds"] < 0.15  # the two blocks, without the time between them
     assert record["cpu_seconds"] == pytest.approx(time.process_time(), abs=0.1)
     assert [file.name for file in tmp_path.iterdir()] == ["usage.json"]
-
-
-@pytest.mark.slow
-def test_compiling_is_not_core(tmp_path):
-    @njit
-    def inner(x):
-        return np.sort(x)[::-1] + np.cumsum(x)
-
-    @njit
-    def outer(x):
-        return inner(x) * inner(x + 1.0)
-
-    usage = Usage(tmp_path / "usage.json", "contact")
-    start = time.process_time()
-    with usage.core():
-        outer(np.arange(4.0))
-        spend(0.05)
-    spent = time.process_time() - start
-    assert spent > 0.3, "compiling this took some 0.7 s when the test was written"
-    assert 0.05 <= usage.core_cpu_seconds < 0.05 + 0.2 * (spent - 0.05)  # nested compilations are not taken off twice
-
-
-def test_progress_has_the_time_to_go(tmp_path, capsys, monkeypatch):
-    """A first sample after 20 s of compiling, then one each 3 s: 5 are left of 8, 15 s; another loop counts anew."""
-    clock = iter([0.0, 20.0, 23.0, 26.0, 30.0, 36.0, 44.0])
-    monkeypatch.setattr(usage_module.time, "perf_counter", lambda: next(clock))
-    monkeypatch.setattr(usage_module, "_seconds_since_process_start", lambda: 0.0)
-    usage = Usage(tmp_path / "usage.json", "contact")
-    for done, of in ((1, 8), (2, 8), (3, 8), (1, 3), (2, 3), (3, 3)):
-        usage.progress(done, of)
-    assert capsys.readouterr().err.splitlines() == [
-        "contact: 1 of 8 after 0 s",
-        "contact: 3 of 8 after 0 s, about 15 s to go",
-        "contact: 2 of 3 after 0 s, about 6 s to go",
-        "contact: 3 of 3 after 0 s",
-    ]
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the kernel's own peak and time of start are read on Linux only")
-def test_peak_memory_and_wall_time_are_those_of_the_whole_process():
-    """An array of known size, and a wait before the import."""
-    script = (
-        "import time; time.sleep(0.3); from roughslip.stages.runtime.usage import Usage, peak_memory_mib\n"
-        "before = peak_memory_mib(); block = bytearray(64 * 2**20); block[::4096] = b'x' * 2**14\n"
-        "del block; print(peak_memory_mib() - before, Usage('x', 'y').record()['wall_seconds'])"
-    )
-    out = subprocess.run([sys.executable, "-c", script], env=environment(), capture_output=True, text=True).stdout
-    grown, seconds = map(float, out.split())
-    assert grown == pytest.approx(64, abs=1)  # pages and the interpreter's own blocks
-    assert 0.29 <= seconds < 5.0  # to one clock tick; slow machines
 
 
 POOL = """
@@ -289,10 +236,6 @@ def test_what_solves_leave_out_is_counted():
     assert counted(*swept) == {skip_reasons.NESTED: 1, skip_reasons.WARM: 2}
 
 
-def test_terms_that_a_basis_leaves_out():
-    assert skip_reasons.forbidden_terms(multi_indices(8, 3)[:75], 3) == 90
-
-
 CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}
 
 
@@ -333,13 +276,6 @@ def test_only_what_this_run_made_is_shown(scene):
         "targets": ["figure5"],
         "oscillator": {"damping_ratio": 0.17, "mass_kg": 1.0},
     }
-
-
-@pytest.mark.parametrize("name", ["figure5.png", "figure5.svg", "claims.json", "costs.json", "keys/cycles.json"])
-def test_what_is_missing_is_named(scene, name):
-    (scene / name).unlink()
-    with pytest.raises(StoreError, match=name.partition("/")[2] or name):
-        read_scene("mine", files_of(scene), CAPTIONS, Path("results/mine"))
 
 
 def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch):

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from roughslip.errors import InputError
-from tests.workflow.project import as_a_user
 from workflow.keys import Names
-from workflow.study.scenes import RULES, Scenes, check_config, check_targets, not_writable
+from workflow.study.scenes import Scenes, check_config, check_targets, not_writable
 
 ROOT = Path(__file__).resolve().parents[2]
 PROFILE = ("Using workflow specific profile ", "Config file ")  # what Snakemake prints first
@@ -127,16 +124,6 @@ def test_scenes_are_compared_by_the_figures_that_they_have(tmp_path, monkeypatch
             scenes.compared(wrong)
 
 
-def test_no_rule_is_the_name_of_a_scene():
-    """A scene is a target with its own name, as these are."""
-    rules = [ROOT / "Snakefile", *(ROOT / "workflow/rules").iterdir()]
-    names = {
-        line[5:].strip(": ") for path in rules for line in path.read_text().splitlines() if line.startswith("rule ")
-    }
-    assert {"all", "comparison", "publish"} <= names
-    assert names - {"all"} <= RULES
-
-
 def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     """A scan that is a plane and nothing else, one whose unit the scene does not state, none, and a wrong value."""
     monkeypatch.chdir(tmp_path)
@@ -213,24 +200,3 @@ def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
     Path("results").rename("elsewhere")
     Path("results").symlink_to(tmp_path / "gone")
     assert not_writable("smoke") == [Path("results")]
-
-
-def test_a_folder_that_is_closed_to_writing_is_named(tmp_path):
-    """Asked of a process that may not overrule permissions, as root may."""
-    cases = [["results/mine"], ["results/mine/contact"], ["results", "results/mine"], ["."]]
-    projects = [tmp_path / str(number) for number in range(len(cases))]
-    for project, closed in zip(projects, cases, strict=True):
-        project.mkdir()
-        if closed != ["."]:
-            (project / "results/mine/contact").mkdir(parents=True)
-            (project / "results/yours").mkdir(mode=0o555)
-        for folder in closed:
-            (project / folder).chmod(0o555)
-    ask = "import os, sys; from workflow.study.scenes import not_writable\nfor project in sys.argv[1:]:\n"
-    ask += " os.chdir(project); print(*not_writable('mine'))"
-    options = {"env": {"PYTHONPATH": f"{ROOT}:{ROOT / 'src'}"}, "capture_output": True, "text": True, "check": True}
-    asked = subprocess.run([sys.executable, "-c", ask, *projects], preexec_fn=as_a_user(), **options)
-    for project, closed in zip(projects, cases, strict=True):
-        for folder in closed:
-            (project / folder).chmod(0o755)
-    assert [line.split() for line in asked.stdout.splitlines()] == cases

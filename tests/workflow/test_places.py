@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import stat
 import subprocess
 import sys
@@ -85,22 +84,6 @@ def test_compiled_functions_go_where_they_can(source, home, tmp_path):
     assert Path(found) == tmp_path / ".cache" / "numba"
     home.chmod(0o755)
     assert Path(run(source, home, tmp_path, "-c", NUMBA).stdout.strip()) == home / ".cache/roughslip/numba"
-
-
-@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
-@pytest.mark.parametrize("writable", [True, False])
-def test_make_puts_caches_into_the_project_where_there_is_no_home(home, writable):
-    home.chmod(0o755 if writable else 0o555)
-    found = subprocess.run(
-        ["make", "--silent", "--eval", 'show: ; @echo "$$XDG_CACHE_HOME|$$MPLCONFIGDIR"', "show"],
-        cwd=ROOT,
-        env={"PATH": os.environ["PATH"], "HOME": str(home)},
-        capture_output=True,
-        text=True,
-        check=True,
-        preexec_fn=as_a_user(),
-    ).stdout.strip()
-    assert found == ("|" if writable else f"{ROOT / '.cache'}|{ROOT / '.cache/matplotlib'}")
 
 
 # Strips two by two, so that those that train fall into two batches.

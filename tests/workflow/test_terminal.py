@@ -122,11 +122,6 @@ def test_progress_is_one_line_with_the_time_to_go(monkeypatch, stream):
         assert lines[:-2] == ["1 of 4 steps done, about 6 s to go", *halfway]
 
 
-def test_weights_of_stages_are_those_of_the_kept_runs():
-    seconds = terminal.seconds_of_stages(ROOT / "results" / "reference")
-    assert seconds["contact_strip"] > 10 * seconds["claims"] > 0
-
-
 def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):
     """At most MOST_WARNINGS, and the number of the others; only of scenes that the run published, with their pages.
     The answer of `a` is from older targets: its costs do not hold that stage."""

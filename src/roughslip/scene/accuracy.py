@@ -61,14 +61,6 @@ class Accuracy(Section):
         at_most=1e9,
         default=3600.0,
     )
-    verdict_limit_cpu_s: float = number(
-        "CPU time of the strips, by the same model, up to which strips are added to those that the accuracy takes, "
-        "where they decide verdicts on friction; 0 adds none",
-        "s",
-        at_least=0,
-        at_most=1e9,
-        default=0.0,
-    )
 
 
 SCAN, NODES = "roughness.scan", "square.nodes"

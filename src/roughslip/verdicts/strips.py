@@ -1,9 +1,6 @@
 """How many strips decide the statements on friction.
 
-Intervals narrow by 1 / sqrt(n) around the number found, and the rules judge them, the same for a pilot as at the end.
-Of final results n follows from the numbers as they are. A pilot leaves other numbers possible: if q is what it found,
-and q* one of its replicates, then 2 q - q*. This is the pivot (Hall and Wilson, Biometrics 47 (1991) 757), and it takes
-off the bias that noise gives a distance. Replicates share the resampled strips, so all numbers of a rule vary together.
+Intervals narrow by 1 / sqrt(n) around the numbers as they are, and the rules judge them.
 """
 
 from __future__ import annotations
@@ -15,11 +12,8 @@ from functools import cache
 
 import numpy as np
 
-from roughslip.probability import Estimate
-from roughslip.probability.estimate import variance_margin
 from roughslip.verdicts.finding import Arrays, Bounds, Finding, judged
 
-ODDS = 0.75  # of the numbers that a pilot leaves possible, the share for which the strips decide a statement
 STEP = 1.1  # of one number of strips over the one before
 STEPS = 72  # to a thousand times the strips
 
@@ -61,26 +55,3 @@ def strips_that_decide(friction: Arrays, strips: int, rules: Mapping[str, Bounds
     """Strips that would decide each statement that is undecided off its threshold, its numbers as they are."""
     factors = factors_to_settle(friction, rules)
     return {name: math.ceil(strips * times) for name, times in factors.items() if 1.0 < times < STEP**STEPS}
-
-
-def strips_from_pilot(
-    estimates: Mapping[str, Estimate], percentiles: np.ndarray, strips: int, rules: Mapping[str, Bounds]
-) -> dict[str, int]:
-    """By statement the strips that decide it for ODDS of the numbers that the pilot leaves possible.
-
-    estimates : by name what the rules read, each () or (levels,)
-    strips : of the pilot; rules : by statement
-
-    The intervals are as wide as one pilot in ten hides, see `variance_margin`.
-    """
-    margin = math.sqrt(variance_margin(strips))
-    needed: dict[str, list[float]] = {name: [] for name in rules}
-    for replicate in range(next(iter(estimates.values())).replicates.shape[-1]):
-        possible: dict[str, np.ndarray] = {"percentile": percentiles}
-        for name, estimate in estimates.items():
-            value = 2.0 * estimate.value - estimate.replicates[..., replicate]
-            ends = (value + margin * (end - estimate.value) for end in (estimate.low, estimate.high))
-            possible |= dict(zip((name, f"{name}_low", f"{name}_high"), (value, *ends), strict=True))
-        for name, times in factors_to_settle(possible, rules).items():
-            needed[name].append(strips * times)
-    return {name: math.ceil(np.quantile(each, ODDS, method="higher")) for name, each in needed.items()}

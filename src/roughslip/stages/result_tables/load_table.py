@@ -18,6 +18,7 @@ from roughslip.friction.pad import (
 )
 from roughslip.friction.statistics import estimate_of, resampled
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.stages.runtime.command import Job
@@ -125,8 +126,7 @@ def load_variables(table: Table) -> dict[str, store.Variable]:
     titles["pad_parts"] = ("level", "part"), *PARTS
     for name, estimates in table.items():
         dimensions, unit, title = titles[name]
-        columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
-        variables |= store.with_interval(name, dimensions, columns, unit, title)
+        variables |= store.with_interval(name, dimensions, columns_of(estimates), unit, title)
     return variables
 
 

@@ -129,7 +129,7 @@ from roughslip.scene.fields import Section, integer, section
 class Slopes(Section):
     """Slopes of the square, of figure_slopes."""
 
-    bins: int = integer("Bins of the histogram", at_least=2, at_most=1000)
+    bins: int = integer("Bins of the histogram", minimum=2, maximum=1000)
 '''
 
 FIGURE = '''"""Slopes along the sliding direction."""
@@ -224,7 +224,7 @@ def test_a_scene_key(copy):
     copy.edit(
         "src/roughslip/scene/contact.py",
         "    poisson_ratio",
-        '    yield_share: float = number("Share of the hardness", above=0, at_most=1, default=1.0)\n    poisson_ratio',
+        '    yield_share: float = number("Share of the hardness", above=0, maximum=1, default=1.0)\n    poisson_ratio',
     )
     copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads_if_given="', 'reads_if_given="material.yield_share ')
     ask = "from roughslip.scene.types import slice_for; from roughslip.scene.loader import load\n"

@@ -98,12 +98,12 @@ def _limits(job: Job, pilot: store.Result, others: int) -> SampleLimits:
     """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
     scene = job.scene
     grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
-    most = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
+    maximum = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
     strips, many = (
         (lowest, highest) if number is None else (int(number), int(number))
         for number, lowest, highest in (
-            (unless_auto(scene.strip.samples), len(pilot["area"]) + SHARES, most // (2 + 2 * others)),
-            (unless_auto(scene.strip.expansion_samples), 1, most),
+            (unless_auto(scene.strip.samples), len(pilot["area"]) + SHARES, maximum // (2 + 2 * others)),
+            (unless_auto(scene.strip.expansion_samples), 1, maximum),
         )
     )
     cells = grid.nx * grid.ny * (5 / 8 if f"{COARSE}area" in pilot else 1)  # in the mean of both meshes

@@ -96,9 +96,9 @@ def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, k
     weights = target.weights(values)
     noise = np.average(scatter(one.variables) ** 2, weights=weights)
     variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
-    terms, found = 166, fitted[kind].cross_validated
-    assert noise / variance < found < noise / variance * (1 + 2.5 * terms / SURFACES)
-    assert 0 < fitted[kind].fit.leave_one_out < found  # neighbours are dependent
+    terms, error = 166, fitted[kind].cross_validated
+    assert noise / variance < error < noise / variance * (1 + 2.5 * terms / SURFACES)
+    assert 0 < fitted[kind].fit.leave_one_out < error  # neighbours are dependent
 
 
 def jackknife_of(expansion):
@@ -109,13 +109,13 @@ def jackknife_of(expansion):
 @pytest.mark.slow
 def test_the_jackknife_gives_the_spread_of_repetitions():
     """40 spreads are known to 11 %, the root mean square of 40 jackknives from 20 groups to a few per cent."""
-    target, found, estimated = TARGETS["squared_pressure"], [], []
+    target, errors, estimated = TARGETS["squared_pressure"], [], []
     for seed in range(40):
         one = fit_local(samples(target, seed, 200, 3), 2, target)
         drawn = one.draw(np.random.default_rng(5), 4000)
-        found.append([np.mean(drawn > 0), drawn.mean()])
+        errors.append([np.mean(drawn > 0), drawn.mean()])
         estimated.append(jackknife_of(one))
-    ratio = np.sqrt(np.mean(np.square(estimated), axis=0)) / np.std(found, axis=0, ddof=1)
+    ratio = np.sqrt(np.mean(np.square(estimated), axis=0)) / np.std(errors, axis=0, ddof=1)
     assert np.all((ratio > 1 / 1.5) & (ratio < 1.5)), ratio
 
 
@@ -193,8 +193,8 @@ def test_the_stiffness_takes_the_kink_out():
     basis, group = np.column_stack([np.ones(400), u]), np.arange(400) % GROUPS
     v = 0.3 + u @ [1.0, 0.5]
     for guess in (1.0, 1.6, 0.8):
-        found = best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), guess)
-        assert found == pytest.approx(1.3, abs=0.001 * guess)  # its grid
+        stiffness = best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), guess)
+        assert stiffness == pytest.approx(1.3, abs=0.001 * guess)  # its grid
     assert best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), 0.1) == pytest.approx(0.2)
     whole = Samples(u[:, None], np.zeros(1), 1.3 * np.maximum(v, 0)[:, None], np.maximum(-v, 0)[:, None])
     noisy = replace(whole, gap=whole.gap * (1 + 1e-3 * u[:, 1:] ** 2))
@@ -273,9 +273,9 @@ def test_predictions_worse_than_a_mean_are_refused():
     rng = np.random.default_rng(12)
     u = rng.standard_normal((300, 1, 2))
     r = np.exp(0.7 * u[..., 0]) - 0.2 + 0.3 * rng.standard_normal((300, 1))
-    found = Samples(u, np.zeros(1), np.sqrt(np.maximum(r, 0)), 1e-9 * np.maximum(-r, 0))
+    samples = Samples(u, np.zeros(1), np.sqrt(np.maximum(r, 0)), 1e-9 * np.maximum(-r, 0))
     with pytest.raises(IllPosedError, match="worse than a mean"):
-        fit_local(found, 11, PressureTarget("trial_pressure", 1e9))
+        fit_local(samples, 11, PressureTarget("trial_pressure", 1e9))
 
 
 def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
@@ -295,12 +295,12 @@ def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_
         whole.distance2,
         *(np.concatenate([one, one]) for one in (whole.pressure, whole.gap)),
     )
-    found = fit_local(replace(whole, odd=np.array([[0], [1], [0]])), 3, TARGETS["squared_pressure"])
+    fit = fit_local(replace(whole, odd=np.array([[0], [1], [0]])), 3, TARGETS["squared_pressure"])
     expected = fit_local(twice, 3, TARGETS["squared_pressure"])
     even = expected.indices[:, 1] % 2 == 0
-    np.testing.assert_array_equal(found.indices, expected.indices[even])
+    np.testing.assert_array_equal(fit.indices, expected.indices[even])
     unit = np.abs(expected.whole.coefficients).max()
-    np.testing.assert_allclose(found.whole.coefficients, expected.whole.coefficients[even], rtol=0, atol=1e-12 * unit)
+    np.testing.assert_allclose(fit.whole.coefficients, expected.whole.coefficients[even], rtol=0, atol=1e-12 * unit)
     np.testing.assert_allclose(expected.whole.coefficients[~even], 0.0, atol=1e-12 * unit)
 
 
@@ -311,13 +311,13 @@ def test_draws_are_balanced_by_what_was_solved(kind):
     target = TARGETS[kind]
     part = samples(target, seed=6)
     one = Samples(part.variables[:, :1, :3], np.zeros(1), part.pressure[:, :1], part.gap[:, :1])
-    found = fit_local(one, 3, target)
-    predicted = hermite_basis(one.variables[:, 0], found.indices) @ found.whole.coefficients
-    near = predicted > found.lowest
+    fit = fit_local(one, 3, target)
+    predicted = hermite_basis(one.variables[:, 0], fit.indices) @ fit.whole.coefficients
+    near = predicted > fit.lowest
     uniform = np.random.default_rng(3).random((int(near.sum()), 100))
-    drawn = found.whole.draw(predicted[near, None], uniform, found.target)
+    drawn = fit.whole.draw(predicted[near, None], uniform, fit.target)
     assert drawn.sum() / 100 == pytest.approx(one.pressure.sum(), rel=0.015)
-    assert len({member.balance for member in found.without}) == GROUPS
+    assert len({member.balance for member in fit.without}) == GROUPS
     capped = fit_local(one, 3, replace(target, hardness_pa=1e9))
     assert {member.balance for member in (capped.whole, *capped.without)} == {1.0}
 

@@ -280,12 +280,12 @@ def test_terms_that_are_not_there_have_the_coefficient_zero(directions):
     complete = multi_indices(3, 3)
     kept = complete[:, 1] % 2 == 0
     c = np.where(kept, np.random.default_rng(4).standard_normal(len(complete)), 0.0)
-    found = sobol_indices(complete[kept], 1e9 * c[kept], directions)
-    np.testing.assert_allclose(found, sobol_indices(complete, c, directions), atol=1e-12)
+    indices = sobol_indices(complete[kept], 1e9 * c[kept], directions)
+    np.testing.assert_allclose(indices, sobol_indices(complete, c, directions), atol=1e-12)
     if len(directions[0]) == 3:
         present = complete > 0
         alone = present & (present.sum(axis=1) == 1)[:, None]
-        np.testing.assert_allclose(found, np.stack([c**2 @ alone, c**2 @ present]) / np.sum(c[1:] ** 2), atol=1e-12)
+        np.testing.assert_allclose(indices, np.stack([c**2 @ alone, c**2 @ present]) / np.sum(c[1:] ** 2), atol=1e-12)
 
 
 def test_expansions_without_shares_are_refused():

@@ -78,7 +78,7 @@ def test_quadratics_inside_the_mesh():
     """Central differences are exact, and the mean of x^2 over 2h + 1 nodes exceeds x^2 by h (h + 1) / 3."""
     x, y = nodes()
     heights = 3 + 2 * x - y + 0.5 * x**2 - 0.25 * y**2 + 0.125 * x * y
-    found = local_functionals(heights, STENCIL)
+    functionals = local_functionals(heights, STENCIL)
     inside = (slice(3, -3), slice(2, -2))
     excess = [0.5 * hx * (hx + 1) / 3 - 0.25 * hy * (hy + 1) / 3 for hx, hy in (STENCIL.near, STENCIL.far)]
     slope_x, slope_y = 2 + x + 0.125 * y, -1 - 0.5 * y + 0.125 * x
@@ -92,7 +92,7 @@ def test_quadratics_inside_the_mesh():
         heights + excess[0],
         heights + excess[1],
     ]
-    for name, ours, expected in zip(NAMES, found, exact, strict=True):
+    for name, ours, expected in zip(NAMES, functionals, exact, strict=True):
         np.testing.assert_allclose(ours[inside], expected[inside], atol=1e-12, err_msg=name)  # heights up to 80
 
 
@@ -111,18 +111,18 @@ def test_border():
 @pytest.mark.parametrize("shape", [(11, 9), (1, 9), (11, 1), (1, 1), (4, 2)])
 def test_boxes_are_cut_at_the_border(shape):
     heights = np.random.default_rng(1).standard_normal(shape)
-    found = local_functionals(heights, STENCIL)
-    np.testing.assert_allclose(found[NEAR], box_means(heights, *STENCIL.near), atol=1e-14)
-    np.testing.assert_allclose(found[FAR], box_means(heights, *STENCIL.far), atol=1e-14)
+    functionals = local_functionals(heights, STENCIL)
+    np.testing.assert_allclose(functionals[NEAR], box_means(heights, *STENCIL.near), atol=1e-14)
+    np.testing.assert_allclose(functionals[FAR], box_means(heights, *STENCIL.far), atol=1e-14)
 
 
 def test_strips_too_narrow_for_a_difference_have_none():
     line = np.random.default_rng(5).standard_normal(12)
     wide = local_functionals(np.repeat(line[:, None], 5, axis=1), STENCIL)
     for heights in (line[:, None], np.repeat(line[:, None], 2, axis=1)):
-        found = local_functionals(heights, STENCIL)
-        assert not found[[SLOPE_Y, YY, XY]].any()
-        np.testing.assert_allclose(found, wide[:, :, : heights.shape[1]], atol=1e-14)
+        functionals = local_functionals(heights, STENCIL)
+        assert not functionals[[SLOPE_Y, YY, XY]].any()
+        np.testing.assert_allclose(functionals, wide[:, :, : heights.shape[1]], atol=1e-14)
     along = local_functionals(line[None, :], STENCIL)
     assert not along[[SLOPE_X, XX, XY]].any()
     np.testing.assert_array_equal(along[SLOPE_Y, 0], np.gradient(line))
@@ -196,9 +196,9 @@ def test_what_a_symmetry_keeps_apart_is_not_mixed_by_whitening():
 def test_functionals_of_mirrored_surfaces_have_the_stated_signs(axis, symmetry):
     heights = np.random.default_rng(12).standard_normal((9, 8))
     stencil = Stencil((1, 1), (2, 3))
-    found = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)
+    mirrored = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)
     signs = (-1.0) ** MIRRORED[:, symmetry]
-    np.testing.assert_allclose(found, local_functionals(heights, stencil) * signs[:, None, None], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(mirrored, local_functionals(heights, stencil) * signs[:, None, None], rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("draw", [latin_hypercube, sobol])
@@ -366,9 +366,9 @@ def test_refits_scatter_as_new_samples_would_with_four_samples_a_coefficient():
     basis, new, weights = rng.standard_normal((200, 50)), rng.standard_normal((50, 50)), np.ones(200)
     exact = basis @ np.ones(50)
     values, signs = exact + rng.standard_normal(200), rng.choice([-1.0, 1.0], (200, 400))
-    found = np.std(new @ wild_coefficients(basis, values, weights, signs), axis=1)
+    spread = np.std(new @ wild_coefficients(basis, values, weights, signs), axis=1)
     true = np.sqrt(np.einsum("ni,ij,nj->n", new, np.linalg.inv(basis.T @ basis), new))
-    assert np.mean(found / true) == pytest.approx(1.0, abs=0.1)  # plain residuals would give sqrt(1 - 50/200) = 0.87
+    assert np.mean(spread / true) == pytest.approx(1.0, abs=0.1)  # plain residuals would give sqrt(1 - 50/200) = 0.87
     np.testing.assert_allclose(wild_coefficients(basis, exact, weights, signs), 1.0, atol=1e-12)
     fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
     np.testing.assert_allclose(wild_coefficients(basis, values, weights, 0 * signs).T, [fitted] * 400, rtol=1e-9)
@@ -507,6 +507,6 @@ def test_pressures_of_several_designs_are_of_the_same_draws():
         for scale, seed in ((1, 0), (2, 1))
     ]
     fits = [design.fit() for design in designs]
-    found = design_pressures(designs, fits, [4])
-    for row, design, fit in zip(found, designs, fits, strict=True):
+    pressures = design_pressures(designs, fits, [4])
+    for row, design, fit in zip(pressures, designs, fits, strict=True):
         np.testing.assert_allclose(row, draw(design, fit.coefficients, REFIT_BLOCKS * BLOCK, [4]), rtol=1e-9)

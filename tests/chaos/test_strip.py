@@ -70,11 +70,11 @@ def test_a_cubic_target_is_recovered_on_other_strips_of_any_length(target):
     for nodes in (40, 2000):
         heights = strip(nodes, nodes)
         exact = cubic(heights, target)
-        found = expansion.pressure(heights)
-        assert found.shape == (2, nodes, ROWS)
-        power = target.values(found, np.zeros_like(found))
+        pressure = expansion.pressure(heights)
+        assert pressure.shape == (2, nodes, ROWS)
+        power = target.values(pressure, np.zeros_like(pressure))
         np.testing.assert_allclose(power, np.maximum(exact, 0.0), atol=1e-10 * np.abs(exact).max())
-        assert 0.1 < np.mean(found > 0) < 0.9
+        assert 0.1 < np.mean(pressure > 0) < 0.9
 
 
 def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
@@ -91,12 +91,12 @@ def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
         assert folded[0].shape == (1400, 2, 8)
         fit, _ = fit_strip(*folded, 2, STENCIL, TARGETS[0])
         whole = on_all_rows(fit, rows)
-        found = whole.predicted(heights)
-        assert found.shape == (1, 700, rows)
-        rounding = 1e-12 * np.abs(found).max()
+        predicted = whole.predicted(heights)
+        assert predicted.shape == (1, 700, rows)
+        rounding = 1e-12 * np.abs(predicted).max()
         again = whole.predicted(heights[::-1, ::-1])[:, ::-1, ::-1]
-        np.testing.assert_allclose(again, found, rtol=0, atol=100 * rounding)
-        np.testing.assert_allclose(whole.predicted(heights, slice(5, 40)), found[:, 5:40], rtol=0, atol=rounding)
+        np.testing.assert_allclose(again, predicted, rtol=0, atol=100 * rounding)
+        np.testing.assert_allclose(whole.predicted(heights, slice(5, 40)), predicted[:, 5:40], rtol=0, atol=rounding)
 
 
 @pytest.mark.parametrize("most", [20, 2])
@@ -111,15 +111,15 @@ def test_left_out_strips_are_predicted_by_the_others(most, monkeypatch):
     values = cubic(heights, target).transpose(1, 2, 0) + noise
     number = np.repeat(np.arange(strips), nodes)
     fit, _ = fit_strip(functionals, values, 1, STENCIL, target)
-    found = predictions_of_left_out_strips(fit, functionals, values, number)
-    assert found.shape == (2, strips * nodes, ROWS)
+    predictions = predictions_of_left_out_strips(fit, functionals, values, number)
+    assert predictions.shape == (2, strips * nodes, ROWS)
     for row, level, out in ((0, 1, 0), (2, 0, 3)):
         kept = number % min(most, strips) != out % min(most, strips)
         u = np.column_stack([np.ones(len(number)), functionals[:, row] / UNIT])
         root = np.sqrt(target.weights(values[:, row, level]))[kept]
         beta = np.linalg.lstsq(root[:, None] * u[kept], root * values[kept, row, level], rcond=None)[0]
         expected = (u @ beta)[~kept]
-        np.testing.assert_allclose(found[level, ~kept, row], expected, rtol=0, atol=1e-8 * np.abs(values).max())
+        np.testing.assert_allclose(predictions[level, ~kept, row], expected, rtol=0, atol=1e-8 * np.abs(values).max())
     with pytest.raises(ParameterError, match="at least two"):
         predictions_of_left_out_strips(fit, functionals, values, np.zeros(len(number)))
 
@@ -138,10 +138,10 @@ def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
     assert fit.indices.shape == (105, 8)
     assert quality["leave_one_out"].max() < 1e-20
     other = strip(12, 300)
-    exact, found = even(other), fit.predicted(other)
+    exact, predicted = even(other), fit.predicted(other)
     rounding = 1e-10 * np.abs(exact).max()
-    np.testing.assert_allclose(found, exact, rtol=0, atol=rounding)
-    np.testing.assert_allclose(fit.predicted(other[::-1])[:, ::-1], found, rtol=0, atol=rounding)
+    np.testing.assert_allclose(predicted, exact, rtol=0, atol=rounding)
+    np.testing.assert_allclose(fit.predicted(other[::-1])[:, ::-1], predicted, rtol=0, atol=rounding)
 
 
 TRIAL = PressureTarget("trial_pressure", 1.0)
@@ -203,10 +203,10 @@ def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
 def test_at_and_next_to_the_last_place_the_table_is_not_read_past_its_end():
     """Uncompiled, a place past the end is an IndexError."""
     contact, pressure = np.array([0.0, 0.5, 1.0]), np.array([0.0, 1.0, 4.0])
-    found, s = np.empty((2, 5)), np.array([0.9, 1.0, 2.5, 3.0, 7.0])
+    inverse, s = np.empty((2, 5)), np.array([0.9, 1.0, 2.5, 3.0, 7.0])
     for interpolate in (_interpolate, _interpolate.py_func):
-        interpolate(s, 1.0, 1.0, contact, pressure, *found)
-        np.testing.assert_array_equal(found, [[0.0, 0.0, 0.75, 1.0, 1.0], [0.0, 0.0, 2.5, 4.0, 4.0]])
+        interpolate(s, 1.0, 1.0, contact, pressure, *inverse)
+        np.testing.assert_array_equal(inverse, [[0.0, 0.0, 0.75, 1.0, 1.0], [0.0, 0.0, 2.5, 4.0, 4.0]])
 
 
 def test_unsuitable_strips_are_refused_with_their_place():
@@ -308,9 +308,9 @@ def test_quantiles_are_those_of_the_law_where_scatter_grows_with_the_prediction(
     """A quantile of the window's samples has the error sqrt(q (1 - q) / n) / f, at most 1.8 width / sqrt(n), four of
     which are 0.18 width. The window smears the mean by its own slope, which is fitted, not by its position."""
     s = np.array([-1.5, -0.5, 0.0, 0.5, 1.0, 1.5])
-    found = law.draw(s, np.full(6, probability))
+    drawn = law.draw(s, np.full(6, probability))
     tolerance = 4 * 1.8 * width(s) / np.sqrt(NEIGHBOURS * SAMPLES)
-    assert np.all(np.abs(found - mean(s) - width(s) * ndtri(probability)) < tolerance)
+    assert np.all(np.abs(drawn - mean(s) - width(s) * ndtri(probability)) < tolerance)
 
 
 def test_the_centre_goes_on_straight(law):

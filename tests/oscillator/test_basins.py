@@ -70,19 +70,19 @@ def test_a_motion_that_never_changes_is_an_error_and_so_is_a_wrong_box():
 
 def test_a_share_comes_with_its_states_and_interval():
     box = ((0.0, 2 * BOTH.F), (-BOTH.V, BOTH.V))
-    found = basin_share(BOTH, LAW, box, 100, (1,))
-    assert found.low < found.share == found.stick_slip.mean() < found.high
-    np.testing.assert_array_equal(found.stick_slip, ends_in_stick_slip(BOTH, LAW, found.states))
-    assert np.all((found.states >= np.transpose(box)[0]) & (found.states < np.transpose(box)[1]))
+    share = basin_share(BOTH, LAW, box, 100, (1,))
+    assert share.low < share.share == share.stick_slip.mean() < share.high
+    np.testing.assert_array_equal(share.stick_slip, ends_in_stick_slip(BOTH, LAW, share.states))
+    assert np.all((share.states >= np.transpose(box)[0]) & (share.states < np.transpose(box)[1]))
 
 
 @pytest.mark.slow
 def test_the_share_of_bstab_is_found_again():
     """Stender and Hoffmann's 0.6835 of 4000 states, and ours of as many others: within three standard errors of the
     difference."""
-    found = basin_share(BSTAB, friction_law(falling), BOX, NUMBER, (1,))
+    share = basin_share(BSTAB, friction_law(falling), BOX, NUMBER, (1,))
     error = math.sqrt(2 * PUBLISHED * (1 - PUBLISHED) / NUMBER)
-    assert abs(found.share - PUBLISHED) < 3 * error
+    assert abs(share.share - PUBLISHED) < 3 * error
 
 
 @pytest.mark.slow

@@ -254,7 +254,7 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
         process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, deviation), length)
         paths = recursion(process, length / 4)
         kept = [KeptPath(paths.realisation([3, number, run])) for run in range(24)]
-        found = {}
+        states = {}
         for periods in (40.0, 400.0):
             for sliding in (False, True):
                 runs = [
@@ -262,11 +262,11 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
                     for path in kept
                 ]
                 shares = np.nan_to_num([s.share(first + 0.5 * periods, first + periods) for _, first, s in runs])
-                found[periods, sliding] = float(shares.mean()), float(shares.std(ddof=1)) / math.sqrt(len(kept))
-        (rest, error), (slid, other) = found[40.0, False], found[40.0, True]
+                states[periods, sliding] = float(shares.mean()), float(shares.std(ddof=1)) / math.sqrt(len(kept))
+        (rest, error), (slid, other) = states[40.0, False], states[40.0, True]
         if abs(rest - slid) <= 0.05:
             agreed += 1
-            later, later_error = found[400.0, False]
+            later, later_error = states[400.0, False]
             assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
     assert agreed >= 5
 
@@ -306,10 +306,10 @@ def test_a_pilot_shows_how_counts_follow_the_scatter_of_friction():
     low, high = rng.standard_normal((2, 25, 2)) + np.array([[[0.0, 0.0]], [[1.0, -3.0]]])
     slopes = (high - low) / (2 * math.log(SCATTER_FACTOR))
     bound = -slopes[:, 1].mean() + 2 * slopes[:, 1].std(ddof=1) / 5
-    found = RunErrors.of_pilot(np.stack((low, 2.0 * high)))
+    of_pilot = RunErrors.of_pilot(np.stack((low, 2.0 * high)))
     assert RunErrors.of_pilot(np.stack((low, high))).slope == pytest.approx(bound)
     variances = (low.var(axis=0, ddof=1) + 4.0 * high.var(axis=0, ddof=1)) / 2.0
-    np.testing.assert_allclose(found.deviation, np.sqrt(variances))
+    np.testing.assert_allclose(of_pilot.deviation, np.sqrt(variances))
 
 
 def test_runs_that_a_half_width_takes():

@@ -163,8 +163,8 @@ def test_linear_pieces_are_chords():
     nodes = np.random.default_rng(2).standard_normal(9)
     path = path_through(nodes, 0, SPACING, False, True)
     s = np.linspace(0.0, 8 * SPACING, 101)
-    found = np.array([mu_s_at(piece_at(path, x), x) for x in s])
-    assert found == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
+    values = np.array([mu_s_at(piece_at(path, x), x) for x in s])
+    assert values == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
     slopes = [mu_s_slope(piece_at(path, (k + 0.5) * SPACING), (k + 0.5) * SPACING) for k in range(8)]
     assert slopes == pytest.approx(np.diff(nodes) / SPACING, abs=1e-12)
 

@@ -176,11 +176,11 @@ def test_a_step_may_begin_a_little_behind_its_node():
     y = slip_state(0.0, 0.1 * F, V - w, s, 1.0, first, p)
     v = math.sqrt(w * w - 2.0 * y.a * late)
     behind = slip_state(late / w, y.x + (V - w) * late / w, V - v, s + late, 1.0, first, p)
-    end, found = (step_over(3, start, 1.0, path, p)[0] for start in (y, behind))
+    end, ends = (step_over(3, start, 1.0, path, p)[0] for start in (y, behind))
     mean = np.mean([mu_s_at(wide_piece(path, 100, 3).piece, s + t * SPACING) for t in np.linspace(0.0, 16.0, 101)])
     effect = F * late * abs(mean - nodes[100]) / w
-    assert abs(found.u - end.u) < 0.05 * effect
-    assert abs(found.tau - end.tau) < 0.1 * effect / w
+    assert abs(ends.u - end.u) < 0.05 * effect
+    assert abs(ends.tau - end.tau) < 0.1 * effect / w
 
 
 def first_cycle(seed, scatter, tolerance, integrator="fehlberg45"):
@@ -203,12 +203,12 @@ def test_motion_on_rough_paths(tolerance, scatter):
     """
     steps = []
     for seed in range(20):
-        found = first_cycle(seed, scatter, tolerance)
+        cycle = first_cycle(seed, scatter, tolerance)
         exact = first_cycle(seed, scatter, 1e-13, "dormand_prince853")
-        assert found.kind.tolist() == exact.kind.tolist()
-        assert found.backwards.tolist() == exact.backwards.tolist()
-        assert ends(found)[0, 1] == pytest.approx(ends(exact)[0, 1], abs=7.0 * tolerance * F)
-        steps.append(found.steps)
+        assert cycle.kind.tolist() == exact.kind.tolist()
+        assert cycle.backwards.tolist() == exact.backwards.tolist()
+        assert ends(cycle)[0, 1] == pytest.approx(ends(exact)[0, 1], abs=7.0 * tolerance * F)
+        steps.append(cycle.steps)
     assert np.mean(steps) < {1e-4: 60, 1e-6: 160, 1e-8: 900}[tolerance]
 
 
@@ -236,11 +236,11 @@ def test_steps_towards_a_stop_are_refused_or_right():
             wide = wide_piece(path, 8, level)
             with np.errstate(invalid="ignore"):
                 back += step_by_distance(y, -1.0, wide, 0.0, wide.piece, p)[0].tau < tau
-            found = wide_step(y, level, True, -1.0, branch(0, False, p), path, p, tolerance, 99.0)
-            if found.level < 0:
+            step = wide_step(y, level, True, -1.0, branch(0, False, p), path, p, tolerance, 99.0)
+            if step.level < 0:
                 continue
             accepted += 1
-            end, t = found.end, found.end.tau - tau
+            end, t = step.end, step.end.tau - tau
             x = forced * math.cos(r * end.tau) + a * math.sin(t) + b * math.cos(t) - mu
             v = -forced * r * math.sin(r * end.tau) + a * math.cos(t) - b * math.sin(t)
             assert t > 0.0

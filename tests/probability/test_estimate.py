@@ -46,19 +46,19 @@ def test_an_estimate_is_shown_as_a_number_with_its_interval():
 
 def test_an_interval_of_a_scale_is_reflected_on_the_logarithm():
     """As far above the value as the replicates lie below it, as a ratio."""
-    found = Estimate.of_scale(ROWS, 1.5)
+    estimate = Estimate.of_scale(ROWS, 1.5)
     low, high = np.quantile(np.log(ROWS[1:]), (0.025, 0.975), axis=0)
-    np.testing.assert_allclose(found.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
-    np.testing.assert_allclose(found.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
-    np.testing.assert_allclose(found.rows, ROWS, rtol=1e-14)
+    np.testing.assert_allclose(estimate.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
+    np.testing.assert_allclose(estimate.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
+    np.testing.assert_allclose(estimate.rows, ROWS, rtol=1e-14)
 
 
 def test_a_distance_lies_within_what_resampling_moves_the_curve():
     moved = np.linspace(0.0, 1.0, 101)
     for value, low in ((2.0, 1.05), (0.5, 0.0)):
-        found = Estimate.of_distance(np.array([value, 3.0, 4.0]), moved)
-        assert (found.value, found.low, found.high) == pytest.approx((value, low, value + 0.95))
-        np.testing.assert_array_equal(found.rows, [value, 3.0, 4.0])
+        estimate = Estimate.of_distance(np.array([value, 3.0, 4.0]), moved)
+        assert (estimate.value, estimate.low, estimate.high) == pytest.approx((value, low, value + 0.95))
+        np.testing.assert_array_equal(estimate.rows, [value, 3.0, 4.0])
 
 
 @pytest.mark.parametrize("samples", [3, 24, 1000])
@@ -149,14 +149,14 @@ def test_a_seventh_of_the_nodes_errs_less_than_a_full_lattice():
     """17 x 17 nodes and straight lines between them, against a seventh and a fifth of so many."""
     full = np.abs(bilinear(EVERY, 17) - EVERY).mean()
     for computed, share in ((40, 0.7), (56, 0.5)):
-        found = lattice_map(band, POINTS, computed)
-        assert found.is_computed.sum() == computed
-        assert np.abs(found.probability - EVERY).mean() < share * full
+        lattice = lattice_map(band, POINTS, computed)
+        assert lattice.is_computed.sum() == computed
+        assert np.abs(lattice.probability - EVERY).mean() < share * full
 
 
 def test_the_map_is_the_full_lattice_where_both_have_points():
-    found = lattice_map(band, POINTS, 40)
-    np.testing.assert_array_equal(found.probability[found.is_computed], EVERY[found.is_computed])
+    lattice = lattice_map(band, POINTS, 40)
+    np.testing.assert_array_equal(lattice.probability[lattice.is_computed], EVERY[lattice.is_computed])
     whole = lattice_map(lambda i, j: EVERY[i, j], 5, 25)
     np.testing.assert_array_equal(whole.probability, EVERY[:5, :5])
 
@@ -184,9 +184,9 @@ def test_each_node_is_asked_for_once_and_most_are_in_the_band():
 
 def test_a_probability_that_does_not_change_is_found_everywhere():
     for value in (0.0, 1.0, 0.3):
-        found = lattice_map(lambda i, j, value=value: value, 9, 20)
-        np.testing.assert_allclose(found.probability, value, atol=1e-9)
-        assert found.prediction_error < 1e-9
+        lattice = lattice_map(lambda i, j, value=value: value, 9, 20)
+        np.testing.assert_allclose(lattice.probability, value, atol=1e-9)
+        assert lattice.prediction_error < 1e-9
 
 
 @pytest.mark.parametrize(("points", "computed"), [(3, 9), (9, 15), (9, 82)])
@@ -221,10 +221,10 @@ def test_intervals_cover_the_quantile_of_a_known_distribution_as_often_as_its_or
         changes = np.exp(generator.normal(0.3, 0.1, PATHS))
         search = search_of(changes)
         for level in (0.05, 0.95):
-            found = search.crossing(level, upwards=True)
-            covered.append(found.low <= math.exp(0.3 + 0.1 * ndtri(1 - level)) <= found.high)
+            crossing = search.crossing(level, upwards=True)
+            covered.append(crossing.low <= math.exp(0.3 + 0.1 * ndtri(1 - level)) <= crossing.high)
             near = np.sort(changes)[::-1][round(level * PATHS) - 1 : round(level * PATHS) + 1]
-            assert near[1] * (1 - COARSE) <= found.value <= near[0] * (1 + COARSE)
+            assert near[1] * (1 - COARSE) <= crossing.value <= near[0] * (1 + COARSE)
         assert search.crossing(0.05, upwards=False) is None
     assert np.mean(covered) >= 0.983 - 3 * 0.009
 
@@ -281,8 +281,8 @@ def test_paths_that_change_to_and_fro_are_covered_too():
             return drawn < ndtr(-math.log(x) / 0.1)
 
         search = LevelSearch(occurs, 0.1, 1e-3, 10.0, np.ones(PATHS, dtype=bool))
-        found = search.crossing(0.05, upwards=True)
-        covered.append(found.low <= math.exp(0.1 * ndtri(0.95)) <= found.high)
+        crossing = search.crossing(0.05, upwards=True)
+        covered.append(crossing.low <= math.exp(0.1 * ndtri(0.95)) <= crossing.high)
     assert np.mean(covered) >= 0.9  # the search meets many values, and its end is the first of them outside
 
 
@@ -291,8 +291,8 @@ def test_paths_that_change_together_have_one_crossing_at_every_level():
     for start in (0.5, 7.0):
         search = search_of(np.full(PATHS, 2.0), start=start)
         for level in (0.05, 0.95):
-            found = search.crossing(level, upwards=start < 2)
-            assert (found.low, found.value, found.high) == pytest.approx((2, 2, 2), rel=2 * ACCURACY)
+            crossing = search.crossing(level, upwards=start < 2)
+            assert (crossing.low, crossing.value, crossing.high) == pytest.approx((2, 2, 2), rel=2 * ACCURACY)
             assert search.crossing(level, upwards=start > 2) is None
     assert search.searched == (1e-3, 10.0)
 
@@ -300,10 +300,10 @@ def test_paths_that_change_together_have_one_crossing_at_every_level():
 def test_an_interval_that_reaches_the_end_of_the_search_is_open():
     """The level 0.05 is crossed at 9.9, where six of the paths are left; five stay to the end."""
     changes = np.append(np.full(95, 9.9), np.full(5, np.inf))
-    found = search_of(changes).crossing(0.05, upwards=True)
-    assert found.value == pytest.approx(9.9, rel=COARSE)
-    assert found.high is None
-    assert found.low == pytest.approx(9.9, rel=COARSE)
+    crossing = search_of(changes).crossing(0.05, upwards=True)
+    assert crossing.value == pytest.approx(9.9, rel=COARSE)
+    assert crossing.high is None
+    assert crossing.low == pytest.approx(9.9, rel=COARSE)
 
 
 @pytest.mark.parametrize("error", [ConvergenceError("too stiff", residual=1.0, work=1), IllPosedError("no limit")])

@@ -66,18 +66,18 @@ def check_refused(path, words, *, spacing=None, unit=None):
 def test_a_plain_matrix_has_a_row_for_each_y(tmp_path, heights):
     path = tmp_path / "plain.txt"
     np.savetxt(path, heights.T * 1e9, header="nanometres")
-    found = read_scan(path, (DX, DY), "nm")
-    np.testing.assert_allclose(found.heights, heights, rtol=1e-13)
-    assert (found.dx, found.dy) == (DX, DY)
+    scan = read_scan(path, (DX, DY), "nm")
+    np.testing.assert_allclose(scan.heights, heights, rtol=1e-13)
+    assert (scan.dx, scan.dy) == (DX, DY)
 
 
 @pytest.mark.parametrize("dims", [("x", "y"), ("y", "x")])
 def test_a_netcdf_map_carries_its_units(tmp_path, heights, dims):
     path = tmp_path / "map.nc"
     write_netcdf(path, heights, dims=dims)
-    found = read_scan(path)
-    np.testing.assert_allclose(found.heights, heights, rtol=1e-7)  # stored in single precision
-    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+    scan = read_scan(path)
+    np.testing.assert_allclose(scan.heights, heights, rtol=1e-7)  # stored in single precision
+    assert (scan.dx, scan.dy) == pytest.approx((DX, DY), rel=1e-12)
 
 
 def test_bad_netcdf_maps(tmp_path, heights):
@@ -191,10 +191,10 @@ def test_an_x3p_file_comes_back_as_it_was(tmp_path, scan):
     write_x3p(first, scan)
     write_x3p(second, scan)
     assert first.read_bytes() == second.read_bytes()
-    found = read_scan(first)
-    np.testing.assert_array_equal(found.missing, scan.missing)
-    np.testing.assert_array_equal(found.heights[found.measured], scan.heights[found.measured])
-    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-14)
+    again = read_scan(first)
+    np.testing.assert_array_equal(again.missing, scan.missing)
+    np.testing.assert_array_equal(again.heights[again.measured], scan.heights[again.measured])
+    assert (again.dx, again.dy) == pytest.approx((DX, DY), rel=1e-14)
     with zipfile.ZipFile(first) as archive:
         assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         assert b"<Date>1980-01-01" in archive.read("main.xml")
@@ -235,9 +235,9 @@ def test_text_with_heights_in_unknown_units(tmp_path, heights, header, words):
     path.write_text(header + "\n".join(" ".join(f"{z:.9e}" for z in row) for row in heights.T * 1e9))
     check_refused(path, words)
     if header.endswith("25.5 um\n"):  # the size in the header, the unit of heights stated
-        found = read_scan(path, unit="nm")
-        np.testing.assert_allclose(found.heights, heights, rtol=1e-8)
-        assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+        scan = read_scan(path, unit="nm")
+        np.testing.assert_allclose(scan.heights, heights, rtol=1e-8)
+        assert (scan.dx, scan.dy) == pytest.approx((DX, DY), rel=1e-12)
 
 
 @instruments
@@ -247,10 +247,10 @@ def test_a_netcdf_map_of_the_library_is_read(tmp_path, scan):
     path = tmp_path / "theirs.nc"
     heights = np.ma.masked_array(scan.heights * 1e6, mask=scan.missing)
     Theirs(heights, (NX * DX * 1e6, NY * DY * 1e6), unit="µm").to_netcdf(str(path))
-    found = read_scan(path)
-    np.testing.assert_array_equal(found.missing, scan.missing)
-    np.testing.assert_allclose(found.heights[found.measured], scan.heights[found.measured], rtol=1e-12)
-    assert (found.dx, found.dy) == pytest.approx((DX, DY), rel=1e-12)
+    again = read_scan(path)
+    np.testing.assert_array_equal(again.missing, scan.missing)
+    np.testing.assert_allclose(again.heights[again.measured], scan.heights[again.measured], rtol=1e-12)
+    assert (again.dx, again.dy) == pytest.approx((DX, DY), rel=1e-12)
 
 
 def as_h5(path, arrays):

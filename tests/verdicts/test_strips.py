@@ -40,11 +40,11 @@ def levels(name, value, half):
 )
 def test_intervals_narrow_with_the_root_of_the_strips_until_a_rule_decides(statement, numbers, times):
     """n = strips (half width / distance from the threshold)^2, up to one step of the search."""
-    found = strips_that_decide(friction() | numbers, 100, BOUNDS)
+    strips = strips_that_decide(friction() | numbers, 100, BOUNDS)
     if times is None:
-        assert statement not in found
+        assert statement not in strips
     else:
-        assert 100 * times <= found[statement] <= math.ceil(100 * times * STEP) + 1
+        assert 100 * times <= strips[statement] <= math.ceil(100 * times * STEP) + 1
 
 
 KEPT = [

@@ -127,16 +127,6 @@ def test_batches_come_in_the_order_of_their_samples(tmp_path):
     np.testing.assert_array_equal(store.join(batches, "n"), [3, 20, 100])
 
 
-def test_an_array_may_have_the_name_of_a_dimension_that_it_does_not_have(tmp_path):
-    """As quantiles at given probabilities in a file with arrays along quantiles; netCDF depends on the order."""
-    arrays = {
-        "quantile": store.Variable(("probability",), np.arange(3.0), "1", "quantile"),
-        "table": store.Variable(("quantile",), np.arange(2.0), "1", "table"),
-    }
-    store.write(tmp_path / "a.nc", arrays, KEY)
-    assert store.read(tmp_path / "a.nc")["quantile"].tolist() == [0.0, 1.0, 2.0]
-
-
 def test_text_is_read_as_it_was_whatever_type_it_came_in(tmp_path):
     """Its checksum, too: an array that was cut out of another keeps the longer type."""
     words = np.array(["", "fälschlich", "ab"])

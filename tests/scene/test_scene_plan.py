@@ -159,19 +159,6 @@ def test_a_square_without_the_correction_at_edges_has_finer_cells(mine):
     assert square["nodes"] == pytest.approx(0.06 / (0.1 * 0.05 * 0.1035), abs=1)
 
 
-@pytest.mark.parametrize(
-    ("given", "line"),
-    [
-        ("targets: [figure2]\nsquare: {nodes: auto}", "a whole number from 2 to 1024, or auto with accuracy.pressure"),
-        ("targets: [figure2]\nsquare: {variance_share: auto}", "a number > 0 and <= 1, or auto with accuracy.pressure"),
-    ],
-)
-def test_a_square_that_does_not_follow_from_an_accuracy_is_refused(mine, given, line):
-    key = "square.nodes" if "nodes" in given else "square.variance_share"
-    (found,) = lines_of(mine, "extends: paper\n" + given)
-    assert found.startswith(f"scenes/mine.yaml: {key}: 'auto' is not allowed; {line}")
-
-
 def test_a_square_beyond_memory_is_refused(mine):
     (found,) = lines_of(mine, SQUARE.format(0.1) + "\nroughness: {correlation_length_m: 5.0e-7}")
     assert found == (

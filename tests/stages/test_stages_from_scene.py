@@ -15,7 +15,7 @@ from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import expansion, geometry, surface_model, variation
 from roughslip.stages.from_scene.expansion import directions
-from roughslip.stages.from_scene.geometry import TRAINING_SPACING, central_nodes, training_columns, training_nodes
+from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
 from roughslip.stages.from_scene.variation import PARAMETERS, changeable, changed, system
 from roughslip.stages.result_tables import scan_table
@@ -51,23 +51,9 @@ def test_windows_lie_on_the_middle_of_the_strip(margin, length, middle):
     assert windows.middle.stop - last == middle - 960
 
 
-def test_training_columns_lie_on_the_middle_at_equal_distances():
-    columns = training_columns(slice(120, 1080))
-    assert set(np.diff(columns)) == {TRAINING_SPACING}
-    assert columns[0] - 120 < TRAINING_SPACING >= 1080 - columns[-1] > 0
-    assert list(training_columns(slice(0, 4))) == []
-
-
 def test_streams_of_different_stages_never_meet():
     streams = [value for name, value in vars(geometry).items() if name.startswith("STREAM_")]
     assert len(streams) == len(set(streams)) >= 7
-
-
-@pytest.mark.parametrize(("length", "near", "far"), [(6e-7, 1, 2), (1e-5, 5, 20), (1.42e-5, 7, 28)])
-def test_boxes_of_local_means_follow_the_correlation_length(length, near, far):
-    stencil = expansion.stencil(covariance_of("gaussian", 1e-8, length), Grid(100, 50, 1e-6, 2e-6))
-    assert (stencil.near[0], stencil.far[0]) == (near, far)
-    assert stencil.far[1] == max(2, round(far / 2))
 
 
 FIELD = {"covariance": "exponential", "rms_height_m": 2e-7, "correlation_length_m": 5e-6}

@@ -11,20 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughslip import store
-from roughslip.contact.influence import DIRECT_SUM_LIMIT, Influence
-from roughslip.contact.solve import solve, sweep
 from roughslip.errors import ConvergenceError, InputError
-from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
-from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total
-from roughslip.stages.from_scene import elastic
-from roughslip.stages.report import read_scene, represented
-from roughslip.stages.runtime import skip_reasons
+from roughslip.stages.report import read_scene
 from roughslip.stages.runtime.command import execute
 from roughslip.stages.runtime.usage import Usage
-from tests.stages.scenes import CONTACT, changed
 
 STAGE = Stage(name="contact", result="contact.nc")
 SOURCE = Path(__file__).resolve().parents[2] / "src"
@@ -204,38 +196,6 @@ def test_an_accuracy_that_is_not_reached_is_a_warning():
     assert last == "of the scene"
 
 
-def summit(n: int, radius: float) -> tuple[Influence, np.ndarray]:
-    """A paraboloid that stands over the plane on a disc of so many nodes' radius, in the middle of n x n."""
-    x = np.arange(n) - n // 2
-    return Influence(Grid(n, n, 1e-6, 1e-6), 1e11), 1e-9 * (radius**2 - x[:, None] ** 2 - x**2)
-
-
-def counted(*solutions) -> dict[str, int]:
-    counts = elastic.empty_skip_counts()
-    for solution in solutions:
-        elastic.count_solve(counts, solution)
-    return {name: number for name, number in counts.items() if number}
-
-
-def test_what_solves_leave_out_is_counted():
-    """No contact is no solve. Few nodes are solved alone and summed one by one. A square of 57 nodes holds a disc, and
-    57^2 < 64^2 starts from nothing. Sweeps start warm, and large meshes from coarser ones."""
-    influence, u_bar = summit(16, 3.0)
-    assert counted(solve(influence, u_bar - 1e-6)) == {skip_reasons.NO_CONTACT: 1}
-    assert set(elastic.empty_skip_counts()) == set(skip_reasons.OF_SOLVES)
-    inside = np.count_nonzero(u_bar > 0)
-    assert counted(solve(influence, u_bar)) == {skip_reasons.BELOW: 256 - inside, skip_reasons.SUMMED: 1}
-    influence, u_bar = summit(32, 9.0)
-    found = solve(influence, u_bar)
-    assert np.count_nonzero(found.pressure) > DIRECT_SUM_LIMIT
-    assert counted(found, found) == {skip_reasons.BELOW: 2 * (1024 - np.count_nonzero(u_bar > 0))}
-    influence, u_bar = summit(128, 28.5)
-    assert counted(solve(influence, u_bar)) == {skip_reasons.CROPPED: 128**2 - 57**2}
-    influence, u_bar = summit(128, 90.0)
-    swept = sweep(influence, u_bar, [0.0, -1e-7, -2e-7])
-    assert counted(*swept) == {skip_reasons.NESTED: 1, skip_reasons.WARM: 2}
-
-
 CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}
 
 
@@ -286,23 +246,3 @@ def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch
     file.write_text("{}")
     found = read_scene("mine", files_of(scene), CAPTIONS, Path("results"))
     assert (found.folder, found.file) == ("mine/", "../config/scenes/mine.yaml")
-
-
-@pytest.mark.parametrize(
-    ("stage", "targets", "figure"),
-    [
-        ("karhunen_loeve", ("figure2", "figure_field"), "figure2"),
-        ("karhunen_loeve", ("figure_field",), "figure_field"),
-        ("contact_strip", ("figure2", "figure3"), "figure3"),
-        ("contact_strip", ("figure2", "figure5"), "figure5"),
-    ],
-)
-def test_how_a_surface_is_represented_stands_below_the_figure_it_leads_to(tmp_path, stage, targets, figure):
-    variables = {
-        f"captured_{where}": store.Variable((), 0.9, "1", "") for where in ("variance", "at_centre", "at_corner")
-    }
-    variables["eigenvalue"] = store.Variable(("mode",), np.ones(1), "1", "")
-    store.write(tmp_path / "surface" / "modes.nc", variables, store.Key({}, "abc"))
-    scene = changed(CONTACT, square={"variance_share": 0.95}) | {"targets": targets}
-    files = {"surface/modes.nc": tmp_path / "surface" / "modes.nc"}
-    assert represented(files, [stage], scene_of(scene)).keys() == {figure}

@@ -180,11 +180,11 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
     first value of the curve.
     """
     curve, scatter = measured_friction.curve_of(result), measured_friction.scatter_of(result, scene.friction.scatter)
-    values = (curve.friction[0], *curve.friction)
+    static = max(scene.oscillator.static_friction, curve.friction[0])
     law = TableLaw(
         (0.0, *curve.speeds_m_per_s),
-        values,
-        max(scene.oscillator.static_friction, values[0]),
+        (min(curve.at_rest, static), *curve.friction),
+        static,
         measured_from_m_per_s=float(curve.speeds_m_per_s[0]),
     )
     mean, (a, b) = float(result["record_mean"]), result["beta_shapes"]

@@ -16,7 +16,9 @@ def is_record(result: Result) -> bool:
 def curve_of(result: Result) -> FrictionCurve:
     """The curve of a stored record."""
     form = str(result["curve_form"][0])
-    return FrictionCurve(form, result["curve_speed"], result["curve"], result["curve_factor"], float(result["misfit"]))
+    at_rest = float(result["curve_at_rest"]), result["curve_factor_at_rest"]
+    factor, misfit = result["curve_factor"], float(result["misfit"])
+    return FrictionCurve(form, result["curve_speed"], result["curve"], factor, misfit, *at_rest)
 
 
 def scatter_of(result: Result, kind: str) -> FrictionScatter:

@@ -74,12 +74,14 @@ def test_what_follows_from_a_drawn_value():
 
 
 def test_a_record_gives_its_curve_and_scatter_with_their_covariance():
-    speeds, values = np.array([0.1, 0.4, 1.0]), np.array([0.4, 0.36, 0.33])
+    speeds, values = (0.0, 0.4, 1.0), np.array([0.4, 0.36, 0.33])
     factor, log_covariance = (
         np.array([[0.02, 0.0], [0.02, 0.01], [0.02, 0.02]]),
         np.array([[0.01, 0.004], [0.004, 0.04]]),
     )
-    friction = {"record_mean": 0.35, "curve": values, "curve_factor": factor, "additive_log_covariance": log_covariance}
+    friction = {"record_mean": 0.35, "curve": values[1:], "curve_factor": factor[1:]}
+    friction |= {"curve_at_rest": values[0], "curve_factor_at_rest": factor[0]}
+    friction["additive_log_covariance"] = log_covariance
     curve, scatter = sources_of_record(friction, "additive")
     normal = np.random.default_rng(4).standard_normal((curve.axes, 200_000))
     drawn = np.array(list(curve.drawn(normal).values()))
@@ -87,10 +89,11 @@ def test_a_record_gives_its_curve_and_scatter_with_their_covariance():
     factors = np.array(list(scatter.drawn(normal[: scatter.axes]).values()))
     assert np.cov(np.log(factors)) == pytest.approx(log_covariance, rel=0.05)
     assert factors.mean(axis=1) == pytest.approx([1.0, 1.0], abs=2e-3)
-    own = TableLaw((0.0, *speeds), (values[0], *values), 0.41)
+    own = TableLaw(speeds, tuple(values), 0.41)
     assert law_of_record(own, curve.values) == own
     law = law_of_record(own, {"record.curve.0": 0.43, "record.curve.2": 0.3})
-    assert (law.values, law.static) == ((0.43, 0.43, 0.36, 0.3), 0.43)
+    assert (law.values, law.static) == ((0.41, 0.36, 0.3), 0.41)  # sliding at rest holds no more than stick
+    assert law_of_record(own, {"record.curve.1": 0.43}).static == 0.43
     assert sources_of_record({"mean": 0.3}, "additive") == ()
 
 

@@ -34,12 +34,12 @@ def recorded(tmp_path_factory):
     np.savetxt(folder / "trace.csv", np.c_[time, 1e3 * speed, friction], header=header, comments="", delimiter=",")
     scene = {
         "seed": 7,
-        "friction": {"record": {"file": "trace.csv", "time_constant_s": 0.0}, "scatter": "additive"},
+        "friction": {"record": {"file": ["trace.csv"], "time_constant_s": 0.0}, "scatter": "additive"},
         "oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 1e-3},
     }
     output = folder / "record.nc"
     job = Job(
-        store.Key(scene, "code"), Namespace(record=folder / "trace.csv", output=output), Usage(folder / "u", "record")
+        store.Key(scene, "code"), Namespace(record=[folder / "trace.csv"], output=output), Usage(folder / "u", "record")
     )
     record.work(job)
     return scene, output

@@ -78,7 +78,10 @@ def fit_record(
     """
     n = samples.friction.size
     if n < FEWEST_SAMPLES:
-        raise IllPosedError(f"{n} samples of sliding; a fit takes at least {FEWEST_SAMPLES}: record longer or faster")
+        raise IllPosedError(
+            f"{n} samples of sliding cannot tell curve and scatter; a fit takes at least {FEWEST_SAMPLES}: record "
+            "longer or with more samples a second"
+        )
     basis, notes = SpeedBasis(samples.speed), []
     spline = basis.at(samples.speed)
     drift, separate = _drift_columns(samples, spline)
@@ -174,9 +177,10 @@ def _ramp_columns(samples: Samples) -> np.ndarray:
 
 
 def _waves(samples: Samples, wavelength_m: float) -> np.ndarray:
-    """(n, 2) a wave over the slipped distance."""
+    """(n, 2 records) a wave over the slipped distance, with a phase of its own in each record."""
     phase = 2.0 * np.pi * samples.slipped / wavelength_m
-    return np.column_stack([np.cos(phase), np.sin(phase)])
+    record = np.cumsum(samples.step < 0.0)[:, None] == np.arange(1, np.count_nonzero(samples.step < 0.0) + 1)
+    return np.hstack([np.cos(phase)[:, None] * record, np.sin(phase)[:, None] * record])
 
 
 def _left(white: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -207,10 +211,11 @@ def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> 
     residual = _left(white[:, 1:], white[:, 0])
     waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
     waves = _left(white[:, 1:], fit.whiten(samples, waves))
-    pairs = np.linalg.qr(waves.reshape(len(waves), -1, 2).transpose(1, 0, 2))[0]
+    freedom = waves.shape[1] // tried.size
+    pairs = np.linalg.qr(waves.reshape(len(waves), -1, freedom).transpose(1, 0, 2))[0]
     gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
     best = int(np.argmax(gains))
-    return float(tried[best]) if scipy.stats.chi2.sf(gains[best], 2) * len(tried) < SIGNIFICANT else None
+    return float(tried[best]) if scipy.stats.chi2.sf(gains[best], freedom) * len(tried) < SIGNIFICANT else None
 
 
 def _explained(

@@ -186,7 +186,8 @@ def friction_curve(scene: Mapping[str, Any]) -> str:
     """The friction curve of a scene in a sentence."""
     oscillator, record = scene["oscillator"], (scene.get("friction") or {}).get("record")
     if record:
-        return f"The curve is that of the record {record['file']}."
+        several = len(record["file"]) > 1
+        return f"The curve is that of the record{'s' if several else ''} {', '.join(record['file'])}."
     static = f"{digits(oscillator['static_friction'])} at rest"
     if oscillator["law"] == "table":
         speed, last = oscillator["friction_table"][-1]

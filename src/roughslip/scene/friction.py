@@ -31,10 +31,13 @@ class FrictionStatistics(Section):
 class Record(Section):
     """Friction as measured on a tribometer: mean curve and scatter are fitted to it. A path alone is its `file`."""
 
-    file: str = text(
-        "Text file with a header of `name [unit]`: time, speed, friction or force and load, perhaps position; its path "
-        "starts at the folder of the scene file or of the project. A time that falls begins a new record",
-        longest=500,
+    file: tuple[str, ...] = many(
+        "Text files that are fitted together, each with a header of `name [unit]`: time, speed, friction or force and "
+        "load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls "
+        "begins a new record",
+        text("A path", longest=500),
+        at_most=100,
+        unique=True,
     )
     radius_m: float | None = number(
         "Radius of the track of a turning disc, for a speed in rpm and the period of a revolution",
@@ -135,6 +138,19 @@ REPLACES: dict[str, tuple[str, ...]] = {
     RECORD: (*(f"friction.{key}" for key in SOLVED), STATISTICS),
     **{f"friction.{key}": (STATISTICS, RECORD) for key in SOLVED},
 }
+
+
+def with_listed_records(values: Values) -> Values:
+    """What changes in the values of a scene file where a record is a path alone, or one path: a list of paths."""
+    section = values.get("friction")
+    if not isinstance(section, dict) or "record" not in section:
+        return {}
+    record = section["record"]
+    if isinstance(record, str | list):
+        record = {"file": record}
+    if isinstance(record, dict) and isinstance(record.get("file"), str):
+        record = {**record, "file": [record["file"]]}
+    return {"friction": {**section, "record": record}}
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:

@@ -61,6 +61,10 @@ def text() -> str:
     optional = uncertain.with_forms(_optional(schema))
     both = optional["properties"]["accuracy"]
     optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
+    record = optional["properties"]["friction"]["properties"]["record"]
+    paths = {"anyOf": [record["properties"]["file"]["items"], record["properties"]["file"]]}
+    record["properties"]["file"] = paths  # the loader lists them
+    optional["properties"]["friction"]["properties"]["record"] = {"anyOf": [*paths["anyOf"], record]}
     optional["$defs"] = {"uncertain": uncertain.GROUP}
     return json.dumps(optional, indent=2, ensure_ascii=False) + "\n"
 

@@ -9,7 +9,7 @@ import numpy as np
 from roughslip import store
 from roughslip.record.fit import RecordFit, fit_record
 from roughslip.record.process import autocorrelation
-from roughslip.record.reading import read_record
+from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.record.synthetic import scatter_at, through_instrument
 from roughslip.scene.declarations import Stage
@@ -21,7 +21,7 @@ STAGE = Stage(
     name="record",
     reads="seed friction.record",
     reads_if_given="friction.scatter oscillator.static_friction",
-    inputs={"record": "friction.record.file"},
+    many={"record": "friction.record.file"},
     result="friction/record.nc",
     runs_if="friction.record",
     memory_mb=700,
@@ -55,7 +55,7 @@ def work(job: Job) -> None:
     rig = None
     if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
         rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
-    traces = read_record(job.arguments.record, wanted.radius_m)
+    traces = read_records(job.arguments.record, wanted.radius_m)
     with job.usage.core():
         slid = sliding(traces, rig)
         around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m

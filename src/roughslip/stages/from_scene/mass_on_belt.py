@@ -186,11 +186,11 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
     first value of the curve.
     """
     curve, scatter = curve_of(result), scatter_of(result, scene.friction.scatter)
-    values = (curve.friction[0], *curve.friction)
+    static = max(scene.oscillator.static_friction, curve.friction[0])
     law = TableLaw(
         (0.0, *curve.speeds_m_per_s),
-        values,
-        max(scene.oscillator.static_friction, values[0]),
+        (min(curve.at_rest, static), *curve.friction),
+        static,
         measured_from_m_per_s=float(curve.speeds_m_per_s[0]),
     )
     mean, (a, b) = float(result["record_mean"]), result["beta_shapes"]
@@ -297,7 +297,9 @@ def is_record(result: Result) -> bool:
 def curve_of(result: Result) -> FrictionCurve:
     """The curve of a stored record."""
     form = str(result["curve_form"][0])
-    return FrictionCurve(form, result["curve_speed"], result["curve"], result["curve_factor"], float(result["misfit"]))
+    at_rest = float(result["curve_at_rest"]), result["curve_factor_at_rest"]
+    factor, misfit = result["curve_factor"], float(result["misfit"])
+    return FrictionCurve(form, result["curve_speed"], result["curve"], factor, misfit, *at_rest)
 
 
 def scatter_of(result: Result, kind: str) -> FrictionScatter:

@@ -96,8 +96,10 @@ def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
     """Curve and scatter of a friction record; none where friction is of another kind. kind : of its scatter"""
     if "record_mean" not in friction:
         return ()
-    points = {f"record.curve.{point}": float(value) for point, value in enumerate(friction["curve"])}
-    curve = Source(RECORDED_CURVE, points, friction["curve_factor"] @ friction["curve_factor"].T)
+    values = np.append(friction["curve_at_rest"], friction["curve"])
+    points = {f"record.curve.{point}": float(value) for point, value in enumerate(values)}
+    factor = np.vstack([friction["curve_factor_at_rest"], friction["curve_factor"]])
+    curve = Source(RECORDED_CURVE, points, factor @ factor.T)
     covariance = np.expm1(friction[f"{kind}_log_covariance"])  # of factors of mean 1
     if not np.isfinite(covariance).all():
         return (curve,)
@@ -105,11 +107,11 @@ def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
 
 
 def law_of_record(own: FrictionLaw, values: Mapping[str, float]) -> FrictionLaw:
-    """The table of a record, whose first point also holds at rest, at other points; stick holds no less than these."""
+    """The table of a record at other points, the first of them at rest; of limits as `mass_on_belt.of_record`."""
     assert isinstance(own, TableLaw)
-    points = tuple(values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values[1:]))
-    static = max(values.get(STATIC, own.static), points[0])
-    return replace(own, values=(points[0], *points), static=static)
+    points = [values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values)]
+    static = max(values.get(STATIC, own.static), points[1])
+    return replace(own, values=(min(points[0], static), *points[1:]), static=static)
 
 
 def powers_of_scatter(

@@ -45,13 +45,13 @@ class Trace:
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
 
-def read_record(path: Path, radius_m: float | None = None) -> list[Trace]:
+def read_record(path: Path | str, radius_m: float | None = None) -> list[Trace]:
     """The records of a text file. radius_m : [m] of the track, for a speed in rpm
 
     Raises InputError with a line for each mistake: file, column, what is allowed.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:

@@ -50,8 +50,9 @@ def read_record(path: Path | str, radius_m: float | None = None) -> list[Trace]:
 
     Raises InputError with a line for each mistake: file, column, what is allowed.
     """
+    path = Path(path)
     try:
-        lines = Path(path).read_text(encoding="utf-8-sig").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:

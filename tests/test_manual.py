@@ -56,5 +56,21 @@ def test_the_gallery_draws_what_examples_leave_behind():
         assert used <= known, f"docs/gallery.py: {name}.py leaves no {', '.join(used - known)}"
 
 
+@pytest.mark.parametrize("name", ["chain", "disc", "tribometer"])
+def test_a_tutorial_runs_where_there_is_only_the_library(name):
+    """As a notebook in a folder of its own: it imports no file of the manual, and reads only what the page offers."""
+    page = (ROOT / f"docs/tutorials/{name}.md").read_text(encoding="utf-8")
+    cells = re.findall(r"```\{code-cell\}\n(?:---\n.*?\n---\n)?(.*?)```", page, flags=re.DOTALL)
+    nodes = list(ast.walk(ast.parse("\n".join(cells))))
+    imported = {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
+    imported |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    assert {module.partition(".")[0] for module in imported} <= {"roughslip", "numpy", "matplotlib", "dataclasses"}
+    texts = [node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    for file in (text for text in texts if re.fullmatch(r"\S+\.(nc|csv)", text)):
+        assert f"{{download}}`{file}`" in page
+        assert (ROOT / "docs/tutorials" / file).is_file()
+    assert f"<{name}.ipynb>" in page
+
+
 def is_picture(node: ast.stmt) -> bool:
     return isinstance(node, ast.FunctionDef) and node.name.startswith("_")

@@ -8,6 +8,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -154,6 +155,11 @@ def test_what_is_imported_is_declared():
     assert {PACKAGES.get(name, name) for name in tops} - declared == set()
 
 
+@cache
+def nodes(file: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+
+
 def test_pieces_stay_small_and_named_by_their_subject():
     functions = (ast.FunctionDef, ast.AsyncFunctionDef)
     wrong = []
@@ -161,7 +167,7 @@ def test_pieces_stay_small_and_named_by_their_subject():
         source = file.read_text(encoding="utf-8")
         if re.search(r"utils?|helpers?|misc", file.stem) or len(source.splitlines()) > MODULE_LINES:
             wrong.append(file.name)
-        for node in ast.walk(ast.parse(source)):
+        for node in nodes(file):
             if isinstance(node, functions) and node.end_lineno - node.lineno >= FUNCTION_LINES:
                 wrong.append(f"{file.name}: {node.name}")
     assert wrong == []
@@ -175,7 +181,7 @@ KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 def texts() -> Iterator[str]:
     """Every string of the sources, of an f-string what does not depend on values."""
     for source in MODULES.values():
-        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+        for node in nodes(source):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 yield node.value
             elif isinstance(node, ast.JoinedStr):

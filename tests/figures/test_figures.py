@@ -401,6 +401,7 @@ def compared(count):
     }
 
 
+@pytest.mark.slow
 def test_every_scene_is_drawn_from_what_is_stored():
     results = compared(MOST)
     for number, result in enumerate(results["figure3"].values()):

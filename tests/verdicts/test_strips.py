@@ -1,4 +1,4 @@
-"""Strips that decide statements on friction: closed forms of single numbers, and shares of Gaussian pilots.
+"""Strips that decide statements on friction: closed forms of single numbers.
 
 Kept results: which files are kept, and which differences of a run are allowed."""
 
@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from roughslip.errors import StoreError
+from roughslip.verdicts.finding import STEP, strips_that_decide
 from roughslip.verdicts.kept_results import KEPT as KEPT_FILES
 from roughslip.verdicts.kept_results import compared_claims, compared_friction, compared_summaries, keep
 from roughslip.verdicts.rules import BOUNDS
-from roughslip.verdicts.strips import STEP, strips_that_decide
 from tests.verdicts.claimed import LEVELS, friction, with_interval
 
 SKEWED = "mu-right-skewed"

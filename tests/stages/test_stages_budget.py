@@ -127,12 +127,12 @@ def test_the_stage_says_what_to_measure(run, folder):
         found = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
     text = json.loads((folder / "budget.json").read_text())
     assert list(found["source_name"]) == list(text["probability"]["first"])
-    assert list(found["result_name"]) == ["probability", *text["limits"]]
+    assert list(found["result_name"]) == ["probability", *text["limits"], "death", "birth"]
     assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)
     assert text["limits"]["damping"]["value"] == pytest.approx(0.324424, abs=1e-6)
     assert 0.0 <= text["scatter"] <= 1.0
-    assert len(figure_budget({name: found[name] for name in found}).axes) == 1 + len(text["limits"])
-    assert text["summary"][2] == next_to_measure(text)
+    assert len(figure_budget({name: found[name] for name in found}).axes) == 3 + len(text["limits"])
+    assert text["summary"][3] == next_to_measure(text)
     assert np.isfinite(found["first"]).all()
 
 

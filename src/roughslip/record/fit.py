@@ -6,7 +6,7 @@ fitted about a flexible curve, so that a law which does not fit leaves nothing t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -26,6 +26,7 @@ LEAST_RAMP = 0.05  # of the range of speeds in the time of the record: slower ch
 HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
 LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
+OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
 
 
@@ -116,6 +117,10 @@ def fit_record(
     mean, explained = _explained(samples, spline, columns, chosen)
     others = columns[:, spline.shape[1] :]
     curve = fitted_curve(samples.speed, samples.friction, others, lambda one: chosen.whiten(samples, one))
+    wider = float(
+        np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN)
+    )  # variances averaged over the scatter's errors
+    curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if total / chosen.length < FEWEST_LENGTHS:

@@ -36,7 +36,7 @@ class Record(Section):
         "load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls "
         "begins a new record",
         text("A path", longest=500),
-        at_most=100,
+        maximum=100,
         unique=True,
     )
     radius_m: float | None = number(

@@ -8,8 +8,8 @@ and let P take the mean over these off a block. In place of M r then stands
 
 C^-1 is W' B W with the same share f of free nodes in each of the m nodes of a block: f^2 m Lambda(q) for the waves of
 the blocks, and f m times the displacement of a contact by its own share. It is one row of a circulant matrix, so the
-plane is its longest wave. One block leaves M r less its mean. Blocks smaller than the width take more iterations, since
-their shares differ.
+plane is its longest wave. Where the shares of blocks differ much it would take more iterations, or thousands: M r
+stands alone there, and no block is shorter than the width.
 """
 
 from __future__ import annotations
@@ -24,15 +24,18 @@ from roughslip.contact.influence import Influence
 # take as many products.
 LOCAL = 2.0
 
+# Free nodes of a block, over the mean of the blocks, from which on the blocks exchange their forces.
+LEAST_SHARE = 0.5
+
 
 def block_edges(influence: Influence) -> tuple[np.ndarray, np.ndarray]:
     """First nodes of the blocks along and across, and the ends; a cell that is no belt, or not periodic, is one block.
 
-    The longer axis has as many blocks as it has widths, of four nodes at least.
+    The longer axis has as many blocks as it has widths, of eight nodes at least.
     """
     grid = influence.grid
     aspect = grid.nx * grid.dx / (grid.ny * grid.dy) if influence.periodic else 1.0
-    counts = (max(1, min(round(aspect), grid.nx // 4)), max(1, min(round(1 / aspect), grid.ny // 4)))
+    counts = (max(1, min(round(aspect), grid.nx // 8)), max(1, min(round(1 / aspect), grid.ny // 8)))
     along, across = (np.linspace(0, n, k + 1).astype(np.int64) for n, k in zip(grid.shape, counts, strict=True))
     return along, across
 

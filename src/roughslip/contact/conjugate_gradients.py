@@ -337,9 +337,10 @@ def _search(
 
     pressure_sum : [Pa] the given sum, zero for none
     """
-    is_belt = exchange.size > 1
-    if is_belt:
+    force, number = np.zeros(1), np.ones(1)
+    if exchange.size > 1:
         force, number = blocks.block_sums(misfit, free, along, across)
+    if exchange.size > 1 and number.min() > blocks.LEAST_SHARE * number.mean():
         blocks.add_to_blocks(misfit, -force / number, free, along, across, levelled)
         kernels.stencil_product(stencil, levelled, free, padded, descent)
         mean = blocks.block_sums(descent, free, along, across)[0] / number

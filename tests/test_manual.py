@@ -20,15 +20,29 @@ def api_pages():
 
 @pytest.mark.slow
 def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
-    """Each function has a page, and those that an example calls have it there."""
+    """Each function has a page with an example."""
     api_pages.write(tmp_path / "api")
     for package in api_pages.PACKAGES:
         text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
         names = import_module(package).__all__
         assert [name for name in names if f"[{name}]" not in text and f"{package}.{name}" not in text] == []
+    pages = {page.stem: page.read_text(encoding="utf-8") for page in (tmp_path / "api").glob("*.*.*.md")}
+    assert [name for name, text in pages.items() if "## Example" not in text] == []
     page = (tmp_path / "api/roughslip.contact.solve_load.md").read_text(encoding="utf-8")
     assert "literalinclude} ../../../examples/contact_" in page
     assert "solve_load" in (ROOT / "examples" / page.partition("examples/")[2].partition(">")[0]).read_text()
+
+
+@pytest.mark.slow  # compiles contact and motion, and searches limits
+def test_each_snippet_runs_by_itself(api_pages):
+    """They hold numbers to check, and none is of a function that is gone or that a script shows."""
+    shown = api_pages.snippets()
+    for name, code in shown.items():
+        package, _, function = name.rpartition(".")
+        assert function in import_module(package).__all__
+        assert api_pages.calls(package, function) == []
+        exec(compile(code, name, "exec"), {"__name__": name})
+    assert len(shown) > 40
 
 
 def test_a_docstring_becomes_text(api_pages):

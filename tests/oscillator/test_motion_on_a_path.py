@@ -249,7 +249,14 @@ def test_counts_of_an_ensemble_are_those_of_single_runs():
     stiffer = replace(STUDY, natural_frequency_rad_per_s=2 * 316.0, damping_ratio=STUDY.damping_ratio / 2)
     runs = ensemble(STUDY, LAW, [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]})
     assert runs.cycles.tolist() == [[simulate(stiffer, LAW, duration_periods=30.0).cycles]]
-    for wrong, line in (({"speed": [1.0]}, "over must have values of damping.* not of speed"), ({}, "not of nothing")):
+    refused = (
+        ({"speed": [1.0]}, "over must have values of damping.* not of speed"),
+        ({}, "not of nothing"),
+        ({"damping": []}, "a row of values of damping, not the shape \\(0,\\)"),
+        ({"damping": [[0.1]]}, "a row of values of damping"),
+        ({"load": ["a"]}, "load must be an array of real numbers"),
+    )
+    for wrong, line in refused:
         with pytest.raises(ParameterError, match=line):
             ensemble(STUDY, LAW, [None], over=wrong)
 

@@ -254,9 +254,10 @@ def self_affine(
     Returns the covariance, whose `axis_lengths_m` are its 1/e lengths. Raises ParameterError as the class.
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
     """
-    rolloffs = rolloff_wavelength_m, rolloff_wavelength_across_m or rolloff_wavelength_m
-    for length in (*rolloffs, cutoff_wavelength_m):
-        positive("a wavelength", length, "m")
+    across = rolloff_wavelength_m if rolloff_wavelength_across_m is None else rolloff_wavelength_across_m
+    rolloffs = rolloff_wavelength_m, across
+    for name, length in (("roll-off", rolloffs[0]), ("roll-off", across), ("cut-off", cutoff_wavelength_m)):
+        positive(f"the {name} wavelength", length, "m")
     bandwidth = (min(rolloffs) if isotropic_cutoff else rolloff_wavelength_m) / cutoff_wavelength_m
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
     if (rms_height_m is None) == (rms_slope is None):

@@ -257,7 +257,7 @@ def machine_scene(answer=MACHINE, **changes):
 
 
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
-    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": "trace.csv"}}}
+    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": ["trace.csv"]}}}
     assert friction_curve(of_record) == "The curve is that of the record trace.csv."
 
 
@@ -312,8 +312,11 @@ def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
         "scatter": 0.4,
         "limits": {"damping": damping},
         "units": {"damping": "1"},
+        "rates": {"death": {"mean": 0.5, "interval": (0.1, 2.0)}, "birth": {"mean": 3.0, "interval": (1.0, 9.0)}},
     }
     lines = of_budget(budget)
+    assert "stick-slip ends 0.5 times (0.1 to 2) a second and begins 3 times (1 to 9) a second of sliding." in lines[2]
+    assert "not computed" in of_budget(budget | {"rates": {}})[2]
     assert lines[0].startswith("Stick-slip has a probability of 98 % at the given values, and of 62 % averaged")
     assert "D = 0.32 (0.28 to 0.36, 8 % of them beyond a factor of ten)." in lines[1]
     content = parsed(machine_scene(budget=budget | {"summary": lines}))

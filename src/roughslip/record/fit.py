@@ -116,11 +116,8 @@ def fit_record(
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     others = columns[:, spline.shape[1] :]
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: chosen.whiten(samples, one))
-    wider = float(
-        np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN)
-    )  # variances averaged over the scatter's errors
-    curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: chosen.whiten(samples, columns))
+    curve = _widened(curve, chosen)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if total / chosen.length < FEWEST_LENGTHS:
@@ -144,6 +141,12 @@ def fit_record(
         explained,
         tuple(notes),
     )
+
+
+def _widened(curve: FrictionCurve, chosen: ProcessFit) -> FrictionCurve:
+    """The curve with variances that are averaged over the errors of the scatter."""
+    wider = float(np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN))
+    return replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
 
 
 def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:

@@ -3,11 +3,13 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from roughslip import store
+from roughslip.errors import InputError
 from roughslip.figures.figure_budget import figure_budget
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
@@ -15,7 +17,9 @@ from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.report.budget import next_to_measure
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
+from roughslip.stages.from_scene.surface_model import OPTIONS
 from roughslip.stages.from_scene.uncertain_inputs import (
+    _of_surface,
     law_of_record,
     powers_of_scatter,
     sources_of_record,
@@ -112,6 +116,26 @@ def test_height_acts_on_the_scatter_as_pressure_does():
     assert found["scan.height"] == pytest.approx((of_pressure[0] - of_pressure[1]) / 0.1, rel=1e-6)
     assert found["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.03)
     assert found["scan.length"] == pytest.approx(1.0 - found["scan.height"], abs=0.02)
+
+
+def test_a_surface_given_with_uncertainty_is_a_source():
+    """Twice the height is half the pressure. The shape is held, and so is the correlation length of friction."""
+    made = SimpleNamespace(
+        standard_uncertainties=(("roughness.rms_height_m", 1e-7),),
+        roughness=SimpleNamespace(
+            rms_height_m=1e-6, correlation_length_m=1e-5, covariance="gaussian", marginal=None, **dict.fromkeys(OPTIONS)
+        ),
+        strip=SimpleNamespace(window_m=1e-3, width_m=1e-3),
+        oscillator=SimpleNamespace(windows_in_parallel=4),
+        load=SimpleNamespace(nominal_pressure_pa=1e6, pad_length_m=None),
+        material=SimpleNamespace(young_modulus_pa=1e9, poisson_ratio=0.3),
+    )
+    inputs, powers = _of_surface(made, None)
+    assert inputs == {"scan.height": (1.0, pytest.approx(0.1))}
+    assert powers["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.05)
+    made.roughness.covariance = "exponential"
+    with pytest.raises(InputError, match="heights whose slope has no limit take no standard uncertainty"):
+        _of_surface(made, None)
 
 
 @pytest.mark.slow

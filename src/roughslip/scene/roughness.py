@@ -148,10 +148,13 @@ class Roughness(Section):
         tuple(COVARIANCES),
         default=None,
     )
-    rms_height_m: float = number("Root mean square of the heights, Sq", "m", above=0, maximum=0.01, default=None)
+    rms_height_m: float = number(
+        "Root mean square of the heights, Sq", "m", measured=True, above=0, maximum=0.01, default=None
+    )
     correlation_length_m: float = number(
         "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",
         "m",
+        measured=True,
         above=0,
         maximum=1,
         default=None,

@@ -46,6 +46,11 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
         return value
 
     scene |= inside(scene, schema, ())
+    for key, number in uncertainties:
+        smooth = scene.get("load") is not None and (scene.get("roughness") or {}).get("covariance") != "exponential"
+        if key.startswith("roughness.") and not smooth:
+            text = f"{shown(number)} is not allowed; the law of scatter takes load and a covariance with a slope"
+            mistakes.append(((*key.split("."), UNCERTAINTY), text))
     return sorted(uncertainties), mistakes
 
 

@@ -92,8 +92,7 @@ def fit_record(
     known = {"drift": drift, "ramps": ramps}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
-    ones = np.ones(n)
-    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, ones)
+    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
@@ -104,14 +103,7 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
-    simple = {
-        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, fit)
-        for name, weight in (("additive", ones), ("multiplicative", relative))
-    }
-    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
-    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
-    kind = "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+    simple, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
@@ -141,6 +133,20 @@ def fit_record(
         explained,
         tuple(notes),
     )
+
+
+def _additive_or_multiplicative(
+    samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
+) -> tuple[dict[str, ProcessFit], str, float]:
+    """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
+    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
+    fits = {
+        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
+        for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
+    }
+    ratio = fits["multiplicative"].log_likelihood - fits["additive"].log_likelihood
+    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
+    return fits, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive", ratio
 
 
 def _widened(curve: FrictionCurve, chosen: ProcessFit) -> FrictionCurve:

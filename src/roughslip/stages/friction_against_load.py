@@ -8,7 +8,7 @@ from roughslip.friction.statistics import estimate_of, strip_weights
 from roughslip.friction.under_load import CellBlocks, Estimates, pad_estimates
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 

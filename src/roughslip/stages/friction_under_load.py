@@ -16,7 +16,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.surface_model import gaussian_model
-from roughslip.stages.result_tables.load_table import PARTS, correlated, correlation_variables
+from roughslip.stages.result_tables.pad_autocorrelation import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import ELASTIC
 

@@ -15,9 +15,9 @@ from roughslip.friction.under_load import CellBlocks, pad_estimates
 from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.periodic_cell import Cells
+from roughslip.stages.from_scene.periodic_cell import Cells, solved
 from roughslip.stages.from_scene.surface_model import fitted_covariance, gaussian_model, surface_model
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import CELLS as RESOLVED
 from roughslip.surface.plausibility import slope_mistake
@@ -54,13 +54,9 @@ def work(job: Job) -> None:
     even = np.linspace(0, percentile.size - 1, LEVELS).round().astype(int).tolist()
     median, own = (int(np.argmin(np.abs(percentile - at))) for at in (50.0, scene.oscillator.penetration_percentile))
     levels = sorted({*even, median, own})
-    pressures = friction["nominal_pressure"][levels]
+    pressures = friction["nominal_pressure"][levels].tolist()
     coarse = with_coarser_cells(job)
-    cells = (
-        {}
-        if (reason := why_not(coarse))
-        else {level: Cells(coarse, float(p)) for level, p in zip(levels, pressures, strict=True)}
-    )
+    cells = {} if (reason := why_not(coarse)) else {pressure: Cells(coarse, pressure) for pressure in pressures}
     reason = reason or next((one.mistake for one in cells.values() if one.mistake), "")
     if reason:
         store.write(job.arguments.output, {}, job.key, {"reason": reason})
@@ -68,16 +64,21 @@ def work(job: Job) -> None:
     weights = strip_weights(CELLS, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, CELLS]))
     with job.usage.core():
         found = {}
-        for done, (level, pressure) in enumerate(zip(levels, pressures, strict=True)):
-            blocks = solved(cells[level], float(pressure))
-            found[level] = statistics(coarse, blocks, weights, float(pressure))
-            job.usage.progress(done + 1, len(levels))
+        for _, of_size, sums in solved(cells, lambda _: CELLS, job.usage.progress):
+            for pressure, area, force in zip(of_size.tolist(), *sums, strict=True):
+                blocks = CellBlocks(area, force, *geometry.block_sizes(coarse.scene))
+                found[pressure] = statistics(coarse, blocks, weights, pressure)
         job.usage.count(solves=CELLS * len(levels))
     shear = scene.friction.mean_at_median / found[median]["mean"]
-    scaled = [rows | {name: shear * rows[name] for name in rows if name != "variation"} for rows in found.values()]
+    scaled = [
+        rows | {name: shear * rows[name] for name in rows if name != "variation"}
+        for rows in (found[pressure] for pressure in pressures)
+    ]
     variables = {
         "percentile": store.Variable(("level",), percentile[levels], "percent", "penetration of the strips"),
-        "nominal_pressure": store.Variable(("level",), pressures, "Pa", "force over apparent area, as of the strips"),
+        "nominal_pressure": store.Variable(
+            ("level",), np.array(pressures), "Pa", "force over apparent area, as of the strips"
+        ),
     }
     for name, title in TITLES.items():
         of_levels = [estimate_of(name, rows[name], CELLS) for rows in scaled]
@@ -115,13 +116,6 @@ def why_not(job: Job) -> str:
     if cell * RESOLVED > shortest:
         return f"cells of {cell:.3g} m resolve no contacts of heights with a correlation length of {shortest:.3g} m"
     return ""
-
-
-def solved(cells: Cells, pressure_pa: float) -> CellBlocks:
-    """Contact of CELLS cells under a nominal pressure."""
-    sums = [cells.block_sums(*cells.solutions(number, [pressure_pa])) for number in range(CELLS)]
-    area, force = np.moveaxis(np.array(sums), 1, 0)
-    return CellBlocks(area, force, *geometry.block_sizes(cells.scene))
 
 
 def statistics(job: Job, blocks: CellBlocks, weights: np.ndarray, pressure_pa: float) -> dict[str, np.ndarray]:

@@ -13,6 +13,7 @@ from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.statistics import estimate_of, margin_of, strip_weights, window_statistics
 from roughslip.friction.under_load import CellBlocks, pad_estimates
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.periodic_cell import Cells, solved
@@ -57,23 +58,21 @@ def work(job: Job) -> None:
     pressures = friction["nominal_pressure"][levels].tolist()
     coarse = with_coarser_cells(job)
     cells = {} if (reason := why_not(coarse)) else {pressure: Cells(coarse, pressure) for pressure in pressures}
-    reason = reason or next((one.mistake for one in cells.values() if one.mistake), "")
+    reason = reason or next((cell.mistake for cell in cells.values() if cell.mistake), "")
     if reason:
         store.write(job.arguments.output, {}, job.key, {"reason": reason})
         return
     weights = strip_weights(CELLS, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, CELLS]))
     with job.usage.core():
-        found = {}
+        tables = {}
         for _, of_size, sums in solved(cells, lambda _: CELLS, job.usage.progress):
             for pressure, area, force in zip(of_size.tolist(), *sums, strict=True):
                 blocks = CellBlocks(area, force, *geometry.block_sizes(coarse.scene))
-                found[pressure] = statistics(coarse, blocks, weights, pressure)
+                tables[pressure] = statistics(coarse, blocks, weights, pressure)
         job.usage.count(solves=CELLS * len(levels))
-    shear = scene.friction.mean_at_median / found[median]["mean"]
-    scaled = [
-        rows | {name: shear * rows[name] for name in rows if name != "variation"}
-        for rows in (found[pressure] for pressure in pressures)
-    ]
+    of_levels = [tables[pressure] for pressure in pressures]
+    shear = scene.friction.mean_at_median / of_levels[levels.index(median)]["mean"]
+    scaled = [rows | {name: shear * rows[name] for name in rows if name != "variation"} for rows in of_levels]
     variables = {
         "percentile": store.Variable(("level",), percentile[levels], "percent", "penetration of the strips"),
         "nominal_pressure": store.Variable(
@@ -81,13 +80,15 @@ def work(job: Job) -> None:
         ),
     }
     for name, title in TITLES.items():
-        of_levels = [estimate_of(name, rows[name], CELLS) for rows in scaled]
-        variables |= stored(name, ("level",), of_levels, title)
+        columns = columns_of([estimate_of(name, rows[name], CELLS) for rows in scaled])
+        variables |= store.with_interval(name, ("level",), columns, "1", title)
         change = Estimate.from_rows(scaled[-1][name] - scaled[0][name], float(margin_of(name, CELLS)))
-        variables |= stored(f"change_of_{name}", (), [change], f"from the first to the last level: {title}")
+        title = f"from the first to the last level: {title}"
+        variables |= store.with_interval(f"change_of_{name}", (), columns_of(change), "1", title)
     if "load_std" in scaled[0]:
         pad = estimate_of("std", scaled[levels.index(own)]["load_std"], CELLS)
-        variables |= stored("load_std", (), [pad], "standard deviation of friction of the pad that bears the force")
+        title = "standard deviation of friction of the pad that bears the force"
+        variables |= store.with_interval("load_std", (), columns_of(pad), "1", title)
     store.write(job.arguments.output, variables, job.key)
 
 
@@ -129,9 +130,3 @@ def statistics(job: Job, blocks: CellBlocks, weights: np.ndarray, pressure_pa: f
         count = max(scene.oscillator.normal_force_n / (pressure_pa * blocks.window_m * blocks.width_m), 1.0)
         rows["load_std"] = pad_estimates(blocks, correlated(scene, job.arguments.scan), weights, count)["load_std"].rows
     return rows
-
-
-def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate], title: str) -> dict[str, store.Variable]:
-    """A statistic with its interval."""
-    ends = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
-    return store.with_interval(name, dimensions, ends if dimensions else [end[0] for end in ends], "1", title)

@@ -73,11 +73,11 @@ def plan(monkeypatch):
             jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
         for file in held:
             file.close()
-        found: dict[str, Counter] = {}
+        counts: dict[str, Counter] = {}
         for job in jobs:
             if job.output:
                 scene = job.params.get("scene") or job.wildcards_dict.get("scene", "")
-                found.setdefault(scene, Counter()).update([job.rule.name])
-        return {scene: dict(rules) for scene, rules in found.items()}
+                counts.setdefault(scene, Counter()).update([job.rule.name])
+        return {scene: dict(rules) for scene, rules in counts.items()}
 
     return planned

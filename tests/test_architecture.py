@@ -66,11 +66,11 @@ MODULES = {module_of(file): file for file in sorted((SOURCE / "roughslip").rglob
 
 def imported(module: str) -> set[str]:
     """What a module imports: modules, and for `from a import b` both a.b where that is a module, else a."""
-    found = set()
+    imported = set()
     for target, names in absolute_imports(MODULES[module], module):
         submodules = {f"{target}.{name}" for name in names} & MODULES.keys()
-        found |= submodules if names and len(submodules) == len(names) else {target} | submodules
-    return found
+        imported |= submodules if names and len(submodules) == len(names) else {target} | submodules
+    return imported
 
 
 def importers_of(*packages: str) -> set[str]:
@@ -224,13 +224,13 @@ def normal(name: str) -> str:
 
 def pins(name: str) -> dict[str, set[str]]:
     """Package -> its requirement lines: version and marker. Every requirement must be an exact pin with hashes."""
-    found: dict[str, set[str]] = {}
+    pinned: dict[str, set[str]] = {}
     for block in re.split(r"\n(?=\S)", LOCKS[name]):
         if block.strip() and not block.startswith("#"):
             package, pin = re.fullmatch(r"([\w.-]+)==([^\\]+?) \\", block.splitlines()[0]).groups()
             assert "--hash=sha256:" in block, f"{package} in {name} has no hash"
-            found.setdefault(normal(package), set()).add(pin)
-    return found
+            pinned.setdefault(normal(package), set()).add(pin)
+    return pinned
 
 
 def names(requirements: list[str]) -> set[str]:

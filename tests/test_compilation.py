@@ -342,5 +342,5 @@ def test_the_closure_of_a_stage_is_what_python_imports():
     command = [sys.executable, "-W", "ignore", "-c", ASK, *codes]
     run = subprocess.run(command, capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCE)})
     for modules, files in json.loads(run.stdout).items():
-        found = {path.resolve() for path in closure(modules, SOURCE)}
-        assert found == {Path(file).resolve() for file in files}, modules
+        sources = {path.resolve() for path in closure(modules, SOURCE)}
+        assert sources == {Path(file).resolve() for file in files}, modules

@@ -39,51 +39,51 @@ def run(name: str) -> dict:
 def test_contact_hertz():
     """Cells of 1/57 of the contact radius: force to order h^2, peak between nodes. The edge of the wave lies between
     two nodes, so that the count of nodes is exact."""
-    found = run("contact_hertz")
-    assert found["force"] == pytest.approx(found["ball"].force_n, rel=1e-4)
-    assert found["pressed"].pressure.max() == pytest.approx(found["ball"].peak_pressure_pa, rel=2e-4)
-    assert found["wavy"].area_fraction == pytest.approx(found["wave"].area_fraction, rel=1e-12)
-    assert found["loaded"].residual < 1e-10
+    example = run("contact_hertz")
+    assert example["force"] == pytest.approx(example["ball"].force_n, rel=1e-4)
+    assert example["pressed"].pressure.max() == pytest.approx(example["ball"].peak_pressure_pa, rel=2e-4)
+    assert example["wavy"].area_fraction == pytest.approx(example["wave"].area_fraction, rel=1e-12)
+    assert example["loaded"].residual < 1e-10
 
 
 def test_contact_plastic():
     """Where all of the contact yields, its area is the load over the hardness, to the shares of cells at its edge. No
     contact of the hardest surface has yielded."""
-    found = run("contact_plastic")
-    np.testing.assert_allclose(found["curve"].area, [0.05, 0.1], rtol=5e-3)
-    assert found["curve"].solutions[0].yielded_share > 0.9
+    example = run("contact_plastic")
+    np.testing.assert_allclose(example["curve"].area, [0.05, 0.1], rtol=5e-3)
+    assert example["curve"].solutions[0].yielded_share > 0.9
 
 
 def test_contact_of_heights():
     """Load and penetration are inverse to each other; area grows a little slower than the load."""
-    found = run("contact_of_heights")
-    assert found["heights"].max() - found["pressed"].plane == pytest.approx(1e-7, rel=1e-8)
-    slopes = np.diff(np.log(found["curve"].area)) / np.diff(np.log(found["curve"].mean_pressure))
+    example = run("contact_of_heights")
+    assert example["heights"].max() - example["pressed"].plane == pytest.approx(1e-7, rel=1e-8)
+    slopes = np.diff(np.log(example["curve"].area)) / np.diff(np.log(example["curve"].mean_pressure))
     assert 0.6 < slopes.min() < np.mean(slopes[-3:]) < 1.0
 
 
 @pytest.mark.slow
 def test_contact_of_scan():
-    found = run("contact_of_scan")
-    assert found["deep"].plane == pytest.approx(found["pressed"].plane, abs=1e-12)
-    assert (np.diff(found["curve"].area) > 0).all()
+    example = run("contact_of_scan")
+    assert example["deep"].plane == pytest.approx(example["pressed"].plane, abs=1e-12)
+    assert (np.diff(example["curve"].area) > 0).all()
 
 
 def test_surface_anisotropic():
     """Between points the slope is 0.998 of that of the field, and the curvature 0.994."""
-    found = run("surface_anisotropic")
-    assert found["found"].rms_slope.low < 0.0998 < found["found"].rms_slope.high
-    assert found["found"].rms_curvature.low < 0.994 * 2.393e4 < found["found"].rms_curvature.high
+    example = run("surface_anisotropic")
+    assert example["found"].rms_slope.low < 0.0998 < example["found"].rms_slope.high
+    assert example["found"].rms_curvature.low < 0.994 * 2.393e4 < example["found"].rms_curvature.high
 
 
 @pytest.mark.slow
 def test_bifurcation():
     """Stick-slip from rest while the cycle exists, at D = 0.25; from sliding where that is unstable too."""
-    found = run("bifurcation")
-    belts = [replace(found["pad"], belt_velocity_m_per_s=velocity) for velocity in found["velocities"]]
-    exists = np.array([existence_limit(belt, found["law"]) > 0.25 for belt in belts])
-    hopf = np.array([hopf_damping(belt, found["law"]) for belt in belts])
-    up, down = np.array(found["up"]), np.array(found["down"])
+    example = run("bifurcation")
+    belts = [replace(example["pad"], belt_velocity_m_per_s=velocity) for velocity in example["velocities"]]
+    exists = np.array([existence_limit(belt, example["law"]) > 0.25 for belt in belts])
+    hopf = np.array([hopf_damping(belt, example["law"]) for belt in belts])
+    up, down = np.array(example["up"]), np.array(example["down"])
     np.testing.assert_array_equal(down > 0.5, exists)
     np.testing.assert_allclose(up[hopf > 0.26], down[hopf > 0.26], rtol=1e-3)
     np.testing.assert_allclose(up[hopf < 0.23], 0.0, atol=0.01)
@@ -92,62 +92,62 @@ def test_bifurcation():
 
 def test_contact_periodic():
     """Both limits are of first order: 1 % in area at a thousandth of the load, a hundredth of the gaps at 0.99."""
-    found = run("contact_periodic")
-    box, full = found["box"], found["full"]
-    assert found["area"][0.001] == pytest.approx(box.light_area_fraction(0.001 * full), rel=0.01)
-    assert 1 - found["area"][0.99] == pytest.approx(box.open_fraction(0.99 * full), rel=0.1)
-    assert list(found["area"].values()) == sorted(found["area"].values())
+    example = run("contact_periodic")
+    box, full = example["box"], example["full"]
+    assert example["area"][0.001] == pytest.approx(box.light_area_fraction(0.001 * full), rel=0.01)
+    assert 1 - example["area"][0.99] == pytest.approx(box.open_fraction(0.99 * full), rel=0.1)
+    assert list(example["area"].values()) == sorted(example["area"].values())
 
 
 def test_surface_from_covariance():
     """Some 800 independent patches: Sq to 2.5 %, correlation to 0.03, at two standard errors or less."""
-    found = run("surface_from_covariance")
-    assert found["rms"] == pytest.approx(1e-6, rel=0.05)
-    assert found["correlation"] == pytest.approx(np.exp(-1), abs=0.06)
-    assert found["above"] == pytest.approx(0.2, abs=0.03)
-    assert found["drawn"].var() * 1e12 == pytest.approx(found["modes"].captured_variance, rel=0.03)
+    example = run("surface_from_covariance")
+    assert example["rms"] == pytest.approx(1e-6, rel=0.05)
+    assert example["correlation"] == pytest.approx(np.exp(-1), abs=0.06)
+    assert example["above"] == pytest.approx(0.2, abs=0.03)
+    assert example["drawn"].var() * 1e12 == pytest.approx(example["modes"].captured_variance, rel=0.03)
 
 
 def test_surface_skewed():
     """Some 20000 independent patches."""
-    found = run("surface_skewed")
-    assert found["skewness"] == pytest.approx(-1.5, abs=0.1)
-    assert found["kurtosis"] == pytest.approx(found["heights_of"].excess_kurtosis, abs=0.4)
-    assert found["correlation"] == pytest.approx(np.exp(-1), abs=0.015)
-    assert found["skewed"] < 0.9 * found["gaussian"]
+    example = run("surface_skewed")
+    assert example["skewness"] == pytest.approx(-1.5, abs=0.1)
+    assert example["kurtosis"] == pytest.approx(example["heights_of"].excess_kurtosis, abs=0.4)
+    assert example["correlation"] == pytest.approx(np.exp(-1), abs=0.015)
+    assert example["skewed"] < 0.9 * example["gaussian"]
 
 
 def test_surface_from_scan():
     """The twin lies in the intervals of the scan, and the grooves lie along x."""
-    found = run("surface_from_scan")
-    along, across = found["best"].axis_lengths_m
+    example = run("surface_from_scan")
+    along, across = example["best"].axis_lengths_m
     assert along > 2 * across
     for name in ("rms_height", "skewness"):
-        scan, twin = getattr(found["found"], name), getattr(found["again"], name)
+        scan, twin = getattr(example["found"], name), getattr(example["again"], name)
         assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high
 
 
 def test_expansion_sobol():
     """A product of lognormal powers: variances of the logarithms decide. Latin hypercubes of 200 samples."""
-    found = run("expansion_sobol")
-    assert found["fit"].leave_one_out < 1e-5
-    np.testing.assert_allclose(found["first"], found["exact"], atol=1e-3)
-    assert (found["first"] <= found["total"]).all()
+    example = run("expansion_sobol")
+    assert example["fit"].leave_one_out < 1e-5
+    np.testing.assert_allclose(example["first"], example["exact"], atol=1e-3)
+    assert (example["first"] <= example["total"]).all()
 
 
 def test_friction_windows():
     """The scatter that the study keeps lies in the interval."""
-    found = run("friction_windows")
-    assert float(found["found"].mean.value) == pytest.approx(0.3, rel=1e-2)
-    assert found["found"].variation.low < 0.111 < found["found"].variation.high
+    example = run("friction_windows")
+    assert float(example["found"].mean.value) == pytest.approx(0.3, rel=1e-2)
+    assert example["found"].variation.low < 0.111 < example["found"].variation.high
 
 
 def test_stick_slip_cycle():
-    found = run("stick_slip_cycle")
-    assert found["settled"] == pytest.approx(found["cycle"].reattachment, rel=1e-6)
-    assert found["period"] == pytest.approx(found["cycle"].period, rel=1e-6)
-    assert found["hopf"] == pytest.approx(found["by_hand"], rel=1e-12)
-    *below, beyond = found["counts"].values()
+    example = run("stick_slip_cycle")
+    assert example["settled"] == pytest.approx(example["cycle"].reattachment, rel=1e-6)
+    assert example["period"] == pytest.approx(example["cycle"].period, rel=1e-6)
+    assert example["hopf"] == pytest.approx(example["by_hand"], rel=1e-12)
+    *below, beyond = example["counts"].values()
     assert min(below) > 90
     assert beyond == 0
 
@@ -156,11 +156,11 @@ def test_stick_slip_cycle():
 def test_own_law_and_trace():
     """The slope by differences is that by hand, and a cycle takes a natural period or little more. It ends with
     damping, and with speed."""
-    found = run("own_law_and_trace")
-    assert found["by_hand"] == pytest.approx(math.exp(-1.25) * 2.5 / 6.0, rel=1e-12)
-    assert found["hopf_damping"](found["belt"], found["law"]) == pytest.approx(found["by_hand"], rel=1e-9)
-    assert found["ended"].cycles == 2
-    for counts in found["counts"].values():
+    example = run("own_law_and_trace")
+    assert example["by_hand"] == pytest.approx(math.exp(-1.25) * 2.5 / 6.0, rel=1e-12)
+    assert example["hopf_damping"](example["belt"], example["law"]) == pytest.approx(example["by_hand"], rel=1e-9)
+    assert example["ended"].cycles == 2
+    for counts in example["counts"].values():
         assert counts.shape == (8, 9)
         assert counts[:, 0].min() > 20
         assert counts[:, -1].max() == 0
@@ -178,19 +178,19 @@ def test_examples_have_types():
 @pytest.mark.slow
 def test_ensemble_near_limit():
     """Most cycles are lost between one and two scatters of the limit below it; far from it the scatter does nothing."""
-    found = run("ensemble_near_limit")
-    assert found["lost"].difference[0] < 3
-    assert 10 < found["lost"].difference[2] < 60
-    assert found["lost"].mean[-1] == found["without"][-1] == 0
+    example = run("ensemble_near_limit")
+    assert example["lost"].difference[0] < 3
+    assert 10 < example["lost"].difference[2] < 60
+    assert example["lost"].mean[-1] == example["without"][-1] == 0
 
 
 @pytest.mark.slow
 def test_stick_slip_map():
     """Stick-slip where the cycle exists by a wide margin, none far beyond it."""
-    found = run("stick_slip_map")
-    for velocity, (hopf, end) in found["limits"].items():
-        assert (found["share"][velocity][found["dampings"] < hopf - 0.2] > 0.95).all()
-        assert (found["share"][velocity][found["dampings"] > 1.7 * end] < 0.05).all()
+    example = run("stick_slip_map")
+    for velocity, (hopf, end) in example["limits"].items():
+        assert (example["share"][velocity][example["dampings"] < hopf - 0.2] > 0.95).all()
+        assert (example["share"][velocity][example["dampings"] > 1.7 * end] < 0.05).all()
 
 
 @pytest.mark.slow
@@ -240,8 +240,8 @@ def row(pair):
 def test_the_table_of_verdicts_is_that_of_the_kept_results():
     kept = [json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text()) for scene in SCENES]
     rows = [row(pair) for pair in zip(*kept, strict=True)]
-    found = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]
-    assert [line for line in found if line in rows] == rows
+    shown = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]
+    assert [line for line in shown if line in rows] == rows
 
 
 def test_the_results_say_how_hard_the_kept_verdicts_are():

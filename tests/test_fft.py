@@ -18,9 +18,9 @@ def test_scipy_does_what_ducc0_does(shape, axes, precision):
     ducc0 = pytest.importorskip("ducc0").fft
     a = np.random.default_rng(1).standard_normal(shape).astype(precision)
     close = {"rtol": 0, "atol": 20 * np.finfo(precision).eps * np.abs(a).sum()}
-    wanted, found = ducc0.r2c(a, axes=axes), fft._r2c(a, axes=axes)
-    assert found.dtype == wanted.dtype
-    np.testing.assert_allclose(found, wanted, **close)
+    wanted, ours = ducc0.r2c(a, axes=axes), fft._r2c(a, axes=axes)
+    assert ours.dtype == wanted.dtype
+    np.testing.assert_allclose(ours, wanted, **close)
     for forward in (True, False):
         one, other = wanted.copy(), wanted.copy()
         ducc0.c2c(one, axes=(0,), forward=forward, out=one)

@@ -27,16 +27,16 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 @pytest.mark.parametrize("package", ["roughslip", *(f"roughslip.{subject}" for subject in SUBJECTS)])
 def test_public_names_are_found_and_explained(package):
     """Each line of the list is read."""
-    found = import_module(package)
-    folder = Path(found.__file__).parent
+    module = import_module(package)
+    folder = Path(module.__file__).parent
     lines = [line for line in (folder / "__init__.pyi").read_text("utf-8").splitlines() if line.startswith("from")]
-    assert len(lines) == len(found.__all__) == len(set(found.__all__))
-    for name in found.__all__:
-        public = getattr(found, name)
+    assert len(lines) == len(module.__all__) == len(set(module.__all__))
+    for name in module.__all__:
+        public = getattr(module, name)
         assert not callable(public) or (public.__doc__ or "").strip()
-    assert set(found.__all__) <= set(dir(found))
+    assert set(module.__all__) <= set(dir(module))
     with pytest.raises(AttributeError, match="no public name 'solv'"):
-        _ = found.solv
+        _ = module.solv
 
 
 def test_no_module_hides_a_public_name():
@@ -83,9 +83,9 @@ def test_results_become_datasets_with_coordinates_and_units():
     assert events["position"].dims == events["backwards"].dims == ("events",)
 
     mu = np.random.default_rng(2).normal(0.3, 0.03, (12, 9))
-    found = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(12, 50, np.random.default_rng(3)))
-    statistics = to_xarray(found)
-    assert float(statistics["mean_low"]) == found.mean.low < statistics["mean"] == found.mean.value
+    of_windows = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(12, 50, np.random.default_rng(3)))
+    statistics = to_xarray(of_windows)
+    assert float(statistics["mean_low"]) == of_windows.mean.low < statistics["mean"] == of_windows.mean.value
     assert statistics["quantiles_high"].shape == (5,)
 
     with pytest.raises(ParameterError, match="result of this package, not list"):

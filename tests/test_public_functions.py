@@ -53,17 +53,17 @@ def public():
     mpl.use("Agg")
     for module in (import_module(f"roughslip.{name}".rstrip(".")) for name in MODULES):
         for name in module.__all__:
-            found = getattr(module, name)
-            error = isinstance(found, type) and issubclass(found, Exception)
-            if callable(found) and not error and name not in RESULTS:
-                yield name, found
-            if isinstance(found, type) and not error and not getattr(found, "_is_protocol", False):
-                for method in set(dir(found)).difference(dir(tuple), INNER):
-                    own = getattr_static(found, method)
+            function = getattr(module, name)
+            error = isinstance(function, type) and issubclass(function, Exception)
+            if callable(function) and not error and name not in RESULTS:
+                yield name, function
+            if isinstance(function, type) and not error and not getattr(function, "_is_protocol", False):
+                for method in set(dir(function)).difference(dir(tuple), INNER):
+                    own = getattr_static(function, method)
                     if isinstance(own, staticmethod) or method.startswith("_") or name == "Covariance":  # a base
                         continue
-                    if callable(getattr(found, method)):
-                        yield f"{name}.{method}", getattr(found, method)
+                    if callable(getattr(function, method)):
+                        yield f"{name}.{method}", getattr(function, method)
 
 
 def refused(function, argument, value):

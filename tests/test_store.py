@@ -52,9 +52,9 @@ def test_xarray_selects_by_coordinates(tmp_path):
     damping = store.Variable(("damping",), np.array([0.05, 0.1, 0.3]), "1", "damping ratio D")
     lag = store.Variable(("lag",), np.array([0.0, 2e-5]), "m", "lag")
     store.write(tmp_path / "a.nc", {"cycles": cycles, "damping_ratio": damping, "lag": lag}, KEY)
-    with xarray.open_dataset(tmp_path / "a.nc") as found:
-        one = found.sel(damping=0.1)
-        assert (float(one.cycles.sel(lag=2e-5)), float(one.damping_ratio), found.damping.units) == (3.0, 0.1, "1")
+    with xarray.open_dataset(tmp_path / "a.nc") as dataset:
+        one = dataset.sel(damping=0.1)
+        assert (float(one.cycles.sel(lag=2e-5)), float(one.damping_ratio), dataset.damping.units) == (3.0, 0.1, "1")
     assert float(store.read(tmp_path / "a.nc").dataset().sel(damping=0.29, method="nearest").cycles[0]) == 4.0
     store.write(tmp_path / "b.nc", {"cycles": cycles}, KEY)
     assert set(store.read(tmp_path / "b.nc")) == {"cycles"}
@@ -141,15 +141,15 @@ DAMAGES = 100
 
 def damaged(content: bytes, random: Random) -> bytes:
     """With flipped bits, cut short, or with a piece overwritten."""
-    found = bytearray(content)
+    damaged = bytearray(content)
     for _ in range(random.choice([1, 1, 3, 30])):
-        found[random.randrange(len(found))] ^= 1 << random.randrange(8)
+        damaged[random.randrange(len(damaged))] ^= 1 << random.randrange(8)
     if random.random() < 0.2:
-        del found[random.randrange(len(found)) :]
-    if random.random() < 0.2 and found:
-        start = random.randrange(len(found))
-        found[start : start + 8] = random.choice([b"\xff" * 8, b"\x00" * 8, b"\x7f" + b"\xff" * 7])
-    return bytes(found)
+        del damaged[random.randrange(len(damaged)) :]
+    if random.random() < 0.2 and damaged:
+        start = random.randrange(len(damaged))
+        damaged[start : start + 8] = random.choice([b"\xff" * 8, b"\x00" * 8, b"\x7f" + b"\xff" * 7])
+    return bytes(damaged)
 
 
 def test_a_damaged_result_is_never_taken_for_another(tmp_path):
@@ -164,13 +164,13 @@ def test_a_damaged_result_is_never_taken_for_another(tmp_path):
     for number in range(DAMAGES):
         path.write_bytes(damaged(content, Random(number)))
         try:
-            found = store.read(path)
+            result = store.read(path)
         except StoreError as error:
             refused.append(str(error))
         else:
-            assert found.attributes == was.attributes, number
-            assert found["pressure"].tobytes() == values.tobytes(), number
-            assert list(found["label"]) == list("abcde"), number
+            assert result.attributes == was.attributes, number
+            assert result["pressure"].tobytes() == values.tobytes(), number
+            assert list(result["label"]) == list("abcde"), number
     assert len(refused) > DAMAGES / 2  # the rest hit what the file does not use
     assert all("rebuild it with: rm -f" in line and "\n" not in line for line in refused)
 

@@ -240,14 +240,14 @@ def field_result(nodes=8, modes=20, scale=1e8):
     x = np.linspace(1e-6, 1e-4, nodes)
     field = np.add.outer(x, np.zeros(nodes)) / x[-1]
     share = 0.4 / np.arange(1, modes + 1)
-    found = {"x": x, "y": x, "missed": 0.1 + 0.05 * field, "leading_share": 0.3 * field, "mean_gain": 5 + field}
+    arrays = {"x": x, "y": x, "missed": 0.1 + 0.05 * field, "leading_share": 0.3 * field, "mean_gain": 5 + field}
     for name, unit in (("contact", 0.2), ("mean", scale), ("deviation", 2 * scale)):
-        found |= {name: unit * (0.5 + field), f"{name}_error": 0.01 * unit * (0.5 + field)}
+        arrays |= {name: unit * (0.5 + field), f"{name}_error": 0.01 * unit * (0.5 + field)}
     for name in ("first", "total"):
-        found |= {f"sobol_{name}": share, f"sobol_{name}_error": 0.1 * share}
+        arrays |= {f"sobol_{name}": share, f"sobol_{name}_error": 0.1 * share}
     for number, name in enumerate(("solved", "expected", "drawn")):
-        found[f"{name}_pressure"] = np.stack([(number + 1) * scale * field, np.zeros_like(field)])
-    return found
+        arrays[f"{name}_pressure"] = np.stack([(number + 1) * scale * field, np.zeros_like(field)])
+    return arrays
 
 
 def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
@@ -258,7 +258,7 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
     )
     limit = 0.5 / (1 + y)
     share = 1 / (1 + np.exp((x[:, None] - limit) / 0.03))
-    found = {
+    arrays = {
         "map_x": x,
         "map_y": y,
         "map_x_own": np.array(0.17),
@@ -270,7 +270,7 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
         "hopf_damping": 0.8 * limit,
         "existence_limit": np.where(y > 1.5, np.nan, limit),
     }
-    return found | with_interval("probability", share, 0.1)
+    return arrays | with_interval("probability", share, 0.1)
 
 
 def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
@@ -278,7 +278,7 @@ def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     deviation = 0.05 * np.array(scatters)
     grid = 0.32 + deviation[:, None] * np.linspace(-3, 3, points)
     stick_slip, sliding = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
-    found = {
+    arrays = {
         "scatter_factor": np.array(scatters),
         "friction_deviation": deviation,
         "residence_damping": grid,
@@ -288,8 +288,8 @@ def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
     curves = {"stick_slip": stick_slip, "sliding": sliding, "share": stick_slip / (stick_slip + sliding)}
     for name, curve in curves.items():
         known = np.where(curve > 1e3, np.nan, curve)
-        found |= with_interval(name, known, 0.2 * known) | {f"{name}_by_theory": curve}
-    return found | with_interval("half", 0.32 + 0.1 * deviation, 0.01)
+        arrays |= with_interval(name, known, 0.2 * known) | {f"{name}_by_theory": curve}
+    return arrays | with_interval("half", 0.32 + 0.1 * deviation, 0.01)
 
 
 def budget_result(
@@ -305,20 +305,20 @@ def budget_result(
 ):
     """Made up: first indices that fall, and total ones above them."""
     first = np.tile(0.6 * 0.4 ** np.arange(len(sources)), (len(results), 1))
-    found = {"source_name": np.array(sources), "result_name": np.array(results), "outcome": 0.8 * first[0]}
-    found |= {"outcome_scatter": np.array(0.3), "averaged_probability": np.array(0.62)}
-    return found | with_interval("first", first, 0.1) | {"total": 1.2 * first}
+    arrays = {"source_name": np.array(sources), "result_name": np.array(results), "outcome": 0.8 * first[0]}
+    arrays |= {"outcome_scatter": np.array(0.3), "averaged_probability": np.array(0.62)}
+    return arrays | with_interval("first", first, 0.1) | {"total": 1.2 * first}
 
 
 def loads_result(most=1.0):
     """Made up: five loads, the second of the scene; near full contact every window touches."""
     pressure = 1e6 * 10.0 ** np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    found = {"nominal_pressure": pressure, "own_pressure": pressure[1]}
-    found |= with_interval("real_area", most * pressure / 1e7, 1e-4) | with_interval(
+    arrays = {"nominal_pressure": pressure, "own_pressure": pressure[1]}
+    arrays |= with_interval("real_area", most * pressure / 1e7, 1e-4) | with_interval(
         "mean", 0.3 - 1e-8 * pressure, 0.01
     )
-    found |= with_interval("variation", 20.0 / pressure, 1e-6)
-    return found | with_interval("no_contact", (1 - most) * np.linspace(0.9, 0.0, 5), 0.0)
+    arrays |= with_interval("variation", 20.0 / pressure, 1e-6)
+    return arrays | with_interval("no_contact", (1 - most) * np.linspace(0.9, 0.0, 5), 0.0)
 
 
 def chain_result(nodes=8):
@@ -326,7 +326,7 @@ def chain_result(nodes=8):
     x = 1e-6 * (np.arange(nodes) + 0.5)
     height = np.add.outer(x, np.zeros(nodes)) / 100
     path = 3e-5 * np.arange(81)
-    found = oscillator()
+    arrays = oscillator()
     return {
         "x": x,
         "y": x,
@@ -336,5 +336,5 @@ def chain_result(nodes=8):
         "path": path,
         "friction": 0.3 + 0.05 * np.sin(2e3 * np.array([path, 2 * path])),
         "friction_mean": np.array(0.3),
-        **{name: found[name] for name in CYCLE},
+        **{name: arrays[name] for name in CYCLE},
     }

@@ -160,8 +160,8 @@ def test_all_is_in_its_place(name, case):
 
 
 def line(axes, label):
-    (found,) = [each for each in axes.lines if each.get_label() == label]
-    return found.get_data()
+    (line,) = [each for each in axes.lines if each.get_label() == label]
+    return line.get_data()
 
 
 def test_figure2_draws_the_paper_s_four_curves_given_contact():
@@ -410,8 +410,8 @@ def test_every_scene_is_drawn_from_what_is_stored():
     figure = comparison(results)
     assert_all_is_in_its_place(figure)
     assert [text.get_text() for text in figure.legends[0].get_texts()] == list(results["figure3"])
-    for name, found in results.items():
-        assert all(result.read == set(drawn(name)) for result in found.values())
+    for name, arrays in results.items():
+        assert all(result.read == set(drawn(name)) for result in arrays.values())
     panels = {axes.get_title(loc="left")[4:]: axes for axes in figure.axes}
     assert list(panels) == [panel.title for panel in COMPARED]
     for title, name in (("mean", "mean"), ("scatter", "std"), ("scatter over mean", "variation")):

@@ -51,7 +51,7 @@ JUDGED = ("ours", "interval", "shown", "turns", "verdict", "note", "rule", "stat
 
 def claim(**changes):
     """A claim with its natural reading and another one, which is contradicted."""
-    found = {
+    parts = {
         "id": "fig3-mean-decreases",
         "statement": "The mean decreases",
         "paper": "decreases",
@@ -68,14 +68,14 @@ def claim(**changes):
     } | changes
     texts = {"taken": changes.get("taken", "from first to last"), "place": "section 4"}
     natural = (
-        {name: found[name] for name in JUDGED}
+        {name: parts[name] for name in JUDGED}
         | texts
         | {"id": "over-all", "natural": True, "why": "the range", "chosen": ""}
     )
     other = {"id": "every-step", "verdict": "contradicted", "at_half": "contradicted", "at_twice": "undecided"}
     headlines = {"contradicted": "contradicted under every reading tried"}
-    found.setdefault("headline", headlines.get(found["verdict"], found["verdict"]))
-    return found | {"readings": [natural, natural | other | {"natural": False, "why": ""}]}
+    parts.setdefault("headline", headlines.get(parts["verdict"], parts["verdict"]))
+    return parts | {"readings": [natural, natural | other | {"natural": False, "why": ""}]}
 
 
 def cost(**changes):
@@ -144,10 +144,10 @@ def test_the_page_of_a_scene_that_does_not_read_the_paper_begins_with_itself():
 
 
 def test_the_answer_of_the_study_is_at_most_five_sentences_from_its_verdicts():
-    found = answers(
+    rows = answers(
         {"paper": [claim()], "resolved": [claim(id="mu-correlation-250um", shown="296 µm (282 µm to 312 µm)")]}
     )
-    assert found == [
+    assert rows == [
         "The paper's statements: 1 reproduced in scene paper; 1 reproduced in scene resolved.",
         "Along the path friction is correlated over 250 µm: reproduced in resolved (correlation length 296 µm [282, "
         "312]).",
@@ -267,8 +267,8 @@ def test_all_that_a_run_found_stands_on_its_page():
     """Costs, also where no memory is measured, with skipped work and stages; warnings above the figures; accuracies by
     number, with bars in per cent of the largest; how surfaces are made; evidence. A scene without
     them has no empty place for them."""
-    found = scene(costs=ASKED_COSTS, surfaces={"figure2": ["It has 7 modes.", NASTY]})
-    content = Page(page([found], {"numpy": "2.0"}, EVIDENCE))
+    asked = scene(costs=ASKED_COSTS, surfaces={"figure2": ["It has 7 modes.", NASTY]})
+    content = Page(page([asked], {"numpy": "2.0"}, EVIDENCE))
     assert content.mistakes == content.open == content.all("script") == []
     text = " ".join(" ".join(content.text).split())
     shown = (

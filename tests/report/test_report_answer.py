@@ -184,8 +184,8 @@ def test_a_row_has_the_limit_in_the_unit_of_the_scene_and_how_far_it_is():
 )
 def test_the_verdict_in_a_word(rest, sliding, differ, decided, word, kind):
     shares = {"probability": number(rest, 0, 1), "probability_from_sliding": number(sliding, 0, 1)}
-    found = verdict(ANSWER | shares | {"starts_differ": differ, "decided": decided})
-    assert (found["word"], found["kind"]) == (word, kind)
+    words = verdict(ANSWER | shares | {"starts_differ": differ, "decided": decided})
+    assert (words["word"], words["kind"]) == (word, kind)
 
 
 def test_numbers_are_as_sure_as_their_inputs():

@@ -102,9 +102,9 @@ def probe(text, folder, width, height, back, place=""):
         *("--virtual-time-budget=20000", "--dump-dom", f"{(folder / 'page.html').as_uri()}{place}"),
     ]
     run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    found = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
-    assert found, run.stderr[-2000:]
-    return json.loads(unescape(found[1])) | {"asked": back}
+    block = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
+    assert block, run.stderr[-2000:]
+    return json.loads(unescape(block[1])) | {"asked": back}
 
 
 @pytest.mark.parametrize("window", WINDOWS)
@@ -117,11 +117,11 @@ def test_the_pages_of_machines_are_read_anywhere(shown, window, tmp_path):
     if shown == "variants":
         rows = [Row(name, {"load.force_n": 9.0}, of_answer(MACHINE), MACHINE) for name in ("mine", "mine-1")]
         text = sweep_page(rows, "Of mine", TITLES)
-    found = probe(text, tmp_path, *WINDOWS[window])
-    assert found["wrong"] == found["faint"] == []
-    assert found["back"] == found["asked"]
-    assert all(there for _, there in found["links"])
-    scroll, width = found["width"]
+    seen = probe(text, tmp_path, *WINDOWS[window])
+    assert seen["wrong"] == seen["faint"] == []
+    assert seen["back"] == seen["asked"]
+    assert all(there for _, there in seen["links"])
+    scroll, width = seen["width"]
     assert scroll <= width
 
 

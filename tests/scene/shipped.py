@@ -50,11 +50,11 @@ def lines_of(call, *args, **kwargs) -> list[str]:
 
 def properties(schema: dict, prefix: str = "") -> dict[str, dict]:
     """Every property of the schema by its dotted key, sections among them."""
-    found = {}
+    scenes = {}
     for key, part in schema.get("properties", {}).items():
-        found[prefix + key] = part
-        found |= properties(part, f"{prefix}{key}.")
-    return found
+        scenes[prefix + key] = part
+        scenes |= properties(part, f"{prefix}{key}.")
+    return scenes
 
 
 LEAVES = {key: part for key, part in properties(SCHEMA).items() if part["type"] != "object" and key != "extends"}

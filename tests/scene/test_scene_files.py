@@ -130,9 +130,9 @@ def test_a_mistake_has_its_line(mine, mistake):
     ids=lambda value: str(value)[:20],
 )
 def test_a_file_that_is_no_scene(mine, content, line):
-    (found,) = lines_of(mine, content)
-    assert found.startswith(f"scenes/mine.yaml: {line}")
-    assert "\n" not in found
+    (message,) = lines_of(mine, content)
+    assert message.startswith(f"scenes/mine.yaml: {line}")
+    assert "\n" not in message
 
 
 CASES = int(os.environ.get("SCENE_CASES", "12"))

@@ -65,9 +65,9 @@ MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
     ],
 )
 def test_what_an_overlay_gives_takes_the_place_of_what_excludes_it(mine, base, overlay, section, kept, replaced):
-    found = mine(f"extends: base\n{overlay}", base=base)[section]
-    assert set(kept.split()) <= found.keys()
-    assert set(replaced.split()).isdisjoint(found)
+    section_ = mine(f"extends: base\n{overlay}", base=base)[section]
+    assert set(kept.split()) <= section_.keys()
+    assert set(replaced.split()).isdisjoint(section_)
 
 
 def test_forms_merge_and_a_share_of_the_variance_has_no_modes(mine):
@@ -103,9 +103,9 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
-    for window, found in ((0.0, 0), (1e-200, 1)):  # a zero is refused by its range; an area below all doubles here
+    for window, windows in ((0.0, 0), (1e-200, 1)):  # a zero is refused by its range; an area below all doubles here
         tiny = {"load": {"force_n": 1.0, "nominal_pressure_pa": 1e5}, "strip": {"window_m": window, "width_m": 1e-200}}
-        assert len(list(friction.mistakes(tiny))) == found
+        assert len(list(friction.mistakes(tiny))) == windows
     (absent,) = friction.mistakes({"oscillator": {"mass_kg": 1.0}})
     assert absent == (("oscillator.normal_force_n",), "missing; give it, or load")
 
@@ -227,10 +227,10 @@ SWEPT = "extends: paper\nsweep: {material.hardness_pa: [1.0e+9, 2.0e+9], oscilla
 def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
     """A variant is the scene with its values, under the same rules; a scene that extends the swept one has none."""
     scene = mine(SWEPT, other="extends: mine")
-    found = all_names(folder / "scenes")
-    assert list(found["mine"]) == [f"mine-{n}" for n in range(1, 7)]
-    assert found["other"] == {}
-    assert found["mine"]["mine-5"] == {"material.hardness_pa": 2.0e9, "oscillator.damping_ratio": 0.2}
+    names = all_names(folder / "scenes")
+    assert list(names["mine"]) == [f"mine-{n}" for n in range(1, 7)]
+    assert names["other"] == {}
+    assert names["mine"]["mine-5"] == {"material.hardness_pa": 2.0e9, "oscillator.damping_ratio": 0.2}
     expected = copy.deepcopy(scene) | {
         "description": f"{scene['description']}: hardness_pa 2000000000.0, damping_ratio 0.2"
     }
@@ -238,9 +238,9 @@ def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
     expected["oscillator"]["damping_ratio"] = 0.2
     del expected["map"]["ranges"]
     del expected["ensemble"]["damping_ratios"]  # ranges and lists around the point of the scene go with its oscillator
-    found = load("mine-5", folder / "scenes")
-    found["ensemble"].pop("damping_ratios", None)
-    assert found == expected
+    names = load("mine-5", folder / "scenes")
+    names["ensemble"].pop("damping_ratios", None)
+    assert names == expected
     assert load(folder / "scenes/mine-5.yaml", folder / "scenes") == load("mine-5", folder / "scenes")
     assert load("other", folder / "scenes") == scene
     assert lines_of(load, "mine-7", folder / "scenes") == ["scenes/mine-7.yaml: no such file; mine has 6 variants"]
@@ -288,10 +288,10 @@ def test_a_standard_uncertainty_reaches_only_the_stage_that_asks_for_it(mine):
     other = "extends: disc_brake\noscillator: {mass_kg: {value: 8, standard_uncertainty: 2}}\n"
     table = "friction_table: [[0, {value: 0.45, standard_uncertainty: 0.02}], [0.02, 0.42], [0.1, 0.39], [0.5, 0.38]]"
     text = f"extends: other\ntargets: [figure_budget]\noscillator: {{mass_kg: {{value: 9}}, {table}}}\n"
-    found = mine(text, other=other)
-    assert ["oscillator.mass_kg", 2.0] in found["standard_uncertainties"]
-    assert ["oscillator.friction_table.0.1", 0.02] in found["standard_uncertainties"]
-    changed = {stage for stage in declarations() if slice_for(plain, stage) != slice_for(found, stage)}
+    scene = mine(text, other=other)
+    assert ["oscillator.mass_kg", 2.0] in scene["standard_uncertainties"]
+    assert ["oscillator.friction_table.0.1", 0.02] in scene["standard_uncertainties"]
+    changed = {stage for stage in declarations() if slice_for(plain, stage) != slice_for(scene, stage)}
     assert changed == {"budget"}
     assert "figure_budget" in mine(other)["targets"]
     exact = mine("extends: other\noscillator: {mass_kg: 8}\n", other=other)

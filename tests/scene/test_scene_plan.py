@@ -160,8 +160,8 @@ def test_a_square_without_the_correction_at_edges_has_finer_cells(mine):
 
 
 def test_a_square_beyond_memory_is_refused(mine):
-    (found,) = lines_of(mine, SQUARE.format(0.1) + "\nroughness: {correlation_length_m: 5.0e-7}")
-    assert found == (
+    (line,) = lines_of(mine, SQUARE.format(0.1) + "\nroughness: {correlation_length_m: 5.0e-7}")
+    assert line == (
         "scenes/mine.yaml: square.nodes: 1095 is not allowed; at most 1024; auto takes so many for accuracy.pressure"
     )
 
@@ -200,8 +200,8 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
     for key, part in properties(SCHEMA).items():
         expected = None if part["type"] == "object" or key == "extends" else get(values, key)
         if expected is not None:
-            found = reduce(getattr, key.split("."), scene_of(values))
-            assert found == (tuple(expected) if isinstance(expected, list) else expected)
+            value = reduce(getattr, key.split("."), scene_of(values))
+            assert value == (tuple(expected) if isinstance(expected, list) else expected)
 
 
 def test_defaults_and_absent_sections():
@@ -214,10 +214,10 @@ def test_defaults_and_absent_sections():
     assert get(scene, "roughness.marginal") == get(scene, "roughness")["marginal"] == marginal
     with pytest.raises(KeyError, match=r"oscillator\.laws is no key of a scene"):
         get(scene, "oscillator.laws")
-    found = scene_of(scene)
-    assert (found.oscillator.law, found.oscillator.windows_in_parallel) == ("coulomb", 1)
-    assert found.friction.statistics is found.roughness.scan is None
-    assert found.roughness.marginal.shapes == (1, 2)
+    typed = scene_of(scene)
+    assert (typed.oscillator.law, typed.oscillator.windows_in_parallel) == ("coulomb", 1)
+    assert typed.friction.statistics is typed.roughness.scan is None
+    assert typed.roughness.marginal.shapes == (1, 2)
 
 
 def test_a_key_that_was_not_read_is_named():

@@ -45,8 +45,8 @@ def inputs_of(**others):
 
 
 def test_inputs_are_grouped_by_source():
-    found = {source.name: dict(source.values) for source in inputs_of().sources}
-    assert found == {
+    of_sources = {source.name: dict(source.values) for source in inputs_of().sources}
+    assert of_sources == {
         "friction curve": {"oscillator.static_friction": 0.4},
         "friction process": {"friction.statistics.standard_deviation": 0.03},
         "damping": {"oscillator.damping_ratio": 0.17},
@@ -55,9 +55,9 @@ def test_inputs_are_grouped_by_source():
 
 
 def test_at_the_given_values_the_machine_is_that_of_the_scene():
-    found = inputs_of()
-    own = found.machine({})
-    again = found.machine({name: value for source in found.sources for name, value in source.values.items()})
+    inputs = inputs_of()
+    own = inputs.machine({})
+    again = inputs.machine({name: value for source in inputs.sources for name, value in source.values.items()})
     for field in dataclasses.fields(Machine)[:-1]:
         assert getattr(own, field.name) == getattr(again, field.name)
     assert (own.deviation, own.length_m) == (pytest.approx(0.03, rel=1e-12), 2.5e-4)
@@ -112,10 +112,10 @@ def test_height_acts_on_the_scatter_as_pressure_does():
         (2e-3, 1e-3),
         [math.log(scatter_of_friction(covariance, 1e9, 1e6 * math.exp(s), (2e-3, 1e-3))) for s in (-0.05, 0.05)],
     )
-    found = powers_of_scatter(covariance, 1e9, 1e6, pad)
-    assert found["scan.height"] == pytest.approx((of_pressure[0] - of_pressure[1]) / 0.1, rel=1e-6)
-    assert found["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.03)
-    assert found["scan.length"] == pytest.approx(1.0 - found["scan.height"], abs=0.02)
+    powers = powers_of_scatter(covariance, 1e9, 1e6, pad)
+    assert powers["scan.height"] == pytest.approx((of_pressure[0] - of_pressure[1]) / 0.1, rel=1e-6)
+    assert powers["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.03)
+    assert powers["scan.length"] == pytest.approx(1.0 - powers["scan.height"], abs=0.02)
 
 
 def test_a_surface_given_with_uncertainty_is_a_source():
@@ -148,16 +148,16 @@ def test_the_stage_says_what_to_measure(run, folder):
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(budget, "SAMPLES", 16)
-        found = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
+        result = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
     text = json.loads((folder / "budget.json").read_text())
-    assert list(found["source_name"]) == list(text["probability"]["first"])
-    assert list(found["result_name"]) == ["probability", *text["limits"], "death", "birth"]
+    assert list(result["source_name"]) == list(text["probability"]["first"])
+    assert list(result["result_name"]) == ["probability", *text["limits"], "death", "birth"]
     assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)
     assert text["limits"]["damping"]["value"] == pytest.approx(0.324424, abs=1e-6)
     assert 0.0 <= text["scatter"] <= 1.0
-    assert len(figure_budget({name: found[name] for name in found}).axes) == 3 + len(text["limits"])
+    assert len(figure_budget({name: result[name] for name in result}).axes) == 3 + len(text["limits"])
     assert text["summary"][3] == next_to_measure(text)
-    assert np.isfinite(found["first"]).all()
+    assert np.isfinite(result["first"]).all()
 
 
 def test_the_sentence_names_what_takes_away_most():

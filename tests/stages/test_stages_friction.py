@@ -54,59 +54,63 @@ def known(run, stored):
     expansion = stored("e.nc", {"first": 0}, area=(shape, area["e"]), force=(shape, area["e"] / expanded))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 200)  # intervals have tests of their own
-        found = run(friction, SCENE, contact=contact, expansion=[expansion])
+        result = run(friction, SCENE, contact=contact, expansion=[expansion])
     total = area["s"].sum(axis=(0, 2)) / (area["s"] / solved).sum(axis=(0, 2))
     solved[0, 2, 0] = np.nan
-    return found, solved, expanded, total
+    return result, solved, expanded, total
 
 
 def test_friction_of_known_windows(known):
     """The definitions: tau so that the mean is 0.3 at the median; moments over all windows, pairs of one strip."""
-    found, solved, expanded, total = known
-    shear = float(found["shear_strength"])
-    assert found["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
+    statistics, solved, expanded, total = known
+    shear = float(statistics["shear_strength"])
+    assert statistics["combined_mean"][1] == pytest.approx(0.3, rel=1e-12)
     # the control explains all but the solved windows' own noise, so that all 40 strips determine the mean
     everywhere = expanded.mean(axis=(0, 2)) - np.array([1.5, 1.0, 0.5]) * 1e-9
     own = 2e-11 / math.sqrt(STRIPS * WINDOWS)
-    np.testing.assert_allclose(found["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
+    np.testing.assert_allclose(statistics["combined_mean"] / shear, everywhere, rtol=0, atol=3 * own)
     np.testing.assert_allclose(
-        found["mean"], shear * np.stack([np.nanmean(solved, axis=(0, 2)), expanded[STRIPS:].mean(axis=(0, 2))])
+        statistics["mean"], shear * np.stack([np.nanmean(solved, axis=(0, 2)), expanded[STRIPS:].mean(axis=(0, 2))])
     )
     np.testing.assert_allclose(
-        found["std"], shear * np.stack([np.nanstd(solved, axis=(0, 2)), expanded[STRIPS:].std(axis=(0, 2))]), rtol=1e-9
+        statistics["std"],
+        shear * np.stack([np.nanstd(solved, axis=(0, 2)), expanded[STRIPS:].std(axis=(0, 2))]),
+        rtol=1e-9,
     )
     # 12 solved and 28 new strips: a perfect control would give 40 / 12
-    assert np.all((found["combined_mean_gain"] > 2.5) & (found["combined_mean_gain"] < 40 / 12))
-    assert not np.any(found["mesh_change_of_mean"])  # of one mesh
-    np.testing.assert_allclose(found["ratio_of_sums"], shear * total)
-    assert found["largest_residual"] == pytest.approx(6e-11)
-    np.testing.assert_allclose(found["missing_share"], [0, 0, 1 / (STRIPS * WINDOWS)])
+    assert np.all((statistics["combined_mean_gain"] > 2.5) & (statistics["combined_mean_gain"] < 40 / 12))
+    assert not np.any(statistics["mesh_change_of_mean"])  # of one mesh
+    np.testing.assert_allclose(statistics["ratio_of_sums"], shear * total)
+    assert statistics["largest_residual"] == pytest.approx(6e-11)
+    np.testing.assert_allclose(statistics["missing_share"], [0, 0, 1 / (STRIPS * WINDOWS)])
 
 
 def test_lags_lengths_and_trends_of_known_windows(known):
     """Noise averaged over ten windows: its autocorrelation falls along 1 - k / 10, to 1/e near six of them."""
-    found, *_ = known
-    np.testing.assert_allclose(found["lag"], 1e-5 * np.arange(WINDOWS), atol=1e-18)
-    np.testing.assert_allclose(found["triangle"], np.maximum(1 - found["lag"] / 1e-4, 0.0), atol=1e-12)
-    curve = found["autocorrelation"]
+    statistics, *_ = known
+    np.testing.assert_allclose(statistics["lag"], 1e-5 * np.arange(WINDOWS), atol=1e-18)
+    np.testing.assert_allclose(statistics["triangle"], np.maximum(1 - statistics["lag"] / 1e-4, 0.0), atol=1e-12)
+    curve = statistics["autocorrelation"]
     assert curve.shape == (3, WINDOWS)
-    controlled = found["combined_autocorrelation"]
+    controlled = statistics["combined_autocorrelation"]
     np.testing.assert_allclose(controlled[:, :10], np.tile(1 - np.arange(10) / 10, (3, 1)), atol=0.15)
-    np.testing.assert_allclose(found["length_one_over_e"], 6.3e-5, rtol=0.4)
+    np.testing.assert_allclose(statistics["length_one_over_e"], 6.3e-5, rtol=0.4)
     for name in TRENDS:
-        change, levels = found[f"trend_combined_{name}_change"], found[f"combined_{name}"]
+        change, levels = statistics[f"trend_combined_{name}_change"], statistics[f"combined_{name}"]
         np.testing.assert_allclose(change, levels[-1] - levels[0], rtol=1e-9)
     # of three levels at equal distances the middle one does not turn the line
-    np.testing.assert_allclose(found["trend_combined_mean_line"], found["trend_combined_mean_change"], rtol=1e-9)
-    for name in found:
-        if f"{name}_low" in found:
-            assert np.all(~(found[f"{name}_low"] > found[f"{name}_high"])), name
+    np.testing.assert_allclose(
+        statistics["trend_combined_mean_line"], statistics["trend_combined_mean_change"], rtol=1e-9
+    )
+    for name in statistics:
+        if f"{name}_low" in statistics:
+            assert np.all(~(statistics[f"{name}_low"] > statistics[f"{name}_high"])), name
 
 
 def test_what_is_drawn_and_tabled_is_at_its_penetration(known, folder):
-    found, solved, *_ = known
-    edges, density = found["histogram_edge"], found["histogram"]
-    mu = float(found["shear_strength"]) * solved[:, 1]
+    statistics, solved, *_ = known
+    edges, density = statistics["histogram_edge"], statistics["histogram"]
+    mu = float(statistics["shear_strength"]) * solved[:, 1]
     assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
     counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
     np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
@@ -118,19 +122,19 @@ def test_what_is_drawn_and_tabled_is_at_its_penetration(known, folder):
     assert [name for name, _ in explained] == columns  # each with its unit, and no other
     assert ["combined_length_least_squares_m", "m"] in [[name, rest.split("]")[0]] for name, rest in explained]
     for level, row in enumerate(rows):
-        assert float(row["combined_mean"]) == pytest.approx(found["combined_mean"][level], rel=1e-5)
-        assert float(row["combined_skewness"]) == pytest.approx(found["combined_skewness"][level], rel=1e-5)
-        assert float(row["combined_std"]) == pytest.approx(found["combined_std"][level], rel=1e-5)
-        length = found["combined_length_least_squares_low"][level]
+        assert float(row["combined_mean"]) == pytest.approx(statistics["combined_mean"][level], rel=1e-5)
+        assert float(row["combined_skewness"]) == pytest.approx(statistics["combined_skewness"][level], rel=1e-5)
+        assert float(row["combined_std"]) == pytest.approx(statistics["combined_std"][level], rel=1e-5)
+        length = statistics["combined_length_least_squares_low"][level]
         assert float(row["combined_length_least_squares_low_m"]) == pytest.approx(length, rel=1e-5)
-        shapes = [found[f"beta_{shape}"][level] / np.array(SHAPES) for shape in "ab"]
+        shapes = [statistics[f"beta_{shape}"][level] / np.array(SHAPES) for shape in "ab"]
         at_bound = any(least < 1.001 or most > 0.999 for least, most in shapes)
-        assert int(row["beta_at_bound"]) == found["beta_at_bound"][level] == at_bound
+        assert int(row["beta_at_bound"]) == statistics["beta_at_bound"][level] == at_bound
 
 
 def test_one_level_has_no_trend(run, known, folder):
     """Its intervals are those of the level among others but for the random numbers."""
-    found, *_ = known
+    statistics, *_ = known
     paths = [folder / name for name in ("one-z.nc", "one-y.nc", "one-e.nc")]
     for path, source in zip(paths, ("z.nc", "y.nc", "e.nc"), strict=True):
         batch = store.read(folder / source)
@@ -145,7 +149,7 @@ def test_one_level_has_no_trend(run, known, folder):
         one = run(friction, scene, "one", contact=paths[:2], expansion=paths[2:], summary=folder / "one.csv")
     assert not [name for name in one if name.startswith("trend_")]
     for name in ("mean", "std", "skewness"):
-        np.testing.assert_allclose(one[name][..., 0], found[name][..., 1], rtol=1e-12)
+        np.testing.assert_allclose(one[name][..., 0], statistics[name][..., 1], rtol=1e-12)
 
 
 ASKED = {"friction_mean": 0.05, "friction_std": 0.08}
@@ -200,13 +204,13 @@ def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(ru
             np.testing.assert_array_equal(store.join(store.read_all(parts[stage]), name), whole[name])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 200)
-        found = run(
+        result = run(
             friction, ALLOTTED, contact=parts[contact_strip], expansion=parts[expansion_strip], allocation=allocation
         )
-    assert found.attributes["strips"] == strips
+    assert result.attributes["strips"] == strips
     for name, asked in ASKED.items():
         statistic = f"combined_{name.removeprefix('friction_')}"
-        width = (found[f"{statistic}_high"] - found[f"{statistic}_low"]) / 2 / found[statistic]
+        width = (result[f"{statistic}_high"] - result[f"{statistic}_low"]) / 2 / result[statistic]
         assert run.did[f"{name}_reached"] == pytest.approx(width.max(), abs=1e-5)
         assert width.max() < 1.3 * asked
 
@@ -218,7 +222,7 @@ def test_strips_on_coarse_cells_alone_are_those_of_a_whole_solve(run, stored):
     pilot = run(strip_pilot, scene, "both-pilot").path
     expansion = run(chaos_strip, scene, "both-chaos", contact=[pilot]).path
     none = {name: (("number",), np.array([])) for name in ("percentile", "statistic")}
-    found = {}
+    statistics = {}
     for coarse in (20, 60):
         numbers = {"strips": ((), 20), "coarse_strips": ((), coarse), "expansion_strips": ((), 200)}
         place = {"allocation": stored(f"{coarse}.nc", None, **none, **numbers), "expansion": expansion}
@@ -230,11 +234,11 @@ def test_strips_on_coarse_cells_alone_are_those_of_a_whole_solve(run, stored):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(friction, "REPLICATES", 200)
             files = {"contact": parts[contact_strip], "expansion": parts[expansion_strip]}
-            found[coarse] = run(friction, scene, f"{coarse}-friction", **files, allocation=place["allocation"])
+            statistics[coarse] = run(friction, scene, f"{coarse}-friction", **files, allocation=place["allocation"])
     for name in ("combined_mean", "combined_std"):
-        low, high = (found[60][f"{name}_{end}"] - found[20][f"{name}_{other}"] for end, other in ENDS)
+        low, high = (statistics[60][f"{name}_{end}"] - statistics[20][f"{name}_{other}"] for end, other in ENDS)
         assert np.all((low <= 0.0) & (high >= 0.0))
-        assert not np.array_equal(found[20][name], found[60][name])
+        assert not np.array_equal(statistics[20][name], statistics[60][name])
     batches = [one for one in store.read_all(parts[contact_strip]) if "other_area" in one]
     whole = run(contact_strip, scene, "others-whole", first=20, last=60)
     for name in ("area", "force"):

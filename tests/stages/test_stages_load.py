@@ -33,24 +33,24 @@ def test_force_pressure_and_windows_of_every_level(run, folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 100)
         paths = {"contact": [folder / "s.nc"], "expansion": [folder / "m.nc"]}
-        found = run(friction, SCENE, "statistics", **paths)
+        result = run(friction, SCENE, "statistics", **paths)
     force = solved["force"].mean(axis=(0, 2))
-    np.testing.assert_allclose(found["force_per_window"], force, rtol=1e-12)
-    np.testing.assert_allclose(found["nominal_pressure"], force / WINDOW_AREA, rtol=1e-12)
-    np.testing.assert_allclose(found["load_windows"], 50.0 / force, rtol=1e-12)
-    for level, windows in enumerate(found["load_windows"]):  # between stored pads on a power law
-        logs = np.log(found["pad_windows"]), np.log(found["pad_std"][level])
-        assert np.log(found["load_std"][level]) == pytest.approx(np.interp(np.log(max(windows, 1.0)), *logs))
+    np.testing.assert_allclose(result["force_per_window"], force, rtol=1e-12)
+    np.testing.assert_allclose(result["nominal_pressure"], force / WINDOW_AREA, rtol=1e-12)
+    np.testing.assert_allclose(result["load_windows"], 50.0 / force, rtol=1e-12)
+    for level, windows in enumerate(result["load_windows"]):  # between stored pads on a power law
+        logs = np.log(result["pad_windows"]), np.log(result["pad_std"][level])
+        assert np.log(result["load_std"][level]) == pytest.approx(np.interp(np.log(max(windows, 1.0)), *logs))
     lines = (folder / "summary.csv").read_text().splitlines()
     header, *rows = (line for line in lines if not line.startswith("#"))
     place = header.split(",").index("nominal_pressure_pa")
     assert [float(row.split(",")[place]) for row in rows] == pytest.approx(force / WINDOW_AREA, rel=1e-5)
     # blocks give a window the scatter of its influence; windows share the middle of a strip, blocks do not
-    area, forces, tau = solved["area"], solved["force"], found["shear_strength"]
+    area, forces, tau = solved["area"], solved["force"], result["shear_strength"]
     mean = tau * area.sum(axis=(0, 2)) / forces.sum(axis=(0, 2))
     influence = np.sqrt(np.mean((tau * area - mean[:, None] * forces) ** 2, axis=(0, 2))) / force
-    of_blocks = found["pad_std"][:, 0] * found["std"][0] / found["combined_std"]
-    full = found["missing_share"] == 0.0  # else other strips change the scatter as they do at the next such level
+    of_blocks = result["pad_std"][:, 0] * result["std"][0] / result["combined_std"]
+    full = result["missing_share"] == 0.0  # else other strips change the scatter as they do at the next such level
     np.testing.assert_allclose(of_blocks[full], influence[full], rtol=0.1)
 
 
@@ -102,10 +102,10 @@ def test_friction_under_the_load_by_hand(run, folder):
     Shear strength gives sum(A) tau / sum(N) the mean of the scene; real area over apparent area is that of all blocks.
     """
     area, force = blocks_of(run(contact_periodic, CELLS))
-    found = run(friction_under_load, CELLS, contact=folder / "contact_periodic.nc")
+    result = run(friction_under_load, CELLS, contact=folder / "contact_periodic.nc")
     tau = MEAN * force.sum() / area.sum()
-    assert found["shear_strength"] == pytest.approx(tau, rel=1e-12)
-    assert found["real_area"] == pytest.approx(area.sum() / (area.size * 20e-6 * 25e-6), rel=1e-12)
+    assert result["shear_strength"] == pytest.approx(tau, rel=1e-12)
+    assert result["real_area"] == pytest.approx(area.sum() / (area.size * 20e-6 * 25e-6), rel=1e-12)
     mu, influence, empty = [], [], []
     for first in range(30):
         a, n = (np.roll(part, -first, axis=1)[:, :5].sum(axis=1) for part in (area, force))
@@ -113,21 +113,21 @@ def test_friction_under_the_load_by_hand(run, folder):
         mu.append(tau * a[touches] / n[touches])
         empty.append(n == 0.0)
         influence.append((tau * a - MEAN * n) / (5 * force.mean()))
-    assert found["mean"] == pytest.approx(np.concatenate(mu).mean(), rel=1e-9)
-    assert found["std"] == pytest.approx(np.concatenate(mu).std(), rel=1e-9)
-    assert found["no_contact"] == pytest.approx(np.mean(empty), rel=1e-9)
-    assert found["missing_share"] == pytest.approx(1.0 - np.concatenate(mu).size / np.size(empty), rel=1e-9)
-    assert 0.0 < found["no_contact"] <= found["missing_share"] < 0.1
+    assert result["mean"] == pytest.approx(np.concatenate(mu).mean(), rel=1e-9)
+    assert result["std"] == pytest.approx(np.concatenate(mu).std(), rel=1e-9)
+    assert result["no_contact"] == pytest.approx(np.mean(empty), rel=1e-9)
+    assert result["missing_share"] == pytest.approx(1.0 - np.concatenate(mu).size / np.size(empty), rel=1e-9)
+    assert 0.0 < result["no_contact"] <= result["missing_share"] < 0.1
     within = np.array(influence[:26])  # that do not reach around the period
-    assert found["pad_std"][0] == pytest.approx(np.sqrt(np.mean(within**2)), rel=1e-9)
-    logs = np.log(WINDOWS), np.log(found["pad_std"])
-    assert np.log(found["load_std"]) == pytest.approx(np.interp(np.log(40.0), *logs), abs=1e-9)
+    assert result["pad_std"][0] == pytest.approx(np.sqrt(np.mean(within**2)), rel=1e-9)
+    logs = np.log(WINDOWS), np.log(result["pad_std"])
+    assert np.log(result["load_std"]) == pytest.approx(np.interp(np.log(40.0), *logs), abs=1e-9)
     for name in ("shear_strength", "real_area", "load_std", "std"):
-        assert found[f"{name}_low"] < found[name] < found[f"{name}_high"]
+        assert result[f"{name}_low"] < result[name] < result[f"{name}_high"]
     measured = changed(CELLS, load={"mean_friction": 0.5})
     twice = run(friction_under_load, measured, "twice", contact=folder / "contact_periodic.nc")
     assert twice["load_mean"] == 0.5
-    np.testing.assert_allclose(twice["pad_std"], 2 * found["pad_std"], rtol=1e-9)
+    np.testing.assert_allclose(twice["pad_std"], 2 * result["pad_std"], rtol=1e-9)
 
 
 def test_cells_are_solved_until_friction_is_as_accurate_as_asked(run, folder):
@@ -149,10 +149,10 @@ def test_a_soft_surface_touches_on_the_load_over_its_hardness(run):
     covariance = covariance_of(*(roughness[key] for key in ("covariance", "rms_height_m", "correlation_length_m")))
     hardness = modulus * rms_slope(covariance, CONTACT["strip"]["cell_m"]) / 30
     load = {"nominal_pressure_pa": 0.1 * hardness, "force_n": 0.1 * hardness * AREA}
-    found = run(contact_periodic, changed(CELLS, material={"hardness_pa": hardness}, load=load), "soft")
-    assert found["plasticity_index"] == pytest.approx(30)
-    assert 0.9 < found["yielded_share"] < 1
-    real = found["block_area"].sum() / (found["block_area"].size * 20e-6 * 25e-6)
+    result = run(contact_periodic, changed(CELLS, material={"hardness_pa": hardness}, load=load), "soft")
+    assert result["plasticity_index"] == pytest.approx(30)
+    assert 0.9 < result["yielded_share"] < 1
+    real = result["block_area"].sum() / (result["block_area"].size * 20e-6 * 25e-6)
     assert real == pytest.approx(0.1, rel=0.05)
     elastic = run(contact_periodic, CELLS, "elastic")
     assert elastic["plasticity_index"] == elastic["yielded_share"] == 0
@@ -174,19 +174,19 @@ def test_windows_of_a_wide_field_are_those_of_cells_under_the_same_pressure(run,
     )
     del scene["load"]
     monkeypatch.setattr(wide_field, "CELLS", 8)
-    found = run(wide_field, scene, friction=friction_file)
-    assert found["mean"][1] == pytest.approx(MEAN, rel=1e-12)
-    assert np.all(np.diff(found["variation"]) < 0.0)
+    result = run(wide_field, scene, friction=friction_file)
+    assert result["mean"][1] == pytest.approx(MEAN, rel=1e-12)
+    assert np.all(np.diff(result["variation"]) < 0.0)
     for name in ("mean", "std", "variation"):
-        assert found[f"change_of_{name}"] == pytest.approx(found[name][2] - found[name][0])
+        assert result[f"change_of_{name}"] == pytest.approx(result[name][2] - result[name][0])
     load = {"nominal_pressure_pa": 1.5e9, "force_n": 50.0}
     of_load = changed(CELLS, strip={"cell_m": 2.5e-6}, load=load, oscillator={"windows_in_parallel": 13})
     monkeypatch.setattr(contact_periodic.Cells, "count", lambda *_: 8)
     run(contact_periodic, of_load, "eight")
     same = run(friction_under_load, of_load, "same", contact=folder / "eight.nc")
-    assert found["variation"][2] == pytest.approx(same["std"] / same["mean"], rel=1e-9)
+    assert result["variation"][2] == pytest.approx(same["std"] / same["mean"], rel=1e-9)
     windows = 50.0 / (1.5e9 * WINDOW_AREA)  # 13.3
-    assert found["load_std"] / found["mean"][2] == pytest.approx(
+    assert result["load_std"] / result["mean"][2] == pytest.approx(
         same["load_std"] / same["mean"] * np.sqrt(13 / windows), rel=0.02
     )
 
@@ -199,9 +199,9 @@ def test_heights_without_cells_leave_the_reading_of_a_wide_field_untested(run, s
     levels = {"percentile": (("level",), np.array([50.0])), "nominal_pressure": (("level",), np.array([1e8]))}
     scene = changed(CELLS, roughness=roughness, oscillator={"penetration_percentile": 50.0})
     del scene["load"]
-    found = run(wide_field, scene, friction=stored("one.nc", **levels))
-    assert reason in found.attributes["reason"]
-    assert not list(found)
+    result = run(wide_field, scene, friction=stored("one.nc", **levels))
+    assert reason in result.attributes["reason"]
+    assert not list(result)
 
 
 @pytest.mark.slow
@@ -224,9 +224,9 @@ def test_real_area_and_scatter_of_windows_over_the_load(run, folder, load, area,
         load={"nominal_pressure_pa": pressure},
     )
     run(contact_periodic, scene)
-    found = run(friction_under_load, scene, contact=folder / "contact_periodic.nc")
-    assert found["real_area"] / load == pytest.approx(area, rel=0.012)
-    assert variation is None or found["variation"] == pytest.approx(variation, rel=0.06)
+    result = run(friction_under_load, scene, contact=folder / "contact_periodic.nc")
+    assert result["real_area"] / load == pytest.approx(area, rel=0.012)
+    assert variation is None or result["variation"] == pytest.approx(variation, rel=0.06)
 
 
 @pytest.mark.slow
@@ -240,9 +240,9 @@ def test_a_pad_of_many_windows_scatters_as_one_that_is_cut_out(run, folder):
         patch.setattr(periodic_cell, "WINDOWS", (24, 24))
         patch.setattr(contact_periodic.Cells, "count", lambda *_: 64)
         area, force = blocks_of(run(contact_periodic, scene, "large"))
-    found = run(friction_under_load, scene, "pads", contact=folder / "large.nc")
+    result = run(friction_under_load, scene, "pads", contact=folder / "large.nc")
     mean = area.sum() / force.sum()
     influence = (area - mean * force).reshape(64, 4, 30, 1, 24).sum(axis=(2, 4)) / (force.mean() * 30 * 24)
     scatter = MEAN / mean * np.sqrt(np.mean(influence**2))
-    at = np.interp(np.log(6 * 24), np.log(WINDOWS), np.log(found["pad_std"]))
+    at = np.interp(np.log(6 * 24), np.log(WINDOWS), np.log(result["pad_std"]))
     assert scatter == pytest.approx(np.exp(at), rel=0.1)

@@ -56,65 +56,65 @@ def hardly_scattered(run):
 
 def test_limits_cycle_and_counts_without_scatter(without_scatter):
     """mu_D' of eq. (13) by hand; the cycle leaves stick at F mu_s - 2 D V and returns to it at V on the belt."""
-    found = without_scatter
+    result = without_scatter
     slope = -0.3 * 1.42 / (1 + 1.42 * 0.948) ** 2 + 0.02 * 0.948
-    assert found["hopf_damping"] == pytest.approx(-slope * 2500 / (2 * 316), rel=1e-9)
-    assert found["hopf_damping"] == pytest.approx(0.2311, abs=1e-4)
-    assert found["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
-    assert found["departure"] == pytest.approx(F * 0.4 - 2 * 0.17 * V, rel=1e-12)
-    assert found["reattachment"] < found["departure"]
+    assert result["hopf_damping"] == pytest.approx(-slope * 2500 / (2 * 316), rel=1e-9)
+    assert result["hopf_damping"] == pytest.approx(0.2311, abs=1e-4)
+    assert result["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
+    assert result["departure"] == pytest.approx(F * 0.4 - 2 * 0.17 * V, rel=1e-12)
+    assert result["reattachment"] < result["departure"]
     for name, value in MOMENTS.items():
-        assert found[f"friction_{name}"] == value
-    assert (found["friction_beta_a"], found["friction_beta_b"]) == (2.1, 5.0)
+        assert result[f"friction_{name}"] == value
+    assert (result["friction_beta_a"], result["friction_beta_b"]) == (2.1, 5.0)
     # one cycle a period of the cycle; at 0.34, above the limit, none but the first slips of the start
-    assert found["cycles"][1] == pytest.approx(30 * 2 * np.pi / found["period"], abs=1)
-    assert found["cycles"][0] > 10
-    assert found["cycles"][2] <= 1
+    assert result["cycles"][1] == pytest.approx(30 * 2 * np.pi / result["period"], abs=1)
+    assert result["cycles"][0] > 10
+    assert result["cycles"][2] <= 1
 
 
 def test_a_cycle_that_does_not_exist_is_a_finding_and_no_warning(run):
-    found = run(deterministic, scattered(1e-9, damping_ratio=0.4), "without_cycle")
-    assert found["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
-    assert np.isnan([found[name] for name in ("departure", "reattachment", "period", "slipped_distance")]).all()
+    result = run(deterministic, scattered(1e-9, damping_ratio=0.4), "without_cycle")
+    assert result["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
+    assert np.isnan([result[name] for name in ("departure", "reattachment", "period", "slipped_distance")]).all()
     assert run.warnings == []
 
 
 def test_the_drawn_motion_is_the_cycle(without_scatter):
     """Ten periods after the discarded ones: X' is the slope of X, the belt's V in stick, which lasts from reattachment
     to departure."""
-    found = without_scatter
-    time, x, velocity = (found[name] for name in ("time", "position", "velocity"))
+    result = without_scatter
+    time, x, velocity = (result[name] for name in ("time", "position", "velocity"))
     assert time[0] == pytest.approx(2 * np.pi * DISCARDED_PERIODS, abs=time[1] - time[0])
     assert time[-1] == pytest.approx(2 * np.pi * (DISCARDED_PERIODS + 10), abs=time[1] - time[0])
     inner = np.gradient(x, time)[1:-1]
     assert np.median(np.abs(inner - velocity[1:-1])) < 1e-6 * V + 1e-4 * np.abs(velocity).max()
     stick = np.isclose(velocity, V, rtol=1e-12)
     step = V * (time[1] - time[0])  # X in stick is sampled so far apart
-    assert x[stick].min() == pytest.approx(found["reattachment"], abs=step)
-    assert x[stick].max() == pytest.approx(found["departure"], abs=step)
+    assert x[stick].min() == pytest.approx(result["reattachment"], abs=step)
+    assert x[stick].max() == pytest.approx(result["departure"], abs=step)
     starts = time[1:][stick[1:] & ~stick[:-1]]
-    np.testing.assert_allclose(np.diff(starts), found["period"], atol=2 * (time[1] - time[0]))
-    assert found["slipped_distance"] == pytest.approx(  # slip against the belt takes what the belt gains on the mass
-        V * found["period"], rel=1e-9
+    np.testing.assert_allclose(np.diff(starts), result["period"], atol=2 * (time[1] - time[0]))
+    assert result["slipped_distance"] == pytest.approx(  # slip against the belt takes what the belt gains on the mass
+        V * result["period"], rel=1e-9
     )
 
 
 def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(without_scatter, hardly_scattered):
     """A standard deviation of 1e-9 moves no count and no place by more than some 1e-8 of F."""
-    found, plain = hardly_scattered, without_scatter
-    np.testing.assert_array_equal(found["cycles"], np.tile(plain["cycles"], (3, 1)))
-    np.testing.assert_allclose(found["reattachment"], plain["reattachment"], atol=1e-7 * F)
-    owners, events = np.unique(found["reattachment_realisation"], return_counts=True)
+    result, plain = hardly_scattered, without_scatter
+    np.testing.assert_array_equal(result["cycles"], np.tile(plain["cycles"], (3, 1)))
+    np.testing.assert_allclose(result["reattachment"], plain["reattachment"], atol=1e-7 * F)
+    owners, events = np.unique(result["reattachment_realisation"], return_counts=True)
     np.testing.assert_array_equal(owners, [1, 2, 3])
     np.testing.assert_allclose(events, 20 * 2 * np.pi / plain["period"], atol=1)  # after 10 of 30 periods
-    last = found["last_cycle"]
+    last = result["last_cycle"]
     assert np.all((last[:, :2] > 30 - plain["period"] / (2 * np.pi)) & (last[:, :2] <= 30))
-    np.testing.assert_array_equal(found["nominal_last_cycle"], last[:, 1])
+    np.testing.assert_array_equal(result["nominal_last_cycle"], last[:, 1])
     assert np.all(last[:, 2] < 5)
-    assert found["position"].shape == (1, len(plain["time"]))  # number 1 of the two that are drawn
-    np.testing.assert_allclose(found["position"][0], plain["position"], atol=1e-6 * F)
-    np.testing.assert_allclose(found["velocity"][0], plain["velocity"], atol=1e-5 * F)
-    assert found.attributes["first"] == 1
+    assert result["position"].shape == (1, len(plain["time"]))  # number 1 of the two that are drawn
+    np.testing.assert_allclose(result["position"][0], plain["position"], atol=1e-6 * F)
+    np.testing.assert_allclose(result["velocity"][0], plain["velocity"], atol=1e-5 * F)
+    assert result.attributes["first"] == 1
 
 
 def test_an_ensemble_scatters_as_its_friction_does(run, stored, without_scatter):
@@ -122,15 +122,15 @@ def test_an_ensemble_scatters_as_its_friction_does(run, stored, without_scatter)
     limit alone is another motion."""
     spread = {}
     for std in (2e-3, 4e-3):
-        found = run(oscillator, scattered(std), first=0, last=8)
-        spread[std] = found["reattachment"].std()
-        assert found["reattachment"].mean() == pytest.approx(float(without_scatter["reattachment"]), abs=F * std)
+        result = run(oscillator, scattered(std), first=0, last=8)
+        spread[std] = result["reattachment"].std()
+        assert result["reattachment"].mean() == pytest.approx(float(without_scatter["reattachment"]), abs=F * std)
     assert spread[4e-3] / spread[2e-3] == pytest.approx(2.0, rel=0.1)
     assert 0.3 < spread[2e-3] / (F * 2e-3) < 3.0
-    later = run(
-        oscillator, scattered(4e-3), "later", first=6, last=8
-    )  # runs have numbers that do not depend on the batch
-    np.testing.assert_array_equal(later["reattachment"], found["reattachment"][found["reattachment_realisation"] >= 6])
+    later = run(oscillator, scattered(4e-3), "later", first=6, last=8)  # numbers of runs do not depend on the batch
+    np.testing.assert_array_equal(
+        later["reattachment"], result["reattachment"][result["reattachment_realisation"] >= 6]
+    )
     arrays = {"runs": ((), np.array(16)), "nodes_per_correlation_length": ((), np.array(8))}
     share = run(oscillator, scattered(4e-3), "share", first=3, last=4, allocation=stored("runs.nc", **arrays))
     np.testing.assert_array_equal(share["realisation"], [6, 7])  # the fourth eighth of 16 runs
@@ -154,9 +154,9 @@ def test_keys_of_the_ensemble_reach_the_runs(run, stored):
     np.testing.assert_array_equal(default, places(process="recursion", marginal="paper"))
     four = places(nodes_per_correlation_length=4)
     np.testing.assert_array_equal(places(nodes_per_correlation_length="auto"), four)
-    for found in (four, places(process="spectral")):
-        assert not np.array_equal(found, default)
-        assert found.mean() == pytest.approx(default.mean(), abs=4 * default.std())
+    for points in (four, places(process="spectral")):
+        assert not np.array_equal(points, default)
+        assert points.mean() == pytest.approx(default.mean(), abs=4 * default.std())
 
 
 def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
@@ -164,37 +164,37 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     scene = scattered(4e-3)
     batches = [run(oscillator, scene, name, first=first, last=last) for name, first, last in (("b", 0, 5), ("a", 5, 8))]
     paths = [batch.path for batch in reversed(batches)]
-    found = run(cycles, scene, deterministic=without_scatter.path, ensemble=paths)
+    result = run(cycles, scene, deterministic=without_scatter.path, ensemble=paths)
     counts, micro, place = (store.join(batches, name) for name in ("cycles", "micro_slips", "reattachment"))
-    np.testing.assert_array_equal(found["deterministic_cycles"], without_scatter["cycles"])
-    np.testing.assert_allclose(found["mean_cycles"], counts.mean(axis=0))
-    np.testing.assert_allclose(found["difference"], without_scatter["cycles"] - counts.mean(axis=0))
-    np.testing.assert_allclose(found["mean_micro_slips"], micro.mean(axis=0))
+    np.testing.assert_array_equal(result["deterministic_cycles"], without_scatter["cycles"])
+    np.testing.assert_allclose(result["mean_cycles"], counts.mean(axis=0))
+    np.testing.assert_allclose(result["difference"], without_scatter["cycles"] - counts.mean(axis=0))
+    np.testing.assert_allclose(result["mean_micro_slips"], micro.mean(axis=0))
     last, nominal = (store.join(batches, name) > 20.0 for name in ("last_cycle", "nominal_last_cycle"))  # of 30 periods
-    np.testing.assert_allclose(found["still_cycling"], last.mean(axis=0))
-    share = [found[f"cycling_share{end}"] for end in ("", "_low", "_high")]
+    np.testing.assert_allclose(result["still_cycling"], last.mean(axis=0))
+    share = [result[f"cycling_share{end}"] for end in ("", "_low", "_high")]
     assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
     assert run.warnings == []
     said: list[str] = []
     few = ensemble_table.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
     assert np.isnan([variable.values for variable in few.values()]).all()
     assert "too few for a test of normality" in said[0]
-    assert found["reattachment_mean"] == pytest.approx(place.mean())
-    assert found["reattachment_std"] == pytest.approx(place.std())
+    assert result["reattachment_mean"] == pytest.approx(place.mean())
+    assert result["reattachment_std"] == pytest.approx(place.std())
     # whole runs are resampled, and their events weigh alike; the interval of eight is Student's
     owner = store.join(batches, "reattachment_realisation")
     far = np.bincount(owner, place - place.mean()) / len(place)
-    half = (found["reattachment_mean_high"] - found["reattachment_mean_low"]) / 2
+    half = (result["reattachment_mean_high"] - result["reattachment_mean_low"]) / 2
     assert half == pytest.approx(stdtrit(7, 0.975) * np.sqrt(8 / 7 * np.sum(far**2)), rel=0.2)
-    edges = found["histogram_edge"]
+    edges = result["histogram_edge"]
     assert (edges[0], edges[-1]) == (pytest.approx(place.min()), pytest.approx(place.max()))
-    np.testing.assert_allclose(found["histogram"] * np.diff(edges) * len(place), np.histogram(place, edges)[0])
-    assert (found["events"], found["realisations"], found["nominal_damping"]) == (len(place), 8, 0.17)
+    np.testing.assert_allclose(result["histogram"] * np.diff(edges) * len(place), np.histogram(place, edges)[0])
+    assert (result["events"], result["realisations"], result["nominal_damping"]) == (len(place), 8, 0.17)
     for name in ("position", "velocity"):
-        np.testing.assert_array_equal(found[name], batches[0][name])  # of the two runs that are drawn
-        np.testing.assert_array_equal(found[f"deterministic_{name}"], without_scatter[name])
+        np.testing.assert_array_equal(result[name], batches[0][name])  # of the two runs that are drawn
+        np.testing.assert_array_equal(result[f"deterministic_{name}"], without_scatter[name])
     for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
-        assert found[f"deterministic_{name}"] == without_scatter[name]
+        assert result[f"deterministic_{name}"] == without_scatter[name]
 
 
 @pytest.mark.slow
@@ -202,16 +202,16 @@ def test_each_reading_changes_one_thing(run, stored, without_scatter):
     """Damping ratios of the texts; a process that hardly scatters leaves the motion without scatter; the level of the
     windows that lies nearest to the Beta, other than the scene's, has its own mean and its own limit."""
     scene = scattered(1e-9) | {"ensemble": CONFIGURATION["ensemble"] | {"marginal": "beta"}}
-    found = run(belt_readings, scene)
-    assert "nearest_penetration_cycling_share" not in found  # the scene gives the friction as numbers
-    assert found["half_damping_nominal_damping"] == 0.085
-    assert found["plain_damping_nominal_damping"] == pytest.approx(0.17 / (2 * 316), rel=1e-12)
+    result = run(belt_readings, scene)
+    assert "nearest_penetration_cycling_share" not in result  # the scene gives the friction as numbers
+    assert result["half_damping_nominal_damping"] == 0.085
+    assert result["plain_damping_nominal_damping"] == pytest.approx(0.17 / (2 * 316), rel=1e-12)
     for name in ("paper_process", "belt_travel", "mean_stick_limit"):
-        limit, damping = found[f"{name}_deterministic_existence_limit"], found[f"{name}_damping_ratio"]
+        limit, damping = result[f"{name}_deterministic_existence_limit"], result[f"{name}_damping_ratio"]
         assert limit == pytest.approx(float(without_scatter["existence_limit"]), rel=1e-7)
         np.testing.assert_allclose(damping, [0.17, 1.003 * limit, 1.03 * limit], rtol=1e-12)
-        assert found[f"{name}_mean_cycles"][0] == without_scatter["cycles"][1]
-        assert found[f"{name}_stick_slip_share"] == pytest.approx([1.0, 0.0, 0.0], abs=0.05)
+        assert result[f"{name}_mean_cycles"][0] == without_scatter["cycles"][1]
+        assert result[f"{name}_stick_slip_share"] == pytest.approx([1.0, 0.0, 0.0], abs=0.05)
     ones, levels = np.ones(3), ("level",)
     numbers = {"combined_mean": [0.31, 0.3, 0.29], "combined_std": 1e-9 * ones, "beta_a": 2.1 * ones}
     numbers |= {"combined_length_least_squares": 2.5e-4 * ones, "beta_b": 5.0 * ones}
@@ -238,8 +238,8 @@ def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), 
 def test_runs_and_nodes_keep_the_accuracy_asked(run):
     """Without scatter the fewest of both. With scatter the interval of the runs that it finds is as asked, and half the
     width takes about four times the runs."""
-    found = run(ensemble_pilot, asked(1.0, 1e-9))
-    assert (found["runs"], found["nodes_per_correlation_length"]) == (8, 2)
+    result = run(ensemble_pilot, asked(1.0, 1e-9))
+    assert (result["runs"], result["nodes_per_correlation_length"]) == (8, 2)
     scattering = [run(ensemble_pilot, asked(cycles, 0.05), f"to{cycles:g}") for cycles in (2.0, 1.0)]
     runs = [int(one["runs"]) for one in scattering]
     assert runs[1] / runs[0] == pytest.approx(4, rel=0.3)
@@ -250,7 +250,7 @@ def test_runs_and_nodes_keep_the_accuracy_asked(run):
     ]
     counts = store.join(shares, "cycles")
     assert len(counts) == runs[0]
-    assert 1.96 * counts.std(axis=0).max() / np.sqrt(runs[0]) + found["from_nodes"] < 2.0
+    assert 1.96 * counts.std(axis=0).max() / np.sqrt(runs[0]) + result["from_nodes"] < 2.0
 
 
 @pytest.mark.slow

@@ -160,14 +160,14 @@ def test_windows_of_a_pad_scatter_as_the_strips_say(tmp_path):
     """n windows count as n^0.9, at stored numbers, between them and beyond; the mean is that of the pad."""
     path = load_statistics(tmp_path / "statistics.nc")
     for windows in (1, 4, 10, 1000):
-        found = friction_numbers(parallel(windows, 50.0), path)
-        assert found.mean == pytest.approx(0.3 * windows**-0.01, rel=1e-12)
-        assert found.standard_deviation == 0.04
+        numbers = friction_numbers(parallel(windows, 50.0), path)
+        assert numbers.mean == pytest.approx(0.3 * windows**-0.01, rel=1e-12)
+        assert numbers.standard_deviation == 0.04
         independent = mass_on_belt.independent_windows(parallel(windows, 50.0), path)
         assert independent == pytest.approx(windows**0.9, rel=1e-12)
-        process = friction_process(parallel(windows, 50.0), found, path)
+        process = friction_process(parallel(windows, 50.0), numbers, path)
         assert process.marginal.standard_deviation == pytest.approx(0.04 * windows**-0.45, rel=1e-9)
-        assert process.marginal.mean == pytest.approx(found.mean, rel=1e-12)
+        assert process.marginal.mean == pytest.approx(numbers.mean, rel=1e-12)
     assert mass_on_belt.independent_windows(parallel(100, 50.0), None) == 100.0  # of given statistics
     between = friction_numbers(parallel(1, 30.0), path)
     assert between.standard_deviation == pytest.approx(0.06)  # at 30 %, halfway
@@ -183,9 +183,9 @@ def test_friction_of_a_pad_is_correlated_over_its_length(tmp_path):
     path = load_statistics(tmp_path / "statistics.nc")
     for windows, length in ((2, 6e-4), (4, 6e-4), (8, 6e-4 * 2**0.5), (16, 1.2e-3), (256, 4.8e-3)):
         scene = parallel(windows, 50.0)
-        found = friction_process(scene, friction_numbers(scene, path), path)
-        assert found.correlation_length_m == pytest.approx(length / 2, rel=1e-9)
-        half = found.autocorrelation(found.correlation_length_m)
+        process = friction_process(scene, friction_numbers(scene, path), path)
+        assert process.correlation_length_m == pytest.approx(length / 2, rel=1e-9)
+        half = process.autocorrelation(process.correlation_length_m)
         assert half == pytest.approx(0.5, rel=1e-9)
     deep = parallel(4, 10.0)
     assert friction_process(deep, friction_numbers(deep, path), path).correlation_length_m == pytest.approx(4.5e-4)
@@ -285,49 +285,51 @@ def answered(folder):
 def test_without_scatter_both_limits_of_damping_are_the_existence_limit(answered):
     """Runs begin in stick, so that stick-slip exists up to there. From steady sliding, which is unstable, 20 periods
     are too short for so small a push to grow by exp(2 pi (0.231 - 0.17) 20) = 2000 to the size of the cycle."""
-    found = answered(1e-9)
-    assert [found["probability"]["value"], *found["probability"]["interval"]] == pytest.approx([1, *CERTAIN], rel=1e-6)
-    assert found["probability_from_sliding"]["value"] == 0.0
-    above, below = (found["limits"]["damping"][side] for side in ("above", "below"))
+    answered_result = answered(1e-9)
+    assert [answered_result["probability"]["value"], *answered_result["probability"]["interval"]] == pytest.approx(
+        [1, *CERTAIN], rel=1e-6
+    )
+    assert answered_result["probability_from_sliding"]["value"] == 0.0
+    above, below = (answered_result["limits"]["damping"][side] for side in ("above", "below"))
     for label in ("0.05", "0.95"):
         assert above[label]["change"] == "falls below"
         assert [above[label]["value"], *above[label]["interval"]] == pytest.approx([EXISTENCE] * 3, rel=2 * ACCURACY)
     assert above["without_scatter"]["value"] == pytest.approx(EXISTENCE, rel=4e-6)
     assert below == {"0.05": None, "0.95": None, "without_scatter": {"value": None, "interval": None, "unit": "1"}}
-    assert found["decides"]["by"] == "mean curve"
-    assert found["decides"]["existence_limit"]["value"] == pytest.approx(EXISTENCE, abs=1e-6)
-    change = found["smallest_change"]
+    assert answered_result["decides"]["by"] == "mean curve"
+    assert answered_result["decides"]["existence_limit"]["value"] == pytest.approx(EXISTENCE, abs=1e-6)
+    change = answered_result["smallest_change"]
     assert (change["parameter"], change["side"], change["aim"]) == ("damping", "above", "end")
     assert change["value"] == pytest.approx(EXISTENCE / 0.17 - 1, rel=4 * ACCURACY)
 
 
 def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(answered):
     """Samples miss the extremes of the displacement by (pi / 100)^2 / 2 of the amplitude at most."""
-    found = answered(1e-9)
+    answered_result = answered(1e-9)
     belt, law = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})), StribeckLaw(0.3, 0.4)
-    assert found["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
+    assert answered_result["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
     drawn = trajectory(belt, law, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
     amplitude = 0.5 * np.ptp(drawn.position[20_000:])
-    assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= found["amplitude"]["value"] <= amplitude * (1 + 1e-5)
+    assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= answered_result["amplitude"]["value"] <= amplitude * (1 + 1e-5)
     for name in ("amplitude", "frequency"):
-        assert found[f"{name}_scatter"]["value"] < 1e-3 * found[name]["value"]
+        assert answered_result[f"{name}_scatter"]["value"] < 1e-3 * answered_result[name]["value"]
 
 
 @pytest.mark.slow
 def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
     """At D = 1 no run cycles, from either start; with hardly any scatter both levels are passed at the limit."""
-    found = answered(1e-9, damping_ratio=1.0)
-    assert found["probability"]["value"] == found["probability_from_sliding"]["value"] == 0.0
-    assert found["amplitude"] == {"value": None, "interval": None, "unit": "m"}
-    limit = found["limits"]["damping"]["below"]
+    answered_result = answered(1e-9, damping_ratio=1.0)
+    assert answered_result["probability"]["value"] == answered_result["probability_from_sliding"]["value"] == 0.0
+    assert answered_result["amplitude"] == {"value": None, "interval": None, "unit": "m"}
+    limit = answered_result["limits"]["damping"]["below"]
     assert limit["0.05"]["change"] == limit["0.95"]["change"] == "rises above"
     assert limit["0.95"]["value"] == pytest.approx(EXISTENCE, rel=2 * ACCURACY)
-    assert found["smallest_change"]["aim"] == "begin"
-    assert found["smallest_change"]["value"] == pytest.approx(EXISTENCE - 1, rel=2 * ACCURACY)
-    (row,) = change_rows(found)
+    assert answered_result["smallest_change"]["aim"] == "begin"
+    assert answered_result["smallest_change"]["value"] == pytest.approx(EXISTENCE - 1, rel=2 * ACCURACY)
+    (row,) = change_rows(answered_result)
     assert (row.name, row.now, row.needed, row.change) == ("less damping, D", "1", "0.324", "÷ 3.1")
-    assert "practically excluded (0 % [0, 5])" in found["summary"][0]
-    assert "begins stick-slip is -68 %" in found["summary"][2]
+    assert "practically excluded (0 % [0, 5])" in answered_result["summary"][0]
+    assert "begins stick-slip is -68 %" in answered_result["summary"][2]
 
 
 @pytest.mark.slow
@@ -343,7 +345,7 @@ def test_mass_spring_and_load_in_proportion_scale_their_limits_alone(answered):
     for name, factor in {"damping": 1, "belt_velocity": 1, "mass": 2, "stiffness": 2, "load": 2}.items():
         for side in ("below", "above"):
             for label in ("0.05", "0.95"):
-                small, large = (found["limits"][name][side][label] for found in (one, two))
+                small, large = (answered_["limits"][name][side][label] for answered_ in (one, two))
                 assert (small is None) == (large is None)
                 if small is not None:
                     assert large["value"] == pytest.approx(factor * small["value"], rel=1e-9)
@@ -353,9 +355,9 @@ def test_mass_spring_and_load_in_proportion_scale_their_limits_alone(answered):
 
 
 def test_an_excited_mass_has_no_answer(answered):
-    found = answered(0.03, excitation_force_n=10.0)
-    assert found["given"] is False
-    assert found["summary"] == [f"Stick-slip: no answer, because {found['reason']}."]
+    answered_result = answered(0.03, excitation_force_n=10.0)
+    assert answered_result["given"] is False
+    assert answered_result["summary"] == [f"Stick-slip: no answer, because {answered_result['reason']}."]
 
 
 MAP = {
@@ -371,9 +373,9 @@ LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
 
 
 def asked(std: float, **others: object) -> dict:
-    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
-    del found["ensemble"]  # not read
-    return found
+    configuration = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
+    del configuration["ensemble"]  # not read
+    return configuration
 
 
 def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run, monkeypatch):
@@ -426,13 +428,13 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
     spread = []
     for windows in (1, 100):
         values = {"oscillator": OSCILLATOR | {"windows_in_parallel": windows}, "ensemble": {"damping_ratios": "auto"}}
-        found = np.array(damping_ratios(scene_of(values), numbers, None))
-        assert len(found) <= 20
-        assert np.all(np.diff(found) > 0)
-        assert found[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
-        assert found[-1] >= 1.2499 * LIMIT
-        assert np.min(np.abs(found - LIMIT)) > 1e-6  # there the count without scatter is undecided
-        spread.append(np.sort(np.abs(found - LIMIT))[11])
+        ratios = np.array(damping_ratios(scene_of(values), numbers, None))
+        assert len(ratios) <= 20
+        assert np.all(np.diff(ratios) > 0)
+        assert ratios[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
+        assert ratios[-1] >= 1.2499 * LIMIT
+        assert np.min(np.abs(ratios - LIMIT)) > 1e-6  # there the count without scatter is undecided
+        spread.append(np.sort(np.abs(ratios - LIMIT))[11])
     assert spread[0] > 5 * spread[1]
     given = scene_of({"ensemble": {"damping_ratios": [0.1, 0.2]}})
     assert damping_ratios(given, numbers, None) == (0.1, 0.2)
@@ -446,38 +448,38 @@ def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys,
     """At 20 m/s eq. (13) rises with speed: the quadratic term has the slope 0.4 s/m there."""
     fast = asked(1e-9) | {"map": MAP | {"ranges": [[0.948, 20.0], [0.1, 0.5]]}}
     monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
-    found = run(stick_slip_map, fast, "fast")
-    assert list(np.isnan(found["existence_limit"][[0, -1]])) == [False, True]
-    assert found["hopf_damping"][-1] < 0
+    result = run(stick_slip_map, fast, "fast")
+    assert list(np.isnan(result["existence_limit"][[0, -1]])) == [False, True]
+    assert result["hopf_damping"][-1] < 0
     assert "values of belt_velocity" in capsys.readouterr().err
 
 
 @pytest.mark.slow
 def test_durations_change_with_damping_and_theory_has_their_order(run):
     """Stick-slip lasts ever shorter with damping and steady sliding ever longer, in the runs and in theory."""
-    found = run(residence, asked(0.03))
-    assert found["residence_limit"] == pytest.approx(0.324424, abs=1e-6)
-    reach = 4 * found["unit_scatter"] * found["friction_deviation"]
-    ends = np.minimum(found["residence_limit"] - reach, found["residence_hopf"]), found["residence_limit"] + reach
-    np.testing.assert_allclose(found["residence_damping"][:, [0, -1]].T, ends)
-    assert np.all(found["share"][:, 0] > 0.75)  # sliding lasts some periods where a run begins with it
-    np.testing.assert_array_equal(found["share"][:, -1], 0.0)
+    result = run(residence, asked(0.03))
+    assert result["residence_limit"] == pytest.approx(0.324424, abs=1e-6)
+    reach = 4 * result["unit_scatter"] * result["friction_deviation"]
+    ends = np.minimum(result["residence_limit"] - reach, result["residence_hopf"]), result["residence_limit"] + reach
+    np.testing.assert_allclose(result["residence_damping"][:, [0, -1]].T, ends)
+    assert np.all(result["share"][:, 0] > 0.75)  # sliding lasts some periods where a run begins with it
+    np.testing.assert_array_equal(result["share"][:, -1], 0.0)
     for name in ("stick_slip", "sliding", "share"):
-        known = np.isfinite(found[name]) & np.isfinite(found[f"{name}_high"])  # a share is not where no state ended
-        values = (found[f"{name}{end}"][known] for end in ("_low", "", "_high"))
+        known = np.isfinite(result[name]) & np.isfinite(result[f"{name}_high"])  # a share is not where no state ended
+        values = (result[f"{name}{end}"][known] for end in ("_low", "", "_high"))
         low, value, high = values
         assert np.all((low <= value) & (value <= high))
-    theory = found["stick_slip_by_theory"][1]
+    theory = result["stick_slip_by_theory"][1]
     assert np.all(np.diff(theory[np.isfinite(theory)]) < 0)
-    theory = found["sliding_by_theory"][1]
+    theory = result["sliding_by_theory"][1]
     assert np.all(np.diff(theory[np.isfinite(theory)]) > 0)
 
 
 @pytest.mark.slow
 def test_a_half_that_the_runs_do_not_hold_is_nan_with_a_warning(run, capsys):
     """Hardly any scatter, at the Hopf damping and just beyond the limit."""
-    found = run(residence, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
-    assert np.isfinite(found["half"]).all() or "do not hold" in capsys.readouterr().err
+    result = run(residence, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
+    assert np.isfinite(result["half"]).all() or "do not hold" in capsys.readouterr().err
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
         run(residence, asked(0.03, belt_velocity_m_per_s=20.0), "none")
 
@@ -485,14 +487,14 @@ def test_a_half_that_the_runs_do_not_hold_is_nan_with_a_warning(run, capsys):
 def test_the_unstable_cycle_parts_the_basins_and_is_drawn(run, monkeypatch):
     """Orbits do not cross: what begins within ends in sliding. Below the Hopf damping there is no such cycle."""
     monkeypatch.setattr(basins, "STATES", 200)
-    found = run(basins, asked(1e-9, damping_ratio=0.28))
-    cycle = Path(np.column_stack([found["unstable_position"], found["unstable_velocity"]]))
-    within = cycle.contains_points(np.column_stack([found["basin_position"], found["basin_velocity"]]))
-    np.testing.assert_array_equal(found["ends_in_stick_slip"] > 0, ~within)
-    assert found["basin_share"] == pytest.approx(1 - within.mean())
-    assert np.ptp(found["from_rest_velocity"]) > np.ptp(found["unstable_velocity"])
-    figure = figure_basins({name: found[name] for name in DRAWN["figure_basins"]})
-    assert f"{100 * found['basin_share']:.0f} % of the states" in figure.axes[0].get_title(loc="left")
+    result = run(basins, asked(1e-9, damping_ratio=0.28))
+    cycle = Path(np.column_stack([result["unstable_position"], result["unstable_velocity"]]))
+    within = cycle.contains_points(np.column_stack([result["basin_position"], result["basin_velocity"]]))
+    np.testing.assert_array_equal(result["ends_in_stick_slip"] > 0, ~within)
+    assert result["basin_share"] == pytest.approx(1 - within.mean())
+    assert np.ptp(result["from_rest_velocity"]) > np.ptp(result["unstable_velocity"])
+    figure = figure_basins({name: result[name] for name in DRAWN["figure_basins"]})
+    assert f"{100 * result['basin_share']:.0f} % of the states" in figure.axes[0].get_title(loc="left")
     assert len(figure.axes[0].lines) == 4
     figure = figure_basins(run(basins, asked(1e-9, damping_ratio=0.22), "below"))
     assert figure.axes[0].lines[1].get_xdata().size == 0

@@ -121,15 +121,15 @@ def test_the_scatter_of_a_surface_stands_next_to_that_of_the_record(recorded):
     }
     scene, lags = scene_of(values, record.STAGE.keys), np.array([0.0, 5e-4, 2e-3])
     assert record.has_surface(values)
-    found = {name: one.values for name, one in record.of_surface(scene, 0.3, lags).items()}
+    of_surface = {name: one.values for name, one in record.of_surface(scene, 0.3, lags).items()}
 
     def covariance(x, y):
         return 1e-12 * np.exp(-(x**2 + y**2) / 4e-10)
 
     wanted = 0.3 * scatter_of_friction(covariance, 2e11 / (1.0 - 0.09), 1e8, (1e-3, 1e-3))
-    assert found["surface_std"] == pytest.approx(wanted, rel=1e-6)
+    assert of_surface["surface_std"] == pytest.approx(wanted, rel=1e-6)
     # windows far longer than the roughness: nearly the triangle of half a window, and nothing beyond a window
-    assert found["surface_covariance"] / wanted**2 == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
+    assert of_surface["surface_covariance"] / wanted**2 == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
     assert not record.has_surface(recorded[0])
     result = store.read(recorded[1])
     drawn = {name: result[name] for name in result} | {"surface_covariance": result["covariance_fit"]}

@@ -61,36 +61,36 @@ def copies(run, scanned):
 
 
 def test_a_scan_is_described_by_its_own_moments(scanned, heights):
-    found = scanned
-    np.testing.assert_allclose(found["map"], heights, rtol=0, atol=1e-9 * SQ + 1e-12 * 1e-5)
-    np.testing.assert_array_equal(found["points"], GRID.shape)
-    np.testing.assert_array_equal(found["spacing"], [DX, DY])
-    np.testing.assert_allclose(found["map_x"], GRID.x())
-    np.testing.assert_allclose(found["map_y"], GRID.y())
+    result = scanned
+    np.testing.assert_allclose(result["map"], heights, rtol=0, atol=1e-9 * SQ + 1e-12 * 1e-5)
+    np.testing.assert_array_equal(result["points"], GRID.shape)
+    np.testing.assert_array_equal(result["spacing"], [DX, DY])
+    np.testing.assert_allclose(result["map_x"], GRID.x())
+    np.testing.assert_allclose(result["map_y"], GRID.y())
     z = heights - heights.mean()
-    assert found["rms_height"] == pytest.approx(z.std(), rel=1e-6)
-    assert found["skewness"] == pytest.approx(skew(z.ravel()), abs=1e-6)
-    assert found["kurtosis"] == pytest.approx(np.mean(z**4) / z.std() ** 4, rel=1e-6)
-    assert found["missing"] == 0.0
-    assert found["sufficient"] == 1
-    edges = found["density_edge"]
+    assert result["rms_height"] == pytest.approx(z.std(), rel=1e-6)
+    assert result["skewness"] == pytest.approx(skew(z.ravel()), abs=1e-6)
+    assert result["kurtosis"] == pytest.approx(np.mean(z**4) / z.std() ** 4, rel=1e-6)
+    assert result["missing"] == 0.0
+    assert result["sufficient"] == 1
+    edges = result["density_edge"]
     assert edges[0] <= z.min() < z.max() <= edges[-1]
-    np.testing.assert_allclose(found["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges))
+    np.testing.assert_allclose(result["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges))
 
 
 def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
     """The sum over all pairs at a few lags; 1/e at 8 um along x and 5 um along y, known to some 10 %."""
-    found, z = scanned, heights
-    i0, j0 = (int(np.flatnonzero(np.isclose(found[name], 0.0, atol=1e-9))[0]) for name in ("lag_x", "lag_y"))
+    result, z = scanned, heights
+    i0, j0 = (int(np.flatnonzero(np.isclose(result[name], 0.0, atol=1e-9))[0]) for name in ("lag_x", "lag_y"))
     for i, j in ((3, 0), (0, 2), (5, 1)):
-        assert (found["lag_x"][i0 + i], found["lag_y"][j0 + j]) == (pytest.approx(i * DX), pytest.approx(j * DY))
+        assert (result["lag_x"][i0 + i], result["lag_y"][j0 + j]) == (pytest.approx(i * DX), pytest.approx(j * DY))
         pairs = np.mean(z[i:, j:] * z[: GRID.nx - i, : GRID.ny - j]) / z.var()
-        assert found["correlation"][i0 + i, j0 + j] == pytest.approx(pairs, abs=0.02)  # bias of the mean taken off
-    assert found["length_x"] == pytest.approx(8e-6, rel=0.25)
-    assert found["length_y"] == pytest.approx(5e-6, rel=0.25)
-    assert found["length_x_low"] < found["length_x"] < found["length_x_high"]
-    assert np.all(found["power_low"] < found["power"])
-    assert np.all(found["power"] < found["power_high"])
+        assert result["correlation"][i0 + i, j0 + j] == pytest.approx(pairs, abs=0.02)  # bias of the mean taken off
+    assert result["length_x"] == pytest.approx(8e-6, rel=0.25)
+    assert result["length_y"] == pytest.approx(5e-6, rel=0.25)
+    assert result["length_x_low"] < result["length_x"] < result["length_x_high"]
+    assert np.all(result["power_low"] < result["power"])
+    assert np.all(result["power"] < result["power_high"])
     model = surface_model.restored_model(scanned)  # the best of all kinds, with the Sq of the scan
     assert model.covariance.kind == "exponential"
     assert model.rms_height_m == pytest.approx(float(scanned["rms_height"]))
@@ -101,22 +101,22 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
 
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     """Each by its number; the first is drawn."""
-    model, found = surface_model.restored_model(scanned), copies
+    model, twins = surface_model.restored_model(scanned), copies
     fields = [model.sampler(GRID)(np.random.default_rng([7, geometry.STREAM_TWINS, number])) for number in range(5)]
-    np.testing.assert_allclose(found["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
-    np.testing.assert_allclose(found["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
-    np.testing.assert_allclose(found["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)
+    np.testing.assert_allclose(twins["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
+    np.testing.assert_allclose(twins["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
+    np.testing.assert_allclose(twins["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)
     edges, (nx, ny) = scanned["density_edge"], GRID.shape
     density = [np.histogram(z, edges)[0] / z.size / np.diff(edges) for z in fields]
-    np.testing.assert_allclose(found["twin_density"], density, rtol=0.02, atol=1e3)
+    np.testing.assert_allclose(twins["twin_density"], density, rtol=0.02, atol=1e3)
     i0, j0 = (len(scanned[name]) // 2 for name in ("lag_x", "lag_y"))
     for name, i, j, lag in (("x", 3, 0, i0 + 3), ("y", 0, 2, j0 + 2)):
         pairs = [np.mean(z[i:, j:] * z[: nx - i, : ny - j]) / z.var() for z in fields]
-        np.testing.assert_allclose(found[f"twin_correlation_{name}"][:, lag], pairs, atol=0.03)
-    np.testing.assert_allclose([found["twin_length_x"] / 8e-6, found["twin_length_y"] / 5e-6], 1.0, atol=0.4)
-    assert np.median(found["twin_power"].mean(axis=0) / scanned["power"]) == pytest.approx(1.0, abs=0.2)
+        np.testing.assert_allclose(twins[f"twin_correlation_{name}"][:, lag], pairs, atol=0.03)
+    np.testing.assert_allclose([twins["twin_length_x"] / 8e-6, twins["twin_length_y"] / 5e-6], 1.0, atol=0.4)
+    assert np.median(twins["twin_power"].mean(axis=0) / scanned["power"]) == pytest.approx(1.0, abs=0.2)
     for name in ("map", "length_x_high"):
-        np.testing.assert_array_equal(found[name], scanned[name])
+        np.testing.assert_array_equal(twins[name], scanned[name])
 
 
 N, STEP = 96, 1e-6
@@ -149,17 +149,17 @@ def test_a_rim_without_heights_is_cut_off(scan_of, field):
     ragged = field.copy()
     ragged[:5], ragged[:, -3:] = np.nan, np.nan
     ragged[40:42, 50] = np.nan
-    found = scan_of(ragged, covariance="measured")
-    assert list(found["points"]) == [N - 5, N - 3]
-    assert found["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
-    assert str(found["read"][0]).startswith(f"matrix, heights in nm; {N - 5} x {N - 3} of {N} x {N} points used, 8.2%")
-    assert "; 2 missing (" in found["read"][0]
+    result = scan_of(ragged, covariance="measured")
+    assert list(result["points"]) == [N - 5, N - 3]
+    assert result["missing"] == pytest.approx(2 / (N - 5) / (N - 3))
+    assert str(result["read"][0]).startswith(f"matrix, heights in nm; {N - 5} x {N - 3} of {N} x {N} points used, 8.2%")
+    assert "; 2 missing (" in result["read"][0]
     inside = field[5:, :-3]
-    assert found["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
-    assert np.isfinite(found["map"]).all()
-    model = surface_model.restored_model(found)
-    assert model.lengths_m == (found["length_x"], found["length_y"])
-    assert model.rms_height_m == pytest.approx(float(found["rms_height"]))
+    assert result["rms_height"] == pytest.approx(np.std(inside), rel=0.05)  # a plane and two points less
+    assert np.isfinite(result["map"]).all()
+    model = surface_model.restored_model(result)
+    assert model.lengths_m == (result["length_x"], result["length_y"])
+    assert model.rms_height_m == pytest.approx(float(result["rms_height"]))
 
 
 def test_a_wide_rim_is_warned_of(scan_of, run, field):
@@ -176,16 +176,16 @@ def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, run, fi
 
     The scan is described and drawn all the same, and who needs its model is told which keys help.
     """
-    found = scan_of(field**3 / np.std(field) ** 2, marginal="beta")
-    assert found["kurtosis"] > 10.0
-    assert found["model"][0] == "none"
+    result = scan_of(field**3 / np.std(field) ** 2, marginal="beta")
+    assert result["kurtosis"] > 10.0
+    assert result["model"][0] == "none"
     with pytest.raises(IllPosedError, match=r"use an empirical distribution.*roughness\.scan\.marginal: ") as no:
-        surface_model.restored_model(found)
+        surface_model.restored_model(result)
     assert "covariance: measured" not in str(no.value)  # which does not change the heights
     assert "\n" not in str(no.value)
-    alone = run(synthetic_surfaces, CONFIGURATION, scan=found.path)
+    alone = run(synthetic_surfaces, CONFIGURATION, scan=result.path)
     assert not [name for name in alone if name.startswith("twin_")]
-    assert alone["rms_height"] == found["rms_height"]
+    assert alone["rms_height"] == result["rms_height"]
     assert str(alone["no_twins"][0]) == str(no.value)
     (warning,) = run.warnings
     assert str(no.value) in warning
@@ -195,10 +195,10 @@ def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, run, fi
 def test_heights_that_no_covariance_fits_are_refused_with_every_kind_that_was_tried(scan_of):
     """Heights independent from point to point: no lag has a correlation above 0.3 for any kind."""
     kinds = "gaussian, exponential, separable_exponential, matern, self_affine: fewer than 3 lags"
-    found = scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
-    assert found["rms_height"] == pytest.approx(1e-7, rel=0.05)
+    result = scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
+    assert result["rms_height"] == pytest.approx(1e-7, rel=0.05)
     with pytest.raises(IllPosedError, match=r"take the measured one.*roughness\.scan\.covariance: measured") as caught:
-        surface_model.restored_model(found)
+        surface_model.restored_model(result)
     assert kinds in str(caught.value)
 
 
@@ -207,14 +207,14 @@ def test_outliers_are_counted_marked_and_drawn(scan_of, field, treatment):
     """Twelve pits of 30 Sq; heights with them have no translation, without them they have."""
     put = np.zeros((N, N), dtype=bool)
     put.flat[np.random.default_rng(3).choice(N * N, 12, replace=False)] = True
-    found = scan_of(field - 3e-6 * put, outliers=treatment, marginal="empirical")
-    assert found["outliers"] == 12
-    np.testing.assert_array_equal(found["map_outlier"], put)
-    assert found["rms_height"] == pytest.approx(np.std(field - 3e-6 * put * (treatment == "keep")), rel=0.02)
-    assert str(found["read"][0]).startswith("matrix, heights in nm")
-    assert ("12 outliers treated as missing" in found["read"][0]) == (treatment == "missing")
+    result = scan_of(field - 3e-6 * put, outliers=treatment, marginal="empirical")
+    assert result["outliers"] == 12
+    np.testing.assert_array_equal(result["map_outlier"], put)
+    assert result["rms_height"] == pytest.approx(np.std(field - 3e-6 * put * (treatment == "keep")), rel=0.02)
+    assert str(result["read"][0]).startswith("matrix, heights in nm")
+    assert ("12 outliers treated as missing" in result["read"][0]) == (treatment == "missing")
     if treatment == "missing":
-        assert surface_model.restored_model(found).covariance.kind == "exponential"
+        assert surface_model.restored_model(result).covariance.kind == "exponential"
 
 
 def test_a_model_that_the_mesh_does_not_take_leaves_the_scan_alone(run, scanned, monkeypatch):
@@ -252,14 +252,14 @@ def test_grooves_longer_than_the_scan_are_used_with_an_endless_lay(scan_of, run)
     """The refusal says that an endless lay helps, and with it surfaces are equal along x, with the lengths across."""
     with pytest.raises(IllPosedError, match=r"What helps: a lay .* roughness\.scan\.endless_lay: x\. Or measure"):
         scan_of(grooves())
-    found = scan_of(grooves(), endless_lay="x")
-    assert found["model"][0].endswith("endless lay along x")
-    model = surface_model.restored_model(found)
-    assert found["length_y_low"] < model.lengths_m[1] < found["length_y_high"]
+    result = scan_of(grooves(), endless_lay="x")
+    assert result["model"][0].endswith("endless lay along x")
+    model = surface_model.restored_model(result)
+    assert result["length_y_low"] < model.lengths_m[1] < result["length_y_high"]
     field = model.sampler(Grid(50, 4000, STEP, STEP))(np.random.default_rng(1))
     np.testing.assert_allclose(field, np.broadcast_to(field[:1], field.shape), atol=1e-7 * SQ)  # root of rounding
-    assert field[0].std() == pytest.approx(float(found["rms_height"]), rel=0.1)
-    lag = round(float(found["length_y"]) / STEP)
+    assert field[0].std() == pytest.approx(float(result["rms_height"]), rel=0.1)
+    lag = round(float(result["length_y"]) / STEP)
     along_y = np.mean(field[0, lag:] * field[0, :-lag]) / field[0].var()
     assert along_y == pytest.approx(np.exp(-1), abs=0.12)
 
@@ -270,11 +270,11 @@ def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_re
     with pytest.raises(IllPosedError, match=r"a high-pass, roughness\.scan\.cutoff_m: ") as caught:
         scan_of(waved, form="mean")
     cutoff = float(str(caught.value).split("cutoff_m: ")[1].split(". Or")[0])
-    found = scan_of(waved, form="mean", cutoff_m=cutoff)
+    result = scan_of(waved, form="mean", cutoff_m=cutoff)
     alone = scan_of(field, form="mean", cutoff_m=cutoff)
     for name in ("rms_height", "length_x", "length_y"):
-        assert found[name] == pytest.approx(float(alone[name]), rel=0.1)
-    assert "without waves above" in found["model"][0]
+        assert result[name] == pytest.approx(float(alone[name]), rel=0.1)
+    assert "without waves above" in result["model"][0]
 
 
 def fitted(covariance):
@@ -287,8 +287,8 @@ def test_the_best_fit_is_the_first_that_every_mesh_takes_and_says_what_it_left(m
     better = fitted(covariance_of("matern", 2.8e-7, 3.6e-5, 3.2e-6, -1.26, smoothness=0.1))
     best = fitted(covariance_of("exponential", 2.8e-7, 1e-5))
     on = {"scan": Grid(16, 16, 4e-4, 4e-4), "strip": Grid(64, 64, 3.7e-6, 3.7e-6)}
-    found, left = scan.best_sampled([better, best], None, False, on)
-    assert found is best
+    chosen, left = scan.best_sampled([better, best], None, False, on)
+    assert chosen is best
     assert len(left) == 1
     assert left[0].startswith("matern cannot be sampled on the mesh of the strip, 64 x 64 (no torus up to ")
     assert scan.best_sampled([better, best], None, False, {"scan": on["scan"]}) == (better, [])
@@ -326,8 +326,8 @@ def test_random_scans_are_sampled_or_refused_by_a_line_with_a_key(run, monkeypat
         heights = random_scan(seed)
         monkeypatch.setattr(scan, "read_scan", lambda *_, heights=heights: heights)
         try:
-            found = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": STRIP})
-            model, sampled = surface_model.restored_model(found), sampled + 1
+            result = run(scan, CONFIGURATION | {"targets": ["figure3"], "strip": STRIP})
+            model, sampled = surface_model.restored_model(result), sampled + 1
         except IllPosedError as error:
             refused.append(str(error))
             continue
@@ -348,7 +348,7 @@ DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "matrix-2.txt"
 def test_the_best_model_of_a_measured_scan_can_be_sampled(run, monkeypatch):
     """Its best, a Matern model of smoothness 0.1 with an oblique lay, fits no torus of 2^25 nodes."""
     monkeypatch.setattr(scan, "read_scan", lambda *_: read_scan(DATA))
-    found = run(scan, CONFIGURATION)
+    result = run(scan, CONFIGURATION)
     assert any(text.startswith("a better model, matern cannot be sampled on the mesh") for text in run.warnings)
-    assert found["model"][0].startswith("self affine covariance")
-    surface_model.restored_model(found).sampler(Grid(650, 650, *found["spacing"].tolist()))
+    assert result["model"][0].startswith("self affine covariance")
+    surface_model.restored_model(result).sampler(Grid(650, 650, *result["spacing"].tolist()))

@@ -113,19 +113,19 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
     )
     field = truth.sampler(Grid(160, 160, 1e-6, 1e-6))(np.random.default_rng(1))
     scan = topography(truth.heights(field), 1e-6, 1e-6, "a scan")
-    found = scan_statistics(scan)
+    statistics = scan_statistics(scan)
     law = fitted_marginal(family, scan, 2e-7)
     variables, attributes = surface_model.stored_model(covariance, law, False, 2e-7)
     path = tmp_path / "scan.nc"
-    variables |= scan_table.of_scan(scan, found, scan.missing)
+    variables |= scan_table.of_scan(scan, statistics, scan.missing)
     store.write(path, variables, store.Key({"seed": 1}, "code"), attributes)
     model = surface_model.restored_model(store.read(path))
     assert model.rms_height_m == pytest.approx(2e-7, rel=1e-12)
     if covariance is None:
-        assert model.lengths_m == (found.autocorrelation.length_x.value, found.autocorrelation.length_y.value)
-        near = model.covariance(found.autocorrelation.lag_x, 0.0) / 4e-14
-        table = found.autocorrelation.correlation.value[:, len(found.autocorrelation.lag_y) // 2]
-        inner = np.abs(found.autocorrelation.lag_x) < 5e-6
+        assert model.lengths_m == (statistics.autocorrelation.length_x.value, statistics.autocorrelation.length_y.value)
+        near = model.covariance(statistics.autocorrelation.lag_x, 0.0) / 4e-14
+        table = statistics.autocorrelation.correlation.value[:, len(statistics.autocorrelation.lag_y) // 2]
+        inner = np.abs(statistics.autocorrelation.lag_x) < 5e-6
         np.testing.assert_allclose(near[inner], table[inner], atol=0.05)
     else:
         assert model.covariance == covariance
@@ -134,7 +134,7 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, family):
         assert model.marginal is None
     else:
         np.testing.assert_array_equal(model.marginal.from_gaussian(score), law.from_gaussian(score))
-    assert scan_table.sub_areas_of(store.read(path), scan) == found.sub_areas
+    assert scan_table.sub_areas_of(store.read(path), scan) == statistics.sub_areas
 
 
 SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
@@ -150,18 +150,18 @@ SURFACE = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0))
 )
 def test_central_nodes_are_the_centre_and_its_mirror_images(nx, ny, nodes):
     grid = Grid(nx, ny, 1.0, 1.0)
-    found = list(zip(*map(np.ndarray.tolist, central_nodes(SURFACE.lengths_m, grid)[:2]), strict=True))
-    assert found == nodes
-    assert found[0] == grid.centre
-    assert {(nx - 1 - i, ny - 1 - j) for i, j in found} == set(found)
+    places_ = list(zip(*map(np.ndarray.tolist, central_nodes(SURFACE.lengths_m, grid)[:2]), strict=True))
+    assert places_ == nodes
+    assert places_[0] == grid.centre
+    assert {(nx - 1 - i, ny - 1 - j) for i, j in places_} == set(places_)
 
 
 def test_training_nodes_lie_half_a_length_from_the_central_ones():
     """Lengths of 6 and 12 cells: nodes 3 and 6 cells out; each with its mirror images, the centre first."""
     grid = Grid(32, 31, 1.0, 1.0)
     nodes = training_nodes((6.0, 12.0), grid)
-    found = set(zip(nodes.x.tolist(), nodes.y.tolist(), strict=True))
-    assert found == {(i, j) for i in (12, 15, 16, 19) for j in (9, 15, 21)}
+    pairs = set(zip(nodes.x.tolist(), nodes.y.tolist(), strict=True))
+    assert pairs == {(i, j) for i in (12, 15, 16, 19) for j in (9, 15, 21)}
     assert (nodes.x[0], nodes.y[0]) == grid.centre
     outermost = (3.5**2 - 0.5**2) / 6**2 + 6**2 / 12**2
     assert nodes.distance2[[0, -1]] == pytest.approx([0.0, outermost])
@@ -175,9 +175,9 @@ def test_training_nodes_lie_half_a_length_from_the_central_ones():
 def test_variables_are_local_functionals_as_long_as_they_are_independent():
     surface, grid = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0)), Grid(24, 24, 1.0, 1.0)
     modes, places = karhunen_loeve(surface.covariance, grid, 60).modes, training_nodes(surface.lengths_m, grid)
-    found = expansion.variables_of(scene_of({"expansion": {"variables": 3}}), surface, grid, modes, places)
-    np.testing.assert_array_equal(found.directions, directions(surface, grid, modes, places, 3)[0])
-    for one, x, y in zip(found.directions, places.x, places.y, strict=True):
+    variables = expansion.variables_of(scene_of({"expansion": {"variables": 3}}), surface, grid, modes, places)
+    np.testing.assert_array_equal(variables.directions, directions(surface, grid, modes, places, 3)[0])
+    for one, x, y in zip(variables.directions, places.x, places.y, strict=True):
         np.testing.assert_allclose(one[0], modes[:, x, y] / np.linalg.norm(modes[:, x, y]), atol=1e-12)
     with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
         expansion.variables_of(scene_of({"expansion": {"variables": 6}}), surface, grid, modes[:5], places)
@@ -191,7 +191,7 @@ def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(la
     surface, grid = GaussianModel(covariance, covariance.axis_lengths_m), Grid(24, 24, 1.0, 1.0)
     modes = karhunen_loeve(covariance, grid, 30).modes
     places = training_nodes(surface.lengths_m, grid)
-    found, odd = directions(surface, grid, modes, places, 8)
+    even, odd = directions(surface, grid, modes, places, 8)
     assert odd.shape == (8, symmetries)
     flips = [(0,), (1,)] if symmetries == 2 else [(0, 1)]
     at = {node: number for number, node in enumerate(zip(places.x.tolist(), places.y.tolist(), strict=True))}
@@ -201,7 +201,7 @@ def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(la
         assert np.all(left < 1e-20)
         for (x, y), number in at.items():
             image = at[23 - x if 0 in flip else x, 23 - y if 1 in flip else y]
-            np.testing.assert_allclose(found[image] @ turn, found[number] * (-1.0) ** signs[:, None], atol=1e-7)
+            np.testing.assert_allclose(even[image] @ turn, even[number] * (-1.0) ** signs[:, None], atol=1e-7)
 
 
 NUMBERS = FrictionNumbers(0.3, 0.05, 2.5e-4, 2.1, 5.0)
@@ -481,10 +481,10 @@ def files_of(folder: Path) -> dict[str, Path]:
 
 
 def test_only_what_this_run_made_is_shown(scene):
-    found = read_scene("mine", files_of(scene), CAPTIONS, Path("results/mine"))
-    assert (found.name, found.description, found.folder, found.file) == ("mine", "Mine", "", "")
-    assert found.figures == {"figure5": b"<svg>figure5</svg>"}
-    assert json.loads(found.configuration) == {
+    page_scene = read_scene("mine", files_of(scene), CAPTIONS, Path("results/mine"))
+    assert (page_scene.name, page_scene.description, page_scene.folder, page_scene.file) == ("mine", "Mine", "", "")
+    assert page_scene.figures == {"figure5": b"<svg>figure5</svg>"}
+    assert json.loads(page_scene.configuration) == {
         "description": "Mine",
         "targets": ["figure5"],
         "oscillator": {"damping_ratio": 0.17, "mass_kg": 1.0},
@@ -497,5 +497,5 @@ def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch
     file = scene / "config/scenes/mine.yaml"
     file.parent.mkdir(parents=True)
     file.write_text("{}")
-    found = read_scene("mine", files_of(scene), CAPTIONS, Path("results"))
-    assert (found.folder, found.file) == ("mine/", "../config/scenes/mine.yaml")
+    page_scene = read_scene("mine", files_of(scene), CAPTIONS, Path("results"))
+    assert (page_scene.folder, page_scene.file) == ("mine/", "../config/scenes/mine.yaml")

@@ -25,17 +25,17 @@ CELL = 1e-5
 
 def test_all_modes_together_are_the_covariance(run):
     """sum_k modes_k(r) modes_k(r') = Sq^2 exp(-(x/lx)^2 - (y/ly)^2), as no mode is left out."""
-    found = run(karhunen_loeve, CONFIGURATION)
-    modes = found["modes"]
+    result = run(karhunen_loeve, CONFIGURATION)
+    modes = result["modes"]
     place = CELL * np.arange(6)
     squares = (place[:, None] - place) ** 2
     expected = SQ**2 * np.einsum("ik,jl->ijkl", np.exp(-squares / 3e-5**2), np.exp(-squares / 1e-5**2))
     np.testing.assert_allclose(np.einsum("mij,mkl->ijkl", modes, modes), expected, rtol=0, atol=1e-12 * SQ**2)
-    assert found["captured_variance"] == pytest.approx(1.0, abs=1e-12)
-    np.testing.assert_allclose(found["variance"], SQ**2, rtol=1e-12)
-    np.testing.assert_allclose(found["eigenvalue"], np.sum(modes**2, axis=(1, 2)), rtol=0, atol=1e-12 * 36 * SQ**2)
-    assert np.all(np.diff(found["eigenvalue"]) <= 1e-12 * 36 * SQ**2)
-    assert found["eigenvalue"].sum() == pytest.approx(36 * SQ**2)
+    assert result["captured_variance"] == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(result["variance"], SQ**2, rtol=1e-12)
+    np.testing.assert_allclose(result["eigenvalue"], np.sum(modes**2, axis=(1, 2)), rtol=0, atol=1e-12 * 36 * SQ**2)
+    assert np.all(np.diff(result["eigenvalue"]) <= 1e-12 * 36 * SQ**2)
+    assert result["eigenvalue"].sum() == pytest.approx(36 * SQ**2)
 
 
 # The four central nodes of 6 x 6, the centre first; each is lifted alone by a mode of its own, and nothing else is.
@@ -52,16 +52,16 @@ def lifted(stored):
     return stored("modes.nc", modes=(("mode", "x", "y"), modes))
 
 
-def alone(found, row: int, height: float, node: int) -> None:
+def alone(result, row: int, height: float, node: int) -> None:
     """One cell bears what p = interference / B_00 says, and presses the others away from the plane, which is above."""
     there = np.arange(4) == node
     pressure = max(height - PLANE, 0.0) / DIAGONAL
-    np.testing.assert_allclose(found["pressure"][row], pressure * there, rtol=1e-9)
+    np.testing.assert_allclose(result["pressure"][row], pressure * there, rtol=1e-9)
     if pressure > 0:
-        assert found["gap"][row, node] == pytest.approx(0.0, abs=1e-9 * SQ)
-        assert np.all(found["gap"][row, ~there] > PLANE)
+        assert result["gap"][row, node] == pytest.approx(0.0, abs=1e-9 * SQ)
+        assert np.all(result["gap"][row, ~there] > PLANE)
     else:
-        np.testing.assert_allclose(found["gap"][row], PLANE - height * there, rtol=1e-12)
+        np.testing.assert_allclose(result["gap"][row], PLANE - height * there, rtol=1e-12)
 
 
 def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
@@ -72,21 +72,21 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
         xi[sample, mode] = height
     designs = stored("design.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), xi))
     arguments = {"surface": lifted, "designs": designs, "design": "expansion", "first": 1, "last": 6}
-    found = run(contact_square, CONFIGURATION, **arguments)
-    assert found["pressure"].shape == (5, 4)
+    result = run(contact_square, CONFIGURATION, **arguments)
+    assert result["pressure"].shape == (5, 4)
     for sample, (mode, height) in lifts.items():
-        alone(found, sample - 1, height * SQ, mode)
+        alone(result, sample - 1, height * SQ, mode)
     # a design of pressures alone is balanced at the centre, and gives what the solves give there
     centre = run(contact_square, CONFIGURATION, "centre", **arguments | {"design": "latin_hypercube"})
-    np.testing.assert_array_equal(centre["pressure"], found["pressure"][:, :1])
+    np.testing.assert_array_equal(centre["pressure"], result["pressure"][:, :1])
     # where the cells yield above 3.5 Sq they bear H, and the gap is below zero by the plastic displacement
     hardness = (3.5 * SQ - PLANE) / DIAGONAL
     yields = run(contact_square, changed(CONFIGURATION, material={"hardness_pa": hardness}), "yields", **arguments)
-    np.testing.assert_allclose(yields["pressure"], np.minimum(found["pressure"], hardness), rtol=1e-9)
+    np.testing.assert_allclose(yields["pressure"], np.minimum(result["pressure"], hardness), rtol=1e-9)
     below = [yields["gap"][row, row] for row in range(4)]
     np.testing.assert_allclose(below, SQ * np.array([0.0, 0.0, -0.5, -1.5]), rtol=1e-9, atol=1e-9 * SQ)
-    assert found.attributes["first"] == 1
-    assert found.attributes["design"] == "expansion"
+    assert result.attributes["first"] == 1
+    assert result.attributes["design"] == "expansion"
 
 
 @pytest.mark.parametrize(("contact_area", "like"), [("corrected", "point_pressure"), ("nodes", "pressure")])
@@ -105,14 +105,14 @@ def test_pressures_of_samples_lack_the_mesh_error_where_the_scene_corrects_areas
 def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
     arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}
-    found = run(contact_square, CONFIGURATION, **arguments)
+    result = run(contact_square, CONFIGURATION, **arguments)
     drawn = np.array([monte_carlo([7, STREAM_MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
     single = np.flatnonzero(np.count_nonzero(SQ * drawn > PLANE, axis=1) == 1)
     assert len(single) >= 8  # 4 0.2 0.8^3 of 30 are 12
     for row in single:
         node = int(np.argmax(drawn[row]))
         pressure = (SQ * drawn[row, node] - PLANE) / DIAGONAL
-        assert found["pressure"][row, node] == pytest.approx(pressure, rel=1e-9)
+        assert result["pressure"][row, node] == pytest.approx(pressure, rel=1e-9)
 
 
 RESOLVED = {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 0.1035}
@@ -125,10 +125,10 @@ def modes_of(run, roughness, nodes, **truncation):
 
 def test_what_the_modes_carry_in_the_mean_at_the_centre_and_at_the_corner(run):
     """The study's 101 modes on its 64 nodes; each share is also that of the stored variance."""
-    found = modes_of(run, RESOLVED, 64, modes=101)
-    shares = [float(found[f"captured_{where}"]) for where in ("variance", "at_centre", "at_corner")]
+    modes = modes_of(run, RESOLVED, 64, modes=101)
+    shares = [float(modes[f"captured_{where}"]) for where in ("variance", "at_centre", "at_corner")]
     np.testing.assert_allclose(shares, [0.950, 0.957, 0.718], atol=0.002)
-    variance = found["variance"] / SQ**2
+    variance = modes["variance"] / SQ**2
     np.testing.assert_allclose(shares, [variance.mean(), variance[32, 32], variance[0, 0]], rtol=1e-12)
 
 
@@ -153,16 +153,16 @@ DESIGNS = {"seed": 7, "square": {"latin_hypercube_samples": 4000}, "expansion": 
 def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
     """1e8 numbers are allowed; each design that is larger has a line."""
     modes = modes_of(run, RESOLVED, 8, modes=11)
-    found = run(design, DESIGNS, surface=modes.path)
+    result = run(design, DESIGNS, surface=modes.path)
     for name, samples, stream in (
         ("latin_hypercube", 4000, STREAM_LATIN_HYPERCUBE),
         ("expansion", 200, STREAM_EXPANSION_DESIGN),
     ):
         drawn = latin_hypercube(np.random.default_rng([7, stream]), samples, 11)
-        np.testing.assert_array_equal(found[name], drawn)
+        np.testing.assert_array_equal(result[name], drawn)
     several = changed(DESIGNS, square={"latin_hypercube_samples": 8000})
     again = run(design, several, "several", surface=modes.path)["latin_hypercube"]
-    np.testing.assert_array_equal(again[:4000], found["latin_hypercube"])  # the first as if it were the only one
+    np.testing.assert_array_equal(again[:4000], result["latin_hypercube"])  # the first as if it were the only one
     other = latin_hypercube(np.random.default_rng([7, STREAM_LATIN_HYPERCUBE, 1]), 4000, 11)
     np.testing.assert_array_equal(again[4000:], other)
     assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
@@ -184,18 +184,18 @@ ADAPTIVE = changed(
 def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(run, stored):
     """Bit for bit, with the design, in the variables that stage chaos_square reads."""
     modes = run(karhunen_loeve, ADAPTIVE, "adaptive_modes").path
-    found = run(adaptive_training, changed(ADAPTIVE, accuracy={"pressure": 0.08}), surface=modes)
-    did, count = run.did, len(found["pressure"])
+    result = run(adaptive_training, changed(ADAPTIVE, accuracy={"pressure": 0.08}), surface=modes)
+    did, count = run.did, len(result["pressure"])
     assert adaptive_training.LEAST < count == did["solves"] == adaptive_training.LEAST * 2 ** (did["fits"] - 1)
     xi = sobol(np.random.default_rng([7, STREAM_EXPANSION_DESIGN]), count, 64)
-    np.testing.assert_array_equal(found["xi"], xi)
+    np.testing.assert_array_equal(result["xi"], xi)
     given = stored("design.nc", expansion=(("sample", "mode"), xi))
     known = run(contact_square, ADAPTIVE, surface=modes, designs=given, design="expansion", first=0, last=count)
     for name in known:
-        np.testing.assert_array_equal(found[name], known[name])
-        assert found.variable(name).dimensions == known.variable(name).dimensions
-    assert {name: found.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
-    assert did["cdf_error"] == pytest.approx(found["cdf_error_scatter"] + found["cdf_error_bias"], abs=1e-6)
+        np.testing.assert_array_equal(result[name], known[name])
+        assert result.variable(name).dimensions == known.variable(name).dimensions
+    assert {name: result.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
+    assert did["cdf_error"] == pytest.approx(result["cdf_error_scatter"] + result["cdf_error_bias"], abs=1e-6)
     assert did["cdf_error"] <= did["cdf_error_asked"] == 0.008
     run(
         adaptive_training,
@@ -225,22 +225,22 @@ def test_errors_of_cells_and_modes_are_those_of_the_same_surfaces(run, monkeypat
     has to hold it: what is refused names the nearest, which is then kept."""
     monkeypatch.setattr(square_pilot, "SURFACES", 120)
     every = changed(PILOT, square={"modes": 144}, accuracy={"pressure": 0.4})
-    found = run(square_pilot, every, surface=run(karhunen_loeve, every, "every").path)
-    assert found["modes"] < 1.01 / 120  # rounding parts two equal samples by one step of their distribution
-    assert 0 < found["mesh"] < 0.2 / 3
+    result = run(square_pilot, every, surface=run(karhunen_loeve, every, "every").path)
+    assert result["modes"] < 1.01 / 120  # rounding parts two equal samples by one step of their distribution
+    assert 0 < result["mesh"] < 0.2 / 3
     whole = changed(every, numerics={"contact_area": "nodes"})
     cells = run(square_pilot, whole, "nodes", surface=run(karhunen_loeve, whole, "every").path)["mesh"]
-    assert cells > 1.5 * found["mesh"]
-    assert found["sampling"] == pytest.approx(1.358 / np.sqrt(1000))
+    assert cells > 1.5 * result["mesh"]
+    assert result["sampling"] == pytest.approx(1.358 / np.sqrt(1000))
     modes = run(karhunen_loeve, PILOT, "twenty").path
     with pytest.raises(
         IllPosedError, match=r"nearest is {pressure: [0-9.]+}; ask for that, or take more square.nodes"
     ) as caught:
         run(square_pilot, changed(PILOT, accuracy={"pressure": 0.002}), surface=modes)
     nearest = float(str(caught.value).split("nearest is {pressure: ")[1].split("}")[0])
-    found = run(square_pilot, changed(PILOT, accuracy={"pressure": nearest}), surface=modes)
-    assert found["modes"] > 0
-    assert 2 * (found["mesh"] + found["modes"]) == pytest.approx(nearest / 1.1, rel=0.1)  # of fewer surfaces
+    result = run(square_pilot, changed(PILOT, accuracy={"pressure": nearest}), surface=modes)
+    assert result["modes"] > 0
+    assert 2 * (result["mesh"] + result["modes"]) == pytest.approx(nearest / 1.1, rel=0.1)  # of fewer surfaces
 
 
 def test_the_coarse_mesh_holds_the_centre():

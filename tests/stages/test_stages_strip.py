@@ -58,13 +58,13 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
             )
 
     monkeypatch.setattr(strip_contact, "sweep", lambda *given, **named: list(sweep(*given, **named)))
-    found = run(contact_strip, CONFIGURATION, first=1, last=5)
-    assert found["area"].shape == found["force"].shape == (4, 2, COUNT)
-    np.testing.assert_allclose(found["area"], 3 * WINDOW * CELL_AREA)
-    np.testing.assert_allclose(found["block_area"], 3 * SPACING * CELL_AREA)
-    np.testing.assert_allclose(found["area_of_nodes"], 3 * 80 * CELL_AREA)
+    result = run(contact_strip, CONFIGURATION, first=1, last=5)
+    assert result["area"].shape == result["force"].shape == (4, 2, COUNT)
+    np.testing.assert_allclose(result["area"], 3 * WINDOW * CELL_AREA)
+    np.testing.assert_allclose(result["block_area"], 3 * SPACING * CELL_AREA)
+    np.testing.assert_allclose(result["area_of_nodes"], 3 * 80 * CELL_AREA)
     shares = 0.915 + 0.806 + 0.915  # rows at the border have one neighbour out of contact, the middle one two
-    np.testing.assert_allclose(found["area_corrected"], shares * 80 * CELL_AREA)
+    np.testing.assert_allclose(result["area_corrected"], shares * 80 * CELL_AREA)
     corrected = run(
         contact_strip, changed(CONFIGURATION, numerics={"contact_area": "corrected"}), "shares", first=1, last=2
     )
@@ -72,15 +72,15 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     columns = (node * [1, 0, 1, 0, 1]).sum(axis=1)
     for level in range(2):
         force = 1e6 * (1 + level) * CELL_AREA * windows_of(columns)
-        np.testing.assert_allclose(found["force"][:, level], np.tile(force, (4, 1)))
+        np.testing.assert_allclose(result["force"][:, level], np.tile(force, (4, 1)))
         in_blocks = columns[FIRST : FIRST + 80].reshape(20, SPACING).sum(axis=1)  # as long as the distance of windows
-        np.testing.assert_allclose(found["block_force"][2, level], 1e6 * (1 + level) * CELL_AREA * in_blocks)
-    assert found["pressure"].shape == (2, 2, len(COLUMNS), NY)  # strips 1 and 2 of the three that train
-    np.testing.assert_allclose(found["pressure"][1, 1, :, ::2], 2e6 * node[COLUMNS, ::2])
-    np.testing.assert_allclose(found["gap"][0, 1], 2e-9 * node[COLUMNS])
-    np.testing.assert_array_equal(found["residual"], np.tile([0.0, 0.1], (4, 1)))
-    np.testing.assert_array_equal(found["work"], np.tile([5, 6], (4, 1)))
-    assert found.attributes["first"] == 1
+        np.testing.assert_allclose(result["block_force"][2, level], 1e6 * (1 + level) * CELL_AREA * in_blocks)
+    assert result["pressure"].shape == (2, 2, len(COLUMNS), NY)  # strips 1 and 2 of the three that train
+    np.testing.assert_allclose(result["pressure"][1, 1, :, ::2], 2e6 * node[COLUMNS, ::2])
+    np.testing.assert_allclose(result["gap"][0, 1], 2e-9 * node[COLUMNS])
+    np.testing.assert_array_equal(result["residual"], np.tile([0.0, 0.1], (4, 1)))
+    np.testing.assert_array_equal(result["work"], np.tile([5, 6], (4, 1)))
+    assert result.attributes["first"] == 1
     for number, (influence, heights, planes, tolerance, hardness_pa) in enumerate(pressed[:4], start=1):
         np.testing.assert_array_equal(heights, strip(number))
         np.testing.assert_allclose(planes, [SQ * ndtri(0.7), 0.0], atol=1e-22)
@@ -134,14 +134,14 @@ def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, m
     assert np.all(fitted["leave_one_out"] < 1e-20)
     assert np.all(fitted["condition_number"] < 100)
     expansion = fitted.path
-    found = run(expansion_strip, CONFIGURATION, expansion=expansion, first=1, last=6)
+    result = run(expansion_strip, CONFIGURATION, expansion=expansion, first=1, last=6)
     for row, number in enumerate(range(1, 6)):
         pressure = np.maximum(trial(number), 0.0)
         np.testing.assert_allclose(
-            found["area"][row], CELL_AREA * windows_of(np.count_nonzero(pressure, axis=2).astype(float)), rtol=1e-9
+            result["area"][row], CELL_AREA * windows_of(np.count_nonzero(pressure, axis=2).astype(float)), rtol=1e-9
         )
-        np.testing.assert_allclose(found["force"][row], CELL_AREA * windows_of(pressure.sum(axis=2)), rtol=1e-9)
-    assert found.attributes["first"] == 1
+        np.testing.assert_allclose(result["force"][row], CELL_AREA * windows_of(pressure.sum(axis=2)), rtol=1e-9)
+    assert result.attributes["first"] == 1
 
 
 COARSE = changed(CONFIGURATION, strip={"expansion_spacing_m": 1e-5, "samples": 2})
@@ -187,7 +187,7 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
     _, batches = linear
     expansion = run(chaos_strip, CONFIGURATION, contact=batches).path
     planes = SQ * ndtri(0.7), 0.0
-    found, forces = [], []
+    areas, forces = [], []
     for lift in (0.0, (planes[0] - planes[1]) / 2):
 
         def lifted_by(_, force, lift=lift):
@@ -195,8 +195,8 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
             return np.full(force.shape, lift)
 
         monkeypatch.setattr(strip_expansion, "displacement", lifted_by)
-        found.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
-    plain, lifted = found
+        areas.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
+    plain, lifted = areas
     for name in ("area", "force"):
         np.testing.assert_allclose(lifted[name][:, 0], plain[name][:, 0], rtol=1e-9)
         np.testing.assert_allclose(lifted[name][:, 1], plain[name].mean(axis=1), rtol=1e-9)
@@ -235,13 +235,13 @@ def elastic_strips(strips):
 def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardness(strips, elastic_strips):
     """N <= H A on every window at any load. Where nothing yields the contact is the elastic one."""
     hardness = 0.5 * float(np.max(elastic_strips["force"] / np.maximum(elastic_strips["area"], 1e-30)))
-    found = strips(changed(LONG, material={"hardness_pa": hardness}), "yields")
-    touched = found["area"] > 0
-    mu, _ = friction_coefficient(found["area"][touched], found["force"][touched], 1.0, 1e-30)
+    result = strips(changed(LONG, material={"hardness_pa": hardness}), "yields")
+    touched = result["area"] > 0
+    mu, _ = friction_coefficient(result["area"][touched], result["force"][touched], 1.0, 1e-30)
     # sums of some hundred nodes, in another order than the product
     assert np.all(mu * hardness >= 1 - 1e-12)
     assert mu.max() * hardness > 1.2
-    assert np.all(found["area"] >= elastic_strips["area"])  # the plane sinks in further where summits give way
+    assert np.all(result["area"] >= elastic_strips["area"])  # the plane sinks in further where summits give way
     hard = strips(changed(LONG, material={"hardness_pa": 1e13}), "hard")
     assert np.array_equal(hard["area"], elastic_strips["area"])
     np.testing.assert_allclose(hard["force"], elastic_strips["force"], rtol=1e-8, atol=1e-8 * hard["force"].max())
@@ -272,12 +272,12 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
     configuration = changed(LONG, material={"hardness_pa": hardness})
     solved = strips(configuration, "training")
     fitted = run(chaos_strip, configuration, contact=[solved.path])
-    found = run(expansion_strip, configuration, expansion=fitted.path, first=0, last=6)
-    assert np.all(found["force"] <= hardness * found["area"] * (1 + 1e-12))
+    result = run(expansion_strip, configuration, expansion=fitted.path, first=0, last=6)
+    assert np.all(result["force"] <= hardness * result["area"] * (1 + 1e-12))
     capped = np.isclose(solved["pressure"], hardness, rtol=1e-15)
     assert 0.02 < capped[:, 2].mean() < 0.9  # some yield, and not all
     deep = 2
-    mu = [source["area"][:, deep] / source["force"][:, deep] for source in (solved, found)]
+    mu = [source["area"][:, deep] / source["force"][:, deep] for source in (solved, result)]
     np.testing.assert_allclose(mu[1].mean(), mu[0].mean(), rtol=0.1)
 
 
@@ -297,8 +297,8 @@ def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run)
     )
     changes, errors = [], []
     for name, cell in (("h", 1.25e-6), ("half", 6.25e-7)):
-        found = run(contact_strip, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
-        fine, coarse = ((found[f"{mesh}area"] / found[f"{mesh}force"]).mean(axis=2) for mesh in ("", "coarse_"))
+        result = run(contact_strip, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
+        fine, coarse = ((result[f"{mesh}area"] / result[f"{mesh}force"]).mean(axis=2) for mesh in ("", "coarse_"))
         change = coarse / fine - 1
         changes.append(change.mean(axis=0))
         errors.append(change.std(axis=0) / math.sqrt(48) / changes[-1])

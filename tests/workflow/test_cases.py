@@ -142,16 +142,16 @@ def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
     """
     scene, folder = shipped_scene(name), cases.path(f"results/{name}")
     path, load, hardness = folder / "friction/under_load.nc", scene["load"], scene["material"]["hardness_pa"]
-    found, case, contact = store.read(path), scene_of(scene), store.read(folder / "contact/periodic.nc")
+    result, case, contact = store.read(path), scene_of(scene), store.read(folder / "contact/periodic.nc")
     x = load["nominal_pressure_pa"] / (contact["plasticity_index"] * hardness)
-    assert found["real_area_high"] > math.erf(math.sqrt(2.0) * x)
-    assert found["real_area_low"] < math.sqrt(2.0 * math.pi) * x + load["nominal_pressure_pa"] / hardness
+    assert result["real_area_high"] > math.erf(math.sqrt(2.0) * x)
+    assert result["real_area_low"] < math.sqrt(2.0 * math.pi) * x + load["nominal_pressure_pa"] / hardness
     numbers = friction_numbers(case, path)
     assert numbers.mean == load["mean_friction"]
     scatter = numbers.standard_deviation / numbers.mean / math.sqrt(independent_windows(case, path))
-    assert scatter == pytest.approx(found["load_std"] / numbers.mean, rel=1e-9)
+    assert scatter == pytest.approx(result["load_std"] / numbers.mean, rel=1e-9)
     length = scene["roughness"].get("correlation_length_m") or store.read(folder / "surface/scan.nc")["length_x"]
-    contacts = load["apparent_area_m2"] / length**2 * float(found["real_area"])
+    contacts = load["apparent_area_m2"] / length**2 * float(result["real_area"])
     assert 0.05 < scatter * math.sqrt(contacts) < 2.0
 
 
@@ -164,7 +164,7 @@ def test_the_document_has_the_answer_of_a_case(cases, name):
     assert stated
     for symbol, number, unit in stated:
         value, limits = float(number) * UNITS[unit], answer["limits"][PARAMETERS[symbol]]
-        found = [limits[side]["0.05"] for side in ("below", "above") if limits[side]["0.05"]]
-        assert any(0.995 * one["interval"][0] <= value <= 1.005 * one["interval"][1] for one in found)
+        nearest = [limits[side]["0.05"] for side in ("below", "above") if limits[side]["0.05"]]
+        assert any(0.995 * one["interval"][0] <= value <= 1.005 * one["interval"][1] for one in nearest)
     assert f"| {100 * answer['probability']['value']:.0f} % [" in row
     assert f"| {answer['decides']['by']} |" in row

@@ -101,18 +101,18 @@ def test_kept_references_are_of_the_present_scenes():
     """Friction falls with penetration, and so does its scatter."""
     for kind, module in KINDS.items():
         for name, (most, _) in module.SAMPLES.items():
-            found = store.read(ROOT / reference_file(name, kind))
-            assert json.loads(found.attributes["configuration"]) == module.slice_of(scene(name))
+            result = store.read(ROOT / reference_file(name, kind))
+            assert json.loads(result.attributes["configuration"]) == module.slice_of(scene(name))
             if kind == "pressure":
-                assert int(found["surfaces"]) <= most
+                assert int(result["surfaces"]) <= most
                 continue
-            assert 1000 <= int(found["strips"]) <= most
-            assert np.all(np.diff(found["mean"]) < 0)
-            assert np.all(np.diff(found["std"]) < 0)
+            assert 1000 <= int(result["strips"]) <= most
+            assert np.all(np.diff(result["mean"]) < 0)
+            assert np.all(np.diff(result["std"]) < 0)
             assert np.all(
-                found["mean_standard_error"] < 5e-3 * found["mean"]
+                result["mean_standard_error"] < 5e-3 * result["mean"]
             )  # Student's interval of a run has as much
-            assert np.all(found["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
+            assert np.all(result["missing_share"][2:] == 0)  # from percentile 20 on every window has a contact
 
 
 # Their solves.
@@ -124,12 +124,12 @@ def solved(first, last):
 
 def test_the_present_solver_gives_the_pressures_of_the_reference():
     """To the tolerance of a solve, 1e-6 of the heights, and the rounding of the numbers above. Batches are parts."""
-    found, gap = (solved(0, 300)[name].values for name in ("pressure", "gap"))
-    assert np.count_nonzero(found, axis=(0, 2)).tolist() == CONTACTS
-    np.testing.assert_allclose(found.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
-    assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
-    assert found.dtype == np.float32
-    assert np.array_equal(solved(6, 12)["pressure"].values, found[6:12])
+    pressure, gap = (solved(0, 300)[name].values for name in ("pressure", "gap"))
+    assert np.count_nonzero(pressure, axis=(0, 2)).tolist() == CONTACTS
+    np.testing.assert_allclose(pressure.mean(axis=(0, 2), dtype=np.float64), MEANS, rtol=1e-5)
+    assert np.all((pressure == 0) | (np.abs(gap) < 1e-6 * 5e-8))
+    assert pressure.dtype == np.float32
+    assert np.array_equal(solved(6, 12)["pressure"].values, pressure[6:12])
 
 
 # The friction of windows, solved directly.
@@ -153,8 +153,8 @@ def test_windows_of_independent_strips_have_the_errors_of_their_means():
 @pytest.mark.slow
 def test_the_present_solver_gives_the_windows_of_the_reference():
     """Sums over the windows of the first strip, at the first, the middle and the last penetration, to the tolerance."""
-    found = friction.solve(scene("resolved"), 0, 1)
-    area, force = found["area"].values, found["force"].values
+    solved = friction.solve(scene("resolved"), 0, 1)
+    area, force = solved["area"].values, solved["force"].values
     np.testing.assert_allclose(area[0, [0, 5, 10]].sum(axis=1), AREAS, rtol=1e-6)
     np.testing.assert_allclose(force[0, [0, 5, 10]].sum(axis=1), FORCES, rtol=1e-5)
 

@@ -95,8 +95,8 @@ def test_files_with_mistakes_stop_no_other_scene(tmp_path, monkeypatch):
 def test_each_mistake_of_the_configuration_is_one_line(config, lines):
     with pytest.raises(InputError) as caught:
         check_config(config, ["paper", "smoke"])
-    found = [line[: len(f"config: {start}")] for line, start in zip(caught.value.lines, lines, strict=True)]
-    assert found == [f"config: {start}" for start in lines]
+    starts = [line[: len(f"config: {start}")] for line, start in zip(caught.value.lines, lines, strict=True)]
+    assert starts == [f"config: {start}" for start in lines]
 
 
 def test_a_misspelt_scene_gets_a_suggestion():

@@ -305,8 +305,8 @@ def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(source, home,
 @pytest.mark.slow
 def test_compiled_functions_go_where_they_can(source, home, tmp_path):
     """Neither the project nor the home will have them: the working folder does."""
-    found = run(source, home, tmp_path, "-c", NUMBA).stdout.strip()
-    assert Path(found) == tmp_path / ".cache" / "numba"
+    version = run(source, home, tmp_path, "-c", NUMBA).stdout.strip()
+    assert Path(version) == tmp_path / ".cache" / "numba"
     home.chmod(0o755)
     assert Path(run(source, home, tmp_path, "-c", NUMBA).stdout.strip()) == home / ".cache/roughslip/numba"
 
@@ -353,12 +353,12 @@ def test_the_batches_were_others(both):
 
 @pytest.mark.slow
 def test_every_result_carries_what_made_it(shared):
-    folder, found = shared.path("results/tiny"), set()
+    folder, stored = shared.path("results/tiny"), set()
     for stage in stages_needed(Scenes(shared.folder, ["tiny"])["tiny"]):
         key = json.loads((folder / f"keys/{stage}.json").read_text())
         for path in folder.glob(re.sub(r"\{.*\}", "*", declarations()[stage].result)):
             if path.suffix == ".nc":
-                found.add(path)
+                stored.add(path)
                 with netCDF4.Dataset(path) as result:
                     assert json.loads(result.configuration) == key["configuration"]
                     assert result.code_hash == key["code"]
@@ -366,4 +366,4 @@ def test_every_result_carries_what_made_it(shared):
                     assert {"python", "numpy", "scipy", "numba"} <= set(json.loads(result.versions))
                     labels = [variable.ncattrs() for variable in result.variables.values()]
                     assert all({"units", "long_name"} <= set(names) for names in labels)
-    assert found == set(folder.rglob("*.nc"))
+    assert stored == set(folder.rglob("*.nc"))

@@ -126,8 +126,8 @@ EDITS = [
 
 def state(folder: Path) -> dict[str, tuple[int, bytes]]:
     """Time and content of all files of a project, without Snakemake's folder and Python's caches."""
-    found = [path for path in folder.rglob("*") if not {".snakemake", "__pycache__"} & set(path.parts)]
-    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in found if path.is_file()}
+    files = [path for path in folder.rglob("*") if not {".snakemake", "__pycache__"} & set(path.parts)]
+    return {str(path): (path.stat().st_mtime_ns, path.read_bytes()) for path in files if path.is_file()}
 
 
 @pytest.mark.slow
@@ -335,7 +335,7 @@ NUMPY, HASH = version("numpy"), " \\\n    --hash=sha256:0\n    # via nothing==1\
 
 
 @pytest.mark.parametrize(
-    ("lock", "found"),
+    ("lock", "packages"),
     [
         (f"# made by hand==1\nnumpy=={NUMPY}{HASH}", ()),
         (f"numpy==1.0.0{HASH}", (f"numpy {NUMPY} in place of 1.0.0",)),
@@ -343,11 +343,11 @@ NUMPY, HASH = version("numpy"), " \\\n    --hash=sha256:0\n    # via nothing==1\
         (f"colorama==9.9 ; sys_platform == 'win32' or python_version < '3.0'{HASH}", ()),
     ],
 )
-def test_packages_that_differ_from_the_lock_are_reported(lock, found):
-    assert departures(lock) == found
-    assert [line.startswith(f"requirements.lock: installed are {', '.join(found)}; ") for line in report(lock)] == [
+def test_packages_that_differ_from_the_lock_are_reported(lock, packages):
+    assert departures(lock) == packages
+    assert [line.startswith(f"requirements.lock: installed are {', '.join(packages)}; ") for line in report(lock)] == [
         True
-    ] * len(found)
+    ] * len(packages)
 
 
 def test_other_packages_change_the_hash_under_the_same_lock(source, monkeypatch):

@@ -41,7 +41,7 @@ def test_each_snippet_runs_by_itself(api_pages):
         package, _, function = name.rpartition(".")
         assert function in import_module(package).__all__
         assert api_pages.calls(package, function) == []
-        exec(compile(code, name, "exec"), {"__name__": name})
+        exec(compile(code, name, "exec"), {"__name__": name})  # noqa: S102 - our own examples
     assert len(shown) > 40
 
 

@@ -89,10 +89,6 @@ class Names:
         before = self._before(scene, stage)
         if stage == "report":
             files = {scene: self.published(scene, without=("report", "sweep"))}
-        if stage == "strip_allocation":
-            from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
-
-            made_of["given"] = {"bounds": BOUNDS}
         if stage in USER_FILES:
             made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
         if declarations()[stage].batches is not None:
@@ -226,7 +222,7 @@ class Names:
         options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
         special: dict[str, list[str]] = {}
         if stage in USER_FILES:
-            special[stage] = [self.scenes.user_file(scene, stage)]
+            special[stage] = self.scenes.user_files(scene, stage)
         if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
             pilot = self.results(scene, "strip_pilot")
             special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")

@@ -120,7 +120,7 @@ def _labelled_as(field: xr.DataArray, result: Any, name: str | None = None) -> A
         return type(result)(_labelled_as(field, part) for part in result)
     if not dataclasses.is_dataclass(result) or isinstance(result, type):
         return result
-    parts = {one.name: getattr(result, one.name) for one in dataclasses.fields(result)}
+    parts = {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
     made = {name: _labelled_as(field, part, name) for name, part in parts.items()}
     changed = {name: part for name, part in made.items() if part is not parts[name]}
     return dataclasses.replace(result, **changed) if changed else result

@@ -24,11 +24,13 @@ def hump(share):
     return 0.3 + 0.06 * np.sin(6.0 * np.sqrt(share)) - 0.05 * share
 
 
-def record(seed, lengths=80.0, law=stribeck, multiplicative=False, drift=0.02, wobble=0.01, lag=0.0, noise=0.01):
-    """Two ramps down and up. lag : [s] by which friction follows speed"""
+def record(
+    seed, lengths=80.0, law=stribeck, multiplicative=False, drift=0.02, wobble=0.01, lag=0.0, noise=0.01, span=3.0
+):
+    """Two ramps down and up, over so many e-foldings. lag : [s] by which friction follows speed"""
     generator, dt = np.random.default_rng([seed, 3]), SECONDS / N
     time = (np.arange(N) + 1) * dt
-    share = np.exp(3.0 * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
+    share = np.exp(span * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
     speed = share * lengths * LENGTH / np.sum(share * dt)
     slipped = np.cumsum(speed * dt)
     mean = law(np.interp(time - lag, time, share))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughslip import InputError
-from roughslip.record.reading import read_record
+from roughslip.record.reading import read_record, read_records
 
 TIME = np.arange(200) * 0.01
 
@@ -47,6 +47,50 @@ def test_semicolons_with_decimal_commas(tmp_path):
     assert (trace.time[1], trace.speed[0], trace.friction[0]) == (0.01, 0.5, 0.3)
 
 
+@pytest.mark.parametrize(
+    ("head", "row"),
+    [
+        ("# my rig\n# time [s] speed [m/s] friction [1]", "{:.2f} 0.5 0.3"),
+        ("% load 20 N\n\ntime (s)\tspeed (mm/s)\tfriction (%)\t", "{:.2f}\t500,0\t30,0\t"),
+        ('\ufeff"Time [ms]";"speed [m/min]";"friction"', "{:.2f}e3;30;0,3"),
+        ("time [s],speed [m/s],friction [1]", "{:.2f},-0.5,-0.3"),
+    ],
+)
+def test_headers_and_rows_as_programs_write_them(tmp_path, head, row):
+    path = tmp_path / "trace.csv"
+    path.write_bytes("\r\n".join([*head.split("\n"), *(row.format(time) for time in TIME)]).encode())
+    (trace,) = read_record(path)
+    assert trace.time == pytest.approx(TIME)
+    assert np.abs(trace.speed) == pytest.approx(0.5)
+    assert trace.friction == pytest.approx(0.3)
+
+
+def test_several_files_are_read_together_and_each_mistake_names_its_file(tmp_path):
+    good = write(tmp_path, "time [s],speed [m/s],friction [1]", TIME, np.ones(200), np.full(200, 0.3))
+    assert len(read_records([good, good])) == 2
+    bad = tmp_path / "bad.csv"
+    bad.write_text(good.read_text().replace("friction [1]", "friction [N]"))
+    with pytest.raises(InputError) as error:
+        read_records([good, bad, tmp_path / "absent.csv"])
+    assert [line.split(":")[0] for line in error.value.lines] == [str(bad), str(tmp_path / "absent.csv")]
+
+
+@pytest.mark.parametrize(
+    ("speed", "friction", "line"),
+    [
+        (0.5, -0.3, "column friction: friction is -0.3 on average; above 0 and below 10 are read"),
+        (0.5, 15.0, "column friction: friction is 15 on average"),
+        (0.0, 0.3, "column speed: zero in each row"),
+        (np.linspace(-1.0, 1.0, 200), 0.3, "column speed: of both signs"),
+    ],
+)
+def test_what_is_no_sliding_in_one_direction_is_refused(tmp_path, speed, friction, line):
+    ones = np.ones(200)
+    path = write(tmp_path, "time [s],speed [m/s],friction [1]", TIME, speed * ones, friction * ones)
+    with pytest.raises(InputError, match=line):
+        read_record(path)
+
+
 def test_every_mistake_of_a_header_is_a_line(tmp_path):
     path = write(tmp_path, "zeit [s],speed [rpm],speed [m/s],force [lb]", *[TIME] * 4)
     with pytest.raises(InputError) as error:
@@ -66,12 +110,17 @@ def test_every_mistake_of_a_header_is_a_line(tmp_path):
 @pytest.mark.parametrize(
     ("change", "line"),
     [
+        (lambda rows: rows[::-1], "column time: falls in 199 of 200 rows; sort the rows by time"),
+        (
+            lambda rows: [row.replace(".", ",") for row in rows],
+            "6 values for 3 columns; decimal commas take semicolons",
+        ),
         (lambda rows: rows[:50], "50 rows of numbers; 100 to 5000000 are read"),
         (lambda rows: [*rows, "1,2"], "line 202: 2 values for 3 columns"),
         (lambda rows: [*rows, "2.0,0.5,x"], "line 202, column friction: 'x' is no finite number"),
         (
             lambda rows: [*rows, "9.0,0.5,0.3"],
-            "column time: steps from 0.01 to 7.01 s in record 1; even steps are read",
+            "column time: steps from 0.01 to 7.01 s in record 1, first at 1.99 s; even steps are read",
         ),
         (lambda rows: [*rows, *rows[:9]], "column time: record 2, where time falls, has 9 rows; at least 100"),
     ],

@@ -3,11 +3,13 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from roughslip import store
+from roughslip.errors import InputError
 from roughslip.figures.figure_budget import figure_budget
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
@@ -15,7 +17,9 @@ from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.report.budget import next_to_measure
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
+from roughslip.stages.from_scene.surface_model import OPTIONS
 from roughslip.stages.from_scene.uncertain_inputs import (
+    _of_surface,
     law_of_record,
     powers_of_scatter,
     sources_of_record,
@@ -74,12 +78,14 @@ def test_what_follows_from_a_drawn_value():
 
 
 def test_a_record_gives_its_curve_and_scatter_with_their_covariance():
-    speeds, values = np.array([0.1, 0.4, 1.0]), np.array([0.4, 0.36, 0.33])
+    speeds, values = (0.0, 0.4, 1.0), np.array([0.4, 0.36, 0.33])
     factor, log_covariance = (
         np.array([[0.02, 0.0], [0.02, 0.01], [0.02, 0.02]]),
         np.array([[0.01, 0.004], [0.004, 0.04]]),
     )
-    friction = {"record_mean": 0.35, "curve": values, "curve_factor": factor, "additive_log_covariance": log_covariance}
+    friction = {"record_mean": 0.35, "curve": values[1:], "curve_factor": factor[1:]}
+    friction |= {"curve_at_rest": values[0], "curve_factor_at_rest": factor[0]}
+    friction["additive_log_covariance"] = log_covariance
     curve, scatter = sources_of_record(friction, "additive")
     normal = np.random.default_rng(4).standard_normal((curve.axes, 200_000))
     drawn = np.array(list(curve.drawn(normal).values()))
@@ -87,10 +93,11 @@ def test_a_record_gives_its_curve_and_scatter_with_their_covariance():
     factors = np.array(list(scatter.drawn(normal[: scatter.axes]).values()))
     assert np.cov(np.log(factors)) == pytest.approx(log_covariance, rel=0.05)
     assert factors.mean(axis=1) == pytest.approx([1.0, 1.0], abs=2e-3)
-    own = TableLaw((0.0, *speeds), (values[0], *values), 0.41)
+    own = TableLaw(speeds, tuple(values), 0.41)
     assert law_of_record(own, curve.values) == own
     law = law_of_record(own, {"record.curve.0": 0.43, "record.curve.2": 0.3})
-    assert (law.values, law.static) == ((0.43, 0.43, 0.36, 0.3), 0.43)
+    assert (law.values, law.static) == ((0.41, 0.36, 0.3), 0.41)  # sliding at rest holds no more than stick
+    assert law_of_record(own, {"record.curve.1": 0.43}).static == 0.43
     assert sources_of_record({"mean": 0.3}, "additive") == ()
 
 
@@ -111,6 +118,26 @@ def test_height_acts_on_the_scatter_as_pressure_does():
     assert found["scan.length"] == pytest.approx(1.0 - found["scan.height"], abs=0.02)
 
 
+def test_a_surface_given_with_uncertainty_is_a_source():
+    """Twice the height is half the pressure. The shape is held, and so is the correlation length of friction."""
+    made = SimpleNamespace(
+        standard_uncertainties=(("roughness.rms_height_m", 1e-7),),
+        roughness=SimpleNamespace(
+            rms_height_m=1e-6, correlation_length_m=1e-5, covariance="gaussian", marginal=None, **dict.fromkeys(OPTIONS)
+        ),
+        strip=SimpleNamespace(window_m=1e-3, width_m=1e-3),
+        oscillator=SimpleNamespace(windows_in_parallel=4),
+        load=SimpleNamespace(nominal_pressure_pa=1e6, pad_length_m=None),
+        material=SimpleNamespace(young_modulus_pa=1e9, poisson_ratio=0.3),
+    )
+    inputs, powers = _of_surface(made, None)
+    assert inputs == {"scan.height": (1.0, pytest.approx(0.1))}
+    assert powers["scan.height"] == pytest.approx(0.5 - 0.117, abs=0.05)
+    made.roughness.covariance = "exponential"
+    with pytest.raises(InputError, match="heights whose slope has no limit take no standard uncertainty"):
+        _of_surface(made, None)
+
+
 @pytest.mark.slow
 def test_the_stage_says_what_to_measure(run, folder):
     """At the paper's 0.17 stick-slip is sure; its margin, D* - D, depends on the curve most."""
@@ -124,12 +151,12 @@ def test_the_stage_says_what_to_measure(run, folder):
         found = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
     text = json.loads((folder / "budget.json").read_text())
     assert list(found["source_name"]) == list(text["probability"]["first"])
-    assert list(found["result_name"]) == ["probability", *text["limits"]]
+    assert list(found["result_name"]) == ["probability", *text["limits"], "death", "birth"]
     assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)
     assert text["limits"]["damping"]["value"] == pytest.approx(0.324424, abs=1e-6)
     assert 0.0 <= text["scatter"] <= 1.0
-    assert len(figure_budget({name: found[name] for name in found}).axes) == 1 + len(text["limits"])
-    assert text["summary"][2] == next_to_measure(text)
+    assert len(figure_budget({name: found[name] for name in found}).axes) == 3 + len(text["limits"])
+    assert text["summary"][3] == next_to_measure(text)
     assert np.isfinite(found["first"]).all()
 
 

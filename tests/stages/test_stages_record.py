@@ -8,12 +8,13 @@ import pytest
 
 from roughslip import store
 from roughslip.figures.figure_record import DRAWN, figure_record
+from roughslip.friction import scatter_of_friction
 from roughslip.oscillator.stick_slip import leaves_known_speeds
 from roughslip.probability import beta_moments
 from roughslip.record.synthetic import scatter_at
 from roughslip.scene.types import scene_of
 from roughslip.stages import record
-from roughslip.stages.from_scene import mass_on_belt, measured_friction, variation
+from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
@@ -34,12 +35,12 @@ def recorded(tmp_path_factory):
     np.savetxt(folder / "trace.csv", np.c_[time, 1e3 * speed, friction], header=header, comments="", delimiter=",")
     scene = {
         "seed": 7,
-        "friction": {"record": {"file": "trace.csv", "time_constant_s": 0.0}, "scatter": "additive"},
+        "friction": {"record": {"file": ["trace.csv"], "time_constant_s": 0.0}, "scatter": "additive"},
         "oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 1e-3},
     }
     output = folder / "record.nc"
     job = Job(
-        store.Key(scene, "code"), Namespace(record=folder / "trace.csv", output=output), Usage(folder / "u", "record")
+        store.Key(scene, "code"), Namespace(record=[folder / "trace.csv"], output=output), Usage(folder / "u", "record")
     )
     record.work(job)
     return scene, output
@@ -48,7 +49,7 @@ def recorded(tmp_path_factory):
 def test_the_law_of_the_oscillator_is_the_measured_curve(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
     result = store.read(output)
-    curve = measured_friction.curve_of(result)
+    curve = mass_on_belt.curve_of(result)
     numbers = mass_on_belt.friction_numbers(scene, output)
     law = mass_on_belt.law(scene, numbers)
     assert law.mu(curve.speeds_m_per_s) == pytest.approx(curve.friction, rel=1e-12)
@@ -67,7 +68,7 @@ def test_a_mean_that_is_varied_takes_the_curve_with_it(recorded):
 
 def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
-    scatter = measured_friction.scatter_of(store.read(output), "additive")
+    scatter = mass_on_belt.scatter_of(store.read(output), "additive")
     process = mass_on_belt.friction_process(scene, mass_on_belt.friction_numbers(scene, output), output)
     assert process.correlation_length_m == scatter.correlation_length_m
     assert process.autocorrelation(np.array([scatter.correlation_length_m])) == pytest.approx([np.exp(-1)])
@@ -81,7 +82,7 @@ def test_multiplicative_scatter_is_over_the_mean(recorded):
     values, output = recorded
     scene = scene_of(values | {"friction": values["friction"] | {"scatter": "multiplicative"}})
     numbers = mass_on_belt.friction_numbers(scene, output)
-    relative = measured_friction.scatter_of(store.read(output), "multiplicative").standard_deviation
+    relative = mass_on_belt.scatter_of(store.read(output), "multiplicative").standard_deviation
     assert numbers.standard_deviation / numbers.mean == pytest.approx(relative)
 
 
@@ -96,7 +97,7 @@ def test_an_answer_outside_the_measured_speeds_is_not_identified(recorded, veloc
 
 def test_the_figure_draws_what_is_stored(recorded):
     result = store.read(recorded[1])
-    assert set(DRAWN["figure_record"]) <= set(result)
+    assert {*DRAWN["figure_record"]} - {"surface_covariance", "surface_std"} <= set(result)
     figure = figure_record(result)
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
     assert result["twin"].shape == (2, N)
@@ -108,3 +109,37 @@ def test_shapes_of_the_marginal_have_the_moments():
     fit = Namespace(skewness=(0.5963, 0.01), excess=(-0.12, 0.01))
     assert record.beta_shapes(fit) == pytest.approx((2.0, 5.0), rel=0.01)
     assert record.beta_shapes(Namespace(skewness=(0.1, 0.1), excess=(0.1, 0.2))) == record.NORMAL
+
+
+def test_the_scatter_of_a_surface_stands_next_to_that_of_the_record(recorded):
+    """A window of 1 mm under its part of the force: the law's value times the mean friction, and its correlation."""
+    values = recorded[0] | {
+        "material": {"young_modulus_pa": 2e11, "poisson_ratio": 0.3},
+        "roughness": {"covariance": "gaussian", "rms_height_m": 1e-6, "correlation_length_m": 2e-5},
+        "strip": {"window_m": 1e-3, "width_m": 1e-3},
+        "oscillator": recorded[0]["oscillator"] | {"normal_force_n": 200.0, "windows_in_parallel": 2},
+    }
+    scene, lags = scene_of(values, record.STAGE.keys), np.array([0.0, 5e-4, 2e-3])
+    assert record.has_surface(values)
+    found = {name: one.values for name, one in record.of_surface(scene, 0.3, lags).items()}
+
+    def covariance(x, y):
+        return 1e-12 * np.exp(-(x**2 + y**2) / 4e-10)
+
+    wanted = 0.3 * scatter_of_friction(covariance, 2e11 / (1.0 - 0.09), 1e8, (1e-3, 1e-3))
+    assert found["surface_std"] == pytest.approx(wanted, rel=1e-6)
+    # windows far longer than the roughness: nearly the triangle of half a window, and nothing beyond a window
+    assert found["surface_covariance"] / wanted**2 == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
+    assert not record.has_surface(recorded[0])
+    result = store.read(recorded[1])
+    drawn = {name: result[name] for name in result} | {"surface_covariance": result["covariance_fit"]}
+    labels = figure_record(drawn).axes[3].get_legend_handles_labels()[1]
+    assert "the surface by the law of scatter, to 10 %" in labels
+
+
+@pytest.mark.parametrize(
+    ("by_law", "words"),
+    [(0.01, "roughness is 25% of the variance"), (0.02, "roughness can be the cause"), (0.03, "are not those of")],
+)
+def test_a_sentence_says_whether_roughness_is_the_cause(by_law, words):
+    assert words in record.is_roughness_the_cause(by_law, 0.018, 0.022)

@@ -231,15 +231,16 @@ class Scenes:
             for first, last in self.batches(name, stage, design)
         ]
 
-    def user_file(self, name: str, stage: str) -> str:
-        """The file of the user, a scan or a record, that a stage of the scene reads."""
-        return _user_file(self._folders[name], self.root, get(self[name], USER_FILES[stage]))
+    def user_files(self, name: str, stage: str) -> list[str]:
+        """The files of the user, a scan or records, that a stage of the scene reads."""
+        given = _listed(get(self[name], USER_FILES[stage]))
+        return [_user_file(self._folders[name], self.root, file) for file in given]
 
     @cache  # noqa: B019
     def _surface(self, name: str) -> tuple[list[str], list[str]]:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
-        scan = Path(self.user_file(name, "scan")) if reads else None
+        scan = Path(self.user_files(name, "scan")[0]) if reads else None
         return check_surface(scene_file(name, self._folders[name]), self[name], scan, self._marks)
 
     @cache  # noqa: B019
@@ -258,15 +259,12 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     scene = load(folder / f"{name}.yaml", folder)
-    for key in USER_FILES.values():
-        file = get(scene, key)
-        if file is None:
-            continue
+    for key, file in [(name, file) for name in USER_FILES.values() for file in _listed(get(scene, name))]:
         path = Path(_user_file(folder, root, file))
         text = "is not there; a path from the folder of the scenes or of the project"
         if path.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (path.is_file() and any(_is_inside(path, one) for one in (folder, root, Path.cwd()))):
+        if not (path.is_file() and any(_is_inside(path, inside) for inside in (folder, root, Path.cwd()))):
             raise InputError(line(scene_file(name, folder), tuple(key.split(".")), f"{shown(file)} {text}"))
     return scene
 
@@ -283,6 +281,11 @@ def not_writable(name: str) -> list[Path]:
 def _is_inside(file: Path, folder: Path) -> bool:
     """Whether a file, links followed, is one of a folder."""
     return file.resolve().is_relative_to(folder.resolve())
+
+
+def _listed(given: Any) -> list[str]:
+    """The files under a scene key: none, one or several."""
+    return given if isinstance(given, list) else [] if given is None else [given]
 
 
 def _user_file(folder: Path, root: Path, file: str) -> str:

@@ -20,11 +20,13 @@ TITLES = {
     "mass": "limit in mass",
     "stiffness": "limit in stiffness",
     "load": "limit in normal force",
+    "death": "rate at which stick-slip ends",
+    "birth": "rate at which stick-slip begins",
 }
 
 
 def figure_budget(result: Arrays) -> Figure:
-    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit."""
+    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit and rate."""
     limits = [str(name) for name in result["result_name"][1:]]
     figure, axes = panels(1 + len(limits), 1, 2.6)
     sources, rows = [str(name) for name in result["source_name"]], np.arange(len(result["source_name"]))

@@ -20,7 +20,20 @@ from roughslip.figures.style import (
 DRAWN = {
     "figure_record": [
         *("sample_time", "sample_speed", "sample_friction", "sample_explained", "twin", "lag", "covariance"),
-        *("covariance_fit", "curve_speed", "curve_form", "kind", "shape", "note", "misfit", "ratio", "drift", "period"),
+        *(
+            "covariance_fit",
+            "surface_covariance",
+            "surface_std",
+            "curve_speed",
+            "curve_form",
+            "kind",
+            "shape",
+            "note",
+            "misfit",
+            "ratio",
+            "drift",
+            "period",
+        ),
         *("ramps", "additive_identified", "multiplicative_identified"),
         *with_interval_names("curve", "additive_std", "additive_length", "multiplicative_std", "multiplicative_length"),
     ]
@@ -48,6 +61,12 @@ def figure_record(result: Arrays) -> Figure:
     axes[3].plot(
         1e3 * result["lag"], result["covariance_fit"], color=CURVE, label=f"fitted scatter, {result['shape'][0]}"
     )
+    if "surface_covariance" in result:
+        by_law = result["surface_covariance"]
+        axes[3].plot(1e3 * result["lag"], by_law, color="C2", label="the surface by the law of scatter, to 10 %")
+        axes[3].fill_between(1e3 * result["lag"], 0.81 * by_law, 1.21 * by_law, color="C2", alpha=0.3, lw=0.0)
+    share = result["additive_std_low"] ** 2, result["additive_std_high"] ** 2
+    axes[3].vlines(0.0, *share, color=CURVE, lw=4.0, alpha=0.4)
     axes[3].axhline(0.0, color="0.6", lw=0.6)
     axes[3].set(xlabel="slipped distance [mm]", ylabel="autocovariance")
     for panel, twin in zip(axes[4:], result["twin"], strict=True):

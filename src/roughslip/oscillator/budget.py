@@ -15,13 +15,17 @@ order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is 
 
 with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1. The
 shift c is held: many loops that each may fail lower the band, and friction that quick slip meets sooner raises it.
+
+The rates at which stick-slip ends and begins follow the same way. In natural periods they are those of the chain of
+troughs (`trough_chain`) of the given machine, at the damping ratio of the same distance (D* - D) / b. For a machine
+that is a tenth different, death is right within a tenth and birth within a factor of 2.5, as far as the theory is.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy  # its parts when they are used
@@ -33,6 +37,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.limits import cycle_period
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.oscillator.trough_chain import theory_or_nan
 from roughslip.probability.bracket import range_end
 from roughslip.probability.estimate import TAILS
 from roughslip.probability.sensitivity import Source, Split, variance_split
@@ -43,6 +48,19 @@ LEVEL = float(scipy.special.ndtri(0.95))  # of the ends of a band
 FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: from the given value, and from its limit
 ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
 RATIOS = np.geomspace(1 / 16, 16.0, 9)  # of L / V at which the blur is computed; power laws between
+RATES = ("death", "birth")
+DISTANCES = (
+    -8.0,
+    -4.0,
+    -2.0,
+    -1.0,
+    0.0,
+    1.0,
+    2.0,
+    4.0,
+    8.0,
+)  # (D* - D) / b of the chains; cubics of logarithms between
+LEAST_RATE = 1e-30  # [1 / natural period] taken for none
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
 
 
@@ -89,12 +107,15 @@ class Budget:
     scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
     outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
     limits : of the cycle without scatter, by names of `changed.PARAMETERS`; those that exist at the given values
+    rates : [1/s] death, at which stick-slip ends, and birth, at which it begins in the time of sliding; none where they
+        are not asked for, or where slip makes no chain
     """
 
     probability: Uncertain
     scatter: float
     outcome: Mapping[str, float]
     limits: Mapping[str, Uncertain]
+    rates: Mapping[str, Uncertain]
 
 
 @gate
@@ -103,6 +124,7 @@ def uncertainty_budget(
     sources: Sequence[Source],
     band: tuple[float, float] | None = None,
     limits: Sequence[str] = LIMITS,
+    with_rates: bool = False,
     options: MotionOptions = DEFAULTS,
     samples: int = 128,
     seed: Sequence[int] = (0,),
@@ -112,6 +134,7 @@ def uncertainty_budget(
     machine : of values of all inputs by name
     band : damping ratios of 95 % and of 5 % stick-slip at the given values, as `answer` finds them
     limits : of damping, belt_velocity, mass, stiffness, load; damping is always among them
+    with_rates : whether to compute the rates; ten chains take some seconds each
     options : how friction enters; the tolerance is not used
     samples : a power of two; the machine is made (sources + 2) samples times
 
@@ -127,18 +150,27 @@ def uncertainty_budget(
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
     beyond = dict.fromkeys(searched, 0)
+    rates = _Rates(given, response.limit, chance.blur(given), options) if with_rates else None
+    followed = RATES if rates is not None and rates.exist else ()
+
+    def of_chance(here: Machine, limit: float) -> tuple[float, list[float]]:
+        """The probability and the rates, given the limit in damping."""
+        distance = (limit - here.oscillator.damping_ratio) / chance.blur(here)
+        return chance.probability(here, limit), rates.at(here, distance) if followed and rates is not None else []
 
     def results(values: Mapping[str, float]) -> list[float]:
         here, found = machine(values), {}
         for name, (near, cycle_below) in searched.items():
             found[name], is_inside = _limit(here, name, near, cycle_below)
             beyond[name] += not is_inside
-        return [chance.probability(here, found["damping"]), *found.values()]
+        probability, rated = of_chance(here, found["damping"])
+        return [probability, *found.values(), *rated]
 
     split = variance_split(results, sources, samples, seed)
     calls = max(samples * (len(sources) + 2), 1) if sources else 1
-    own = [chance.probability(given, response.limit), *(near for near, _ in searched.values())]
-    shares = [0.0, *(beyond[name] / calls for name in searched)]
+    probability, rated = of_chance(given, response.limit)
+    own = [probability, *(near for near, _ in searched.values()), *rated]
+    shares = [0.0, *(beyond[name] / calls for name in searched), *(0.0 for _ in followed)]
     names = [source.name for source in sources]
     found = [_uncertain(split, row, own[row], shares[row], names) for row in range(len(own))]
     p = split.drawn[0]
@@ -148,7 +180,8 @@ def uncertainty_budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
         outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
-        limits=dict(zip(searched, found[1:], strict=True)),
+        limits=dict(zip(searched, found[1 : len(searched) + 1], strict=True)),
+        rates=dict(zip(followed, found[len(searched) + 1 :], strict=True)),
     )
 
 
@@ -164,21 +197,57 @@ class _Chance:
             return response.scatter(lambda lag: correlation(lag / ratio))
 
         self._given, self._blur, own = given, np.log([scatter(ratio) for ratio in RATIOS]), scatter(1.0)
-        self._width = max(positive("deviation", given.deviation) * own, LEAST_BLUR * response.limit)
-        self._shift = 0.0
+        self._width = self._own = max(positive("deviation", given.deviation) * own, LEAST_BLUR * response.limit)
+        self._shift, self._of_unit = 0.0, math.log(own)
         if band is not None:
             self._shift = 0.5 * (band[0] + band[1]) - response.limit
             self._width = (band[1] - band[0]) / (2.0 * LEVEL)
-        self._own = math.log(own)
+
+    def blur(self, here: Machine) -> float:
+        """Standard deviation of the limit in damping, to first order."""
+        return self._factor(here) * self._own
 
     def probability(self, here: Machine, limit: float) -> float:
         """Of stick-slip. limit : of the cycle in damping"""
+        distance = limit - here.oscillator.damping_ratio + self._shift
+        return float(scipy.special.ndtr(distance / (self._factor(here) * self._width)))
+
+    def _factor(self, here: Machine) -> float:
+        """The blur over that of the given machine."""
         belt, own = here.oscillator, self._given.oscillator
         ratio = here.length_m / self._given.length_m * own.V / belt.V
-        of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._own)
-        factor = here.deviation / self._given.deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
-        distance = limit - belt.damping_ratio + self._shift
-        return float(scipy.special.ndtr(distance / (factor * self._width)))
+        of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._of_unit)
+        return here.deviation / self._given.deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
+
+
+class _Rates:
+    """Rates of the end and the beginning of stick-slip, from chains of the given machine at other damping ratios.
+
+    exist : whether slip makes a chain at two of these at least
+    """
+
+    def __init__(self, given: Machine, limit: float, blur: float, options: MotionOptions) -> None:
+        belt, rows = given.oscillator, []
+        for distance in sorted({*DISTANCES, (limit - belt.damping_ratio) / blur}):
+            ratio = limit - distance * blur
+            if ratio > 0.0 and DISTANCES[0] <= distance <= DISTANCES[-1]:
+                of_friction = given.deviation, given.length_m, given.autocorrelation, options
+                found = theory_or_nan(replace(belt, damping_ratio=ratio), given.law, *of_friction)
+                rows.append((distance, found.death[0], found.birth[0]))
+        distances, *rates = np.transpose(rows)
+        known = [np.isfinite(rate) for rate in rates]
+        self.exist = all(np.count_nonzero(one) > 1 for one in known)
+        self._curves = [
+            (distances[one], np.log(np.maximum(rate[one], LEAST_RATE))) for rate, one in zip(rates, known, strict=True)
+        ]
+
+    def at(self, here: Machine, distance: float) -> list[float]:
+        """(2,) [1/s] by RATES."""
+        periods = here.oscillator.natural_frequency_rad_per_s / (2.0 * math.pi)
+        return [
+            periods * math.exp(float(scipy.interpolate.PchipInterpolator(x, y)(min(max(distance, x[0]), x[-1]))))
+            for x, y in self._curves
+        ]
 
 
 def _exists(machine: Machine, name: str) -> Callable[[float], bool | None]:

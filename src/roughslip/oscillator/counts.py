@@ -67,7 +67,7 @@ def ensemble(
         raise ParameterError("paths must hold a path at least, or None for the motion without scatter")
     if unknown or not over:
         raise ParameterError(f"over must have values of {', '.join(PARAMETERS)}, not of {unknown or 'nothing'}")
-    values = {name: np.atleast_1d(finite(name, one)) for name, one in over.items()}
+    values = {name: np.atleast_1d(finite(name, value)) for name, value in over.items()}
     for name, row in values.items():
         if row.ndim != 1 or row.size == 0:
             raise ParameterError(f"over must have a row of values of {name}, not the shape {row.shape}")
@@ -78,7 +78,7 @@ def ensemble(
         for path in paths
         for belt in belts
     ]
-    shape = (len(paths), *(one.size for one in values.values()))
+    shape = (len(paths), *(value.size for value in values.values()))
     columns = zip(*rows, strict=True)
     cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
     return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)

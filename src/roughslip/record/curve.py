@@ -103,16 +103,13 @@ def fitted_curve(speeds: np.ndarray, friction: np.ndarray, others: np.ndarray, w
     coefficients = np.linalg.lstsq(np.column_stack([of_law, of_rest]), target[:, 0], rcond=None)[0]
     # The errors are those of the law made linear in the logarithm of its decay, too.
     bend = -coefficients[1] * decay * speeds / (1.0 + decay * speeds) ** 2
-    factor = _root_of_inverse(np.column_stack([of_law, whiten(bend[:, None]), of_rest]))
-    at_knots = stribeck_columns(knots, decay)
-    bent = -coefficients[1] * decay * knots / (1.0 + decay * knots) ** 2
-    return FrictionCurve(
-        "stribeck",
-        knots,
-        at_knots @ coefficients[:3],
-        np.column_stack([at_knots, bent]) @ factor[:4],
-        misfit,
-    )
+    factor = _root_of_inverse(np.column_stack([of_law, whiten(bend[:, None]), of_rest]))[:4]
+    places = np.append(0.0, knots)
+    columns = stribeck_columns(places, decay)
+    bent = -coefficients[1] * decay * places / (1.0 + decay * places) ** 2
+    found, root = columns @ coefficients[:3], np.column_stack([columns, bent]) @ factor
+    rest = 0 if found[0] > 0.0 else 1
+    return FrictionCurve("stribeck", knots, found[1:], root[1:], misfit, float(found[rest]), root[rest])
 
 
 def _spline_curve(
@@ -138,8 +135,8 @@ def _spline_curve(
     stacked = np.vstack([columns, np.sqrt(penalty) * rough])
     coefficients = np.linalg.lstsq(stacked, np.append(target, np.zeros(len(rough))), rcond=None)[0]
     at_knots = basis.at(knots)
-    factor = _root_of_inverse(stacked)[: basis.columns]
-    return FrictionCurve("spline", knots, at_knots @ coefficients[: basis.columns], at_knots @ factor, misfit)
+    friction, root = at_knots @ coefficients[: basis.columns], at_knots @ _root_of_inverse(stacked)[: basis.columns]
+    return FrictionCurve("spline", knots, friction, root, misfit, float(friction[0]), root[0])
 
 
 def _root_of_inverse(columns: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ fitted about a flexible curve, so that a law which does not fit leaves nothing t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -26,6 +26,7 @@ LEAST_RAMP = 0.05  # of the range of speeds in the time of the record: slower ch
 HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
 LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
+OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
 
 
@@ -78,7 +79,10 @@ def fit_record(
     """
     n = samples.friction.size
     if n < FEWEST_SAMPLES:
-        raise IllPosedError(f"{n} samples of sliding; a fit takes at least {FEWEST_SAMPLES}: record longer or faster")
+        raise IllPosedError(
+            f"{n} samples of sliding cannot tell curve and scatter; a fit takes at least {FEWEST_SAMPLES}: record "
+            "longer or with more samples a second"
+        )
     basis, notes = SpeedBasis(samples.speed), []
     spline = basis.at(samples.speed)
     drift, separate = _drift_columns(samples, spline)
@@ -88,8 +92,7 @@ def fit_record(
     known = {"drift": drift, "ramps": ramps}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
-    ones = np.ones(n)
-    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, ones)
+    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
@@ -100,19 +103,13 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
-    simple = {
-        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, fit)
-        for name, weight in (("additive", ones), ("multiplicative", relative))
-    }
-    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
-    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
-    kind = "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+    simple, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     others = columns[:, spline.shape[1] :]
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: chosen.whiten(samples, one))
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: chosen.whiten(samples, columns))
+    curve = _widened(curve, chosen)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if total / chosen.length < FEWEST_LENGTHS:
@@ -136,6 +133,26 @@ def fit_record(
         explained,
         tuple(notes),
     )
+
+
+def _additive_or_multiplicative(
+    samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
+) -> tuple[dict[str, ProcessFit], str, float]:
+    """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
+    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
+    fits = {
+        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
+        for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
+    }
+    ratio = fits["multiplicative"].log_likelihood - fits["additive"].log_likelihood
+    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
+    return fits, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive", ratio
+
+
+def _widened(curve: FrictionCurve, chosen: ProcessFit) -> FrictionCurve:
+    """The curve with variances that are averaged over the errors of the scatter."""
+    wider = float(np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN))
+    return replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
 
 
 def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
@@ -174,9 +191,10 @@ def _ramp_columns(samples: Samples) -> np.ndarray:
 
 
 def _waves(samples: Samples, wavelength_m: float) -> np.ndarray:
-    """(n, 2) a wave over the slipped distance."""
+    """(n, 2 records) a wave over the slipped distance, with a phase of its own in each record."""
     phase = 2.0 * np.pi * samples.slipped / wavelength_m
-    return np.column_stack([np.cos(phase), np.sin(phase)])
+    record = np.cumsum(samples.step < 0.0)[:, None] == np.arange(1, np.count_nonzero(samples.step < 0.0) + 1)
+    return np.hstack([np.cos(phase)[:, None] * record, np.sin(phase)[:, None] * record])
 
 
 def _left(white: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -207,10 +225,11 @@ def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> 
     residual = _left(white[:, 1:], white[:, 0])
     waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
     waves = _left(white[:, 1:], fit.whiten(samples, waves))
-    pairs = np.linalg.qr(waves.reshape(len(waves), -1, 2).transpose(1, 0, 2))[0]
+    freedom = waves.shape[1] // tried.size
+    pairs = np.linalg.qr(waves.reshape(len(waves), -1, freedom).transpose(1, 0, 2))[0]
     gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
     best = int(np.argmax(gains))
-    return float(tried[best]) if scipy.stats.chi2.sf(gains[best], 2) * len(tried) < SIGNIFICANT else None
+    return float(tried[best]) if scipy.stats.chi2.sf(gains[best], freedom) * len(tried) < SIGNIFICANT else None
 
 
 def _explained(

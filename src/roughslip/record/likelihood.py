@@ -146,8 +146,8 @@ def fitted_process(
     if 1 not in free or (covariance := _covariance(minus_twice, found, free)) is None:
         shortest, longest = np.exp(bounds[0])
         raise IllPosedError(
-            f"no correlation length from {shortest:.2g} m, a third of a sample, to {longest:.2g} m, the record, is "
-            "the most likely one"
+            f"the record cannot tell its scatter: no correlation length from {shortest:.2g} m, a third of a sample, "
+            f"to {longest:.2g} m, the record, is the most likely one; record longer, or with more samples a second"
         )
     return ProcessFit(
         shape,

@@ -18,6 +18,8 @@ class FrictionCurve:
     friction : (K,) [-] at the speeds
     factor : (K, r) [-] their covariance is factor @ factor.T
     misfit : p-value of the hypothesis that Stribeck's law fits
+    at_rest : [-] towards rest, where no record measures: of Stribeck's law; of a spline as at the slowest speed
+    factor_at_rest : (r,) [-] the row of the factor there
     """
 
     form: str
@@ -25,6 +27,8 @@ class FrictionCurve:
     friction: np.ndarray
     factor: np.ndarray
     misfit: float
+    at_rest: float
+    factor_at_rest: np.ndarray
 
     def interval(self) -> tuple[np.ndarray, np.ndarray]:
         """Ends : (K,) [-] of the pointwise 95 % intervals."""

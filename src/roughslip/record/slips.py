@@ -18,7 +18,7 @@ from roughslip.record.reading import Trace
 MOST_SAMPLES = 6000  # of a fit; means of neighbours take their place
 WINDOW, DEGREE = 5, 2  # of the smoothing that differentiates the deflection
 STICKS = 0.15  # of the belt's speed: slower sliding is stick
-STRETCHES = 60  # of a trace, in which stick-slip is looked for without a rig
+STRETCHES, FEWEST_IN_STRETCH = 60, 20  # of a trace, in which stick-slip is looked for without a rig; samples in one
 SAWTOOTH = 6.0  # standard errors of the skewness of increments, from which a stretch is a saw of stick and slip
 JUMP = 0.5  # of a speed, from which a stretch of two speeds is not judged
 MARGIN = 1.25  # on the fastest speed with stick-slip
@@ -132,7 +132,7 @@ def _alone(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     speeds are left out too: there stick-slip is stronger.
     """
     speed, values = np.abs(trace.speed), trace.friction
-    parts = np.array_split(np.arange(values.size), STRETCHES)
+    parts = np.array_split(np.arange(values.size), max(1, min(STRETCHES, values.size // FEWEST_IN_STRETCH)))
     swing, saw = np.empty(len(parts)), np.zeros(len(parts), dtype=bool)
     for number, part in enumerate(parts):
         swing[number] = np.std(scipy.signal.detrend(values[part]))

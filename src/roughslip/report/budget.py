@@ -14,7 +14,7 @@ LIMITS = {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", 
 
 
 def summary(budget: Mapping[str, Any]) -> list[str]:
-    """Three sentences: the averaged probability, the limits with their intervals, what to measure next."""
+    """Sentences: the averaged probability, limits with their intervals, rates, what to measure next."""
     given, mean = budget["answer"]["value"], budget["probability"]["mean"]
     first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
     limits = []
@@ -24,7 +24,24 @@ def summary(budget: Mapping[str, Any]) -> list[str]:
         shown = f"{amount(limit['value'], number['unit'])} ({ends(number, limit['value'], SURE)}{beyond})"
         limits.append(f"{LIMITS[name]} = {shown}")
     second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
-    return [f"{first}averaged over what is uncertain.", second, next_to_measure(budget)]
+    return [
+        f"{first}averaged over what is uncertain.",
+        second,
+        rates_in_words(budget["rates"]),
+        next_to_measure(budget),
+    ]
+
+
+def rates_in_words(rates: Mapping[str, Any]) -> str:
+    """How often stick-slip ends and begins."""
+    if not rates:
+        return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
+    words = {"death": "ends {} a second", "birth": "begins {} a second of sliding"}
+    shown = []
+    for name, form in words.items():
+        low, high = rates[name]["interval"]
+        shown.append(form.format(f"{rates[name]['mean']:.2g} times ({low:.2g} to {high:.2g})"))
+    return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
 
 
 def is_sure(budget: Mapping[str, Any]) -> bool:

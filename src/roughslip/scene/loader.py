@@ -241,8 +241,7 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
         both = values.get("accuracy")
         if isinstance(both, int | float) and not isinstance(both, bool):
             values["accuracy"] = accuracy.of_all(both)
-        if isinstance(values.get("friction"), dict) and isinstance(values["friction"].get("record"), str):
-            values["friction"] = {**values["friction"], "record": {"file": values["friction"]["record"]}}
+        values |= friction.with_listed_records(values)
         lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
         swept.append(values.pop("sweep", {}))  # of the file, not of those that extend it
         documents.append(values)

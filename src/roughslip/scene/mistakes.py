@@ -40,7 +40,7 @@ def shown(value: Any) -> str:
         case bool():
             text = str(value).lower()
         case dict():
-            text = "a group of keys"
+            text = "a number with a standard uncertainty" if "standard_uncertainty" in value else "a group of keys"
         case list():
             text = "[" + ", ".join(shown(item) for item in value[:20]) + (", ...]" if len(value) > 20 else "]")
         case _:

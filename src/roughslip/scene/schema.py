@@ -61,6 +61,10 @@ def text() -> str:
     optional = uncertain.with_forms(_optional(schema))
     both = optional["properties"]["accuracy"]
     optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
+    record = optional["properties"]["friction"]["properties"]["record"]
+    paths = {"anyOf": [record["properties"]["file"]["items"], record["properties"]["file"]]}
+    record["properties"]["file"] = paths  # the loader lists them
+    optional["properties"]["friction"]["properties"]["record"] = {"anyOf": [*paths["anyOf"], record]}
     optional["$defs"] = {"uncertain": uncertain.GROUP}
     return json.dumps(optional, indent=2, ensure_ascii=False) + "\n"
 
@@ -163,8 +167,14 @@ def describe_allowed(schema: Values) -> str:
         case "object":
             return "a group of the keys " + ", ".join(schema["properties"])
         case "array":
-            least, most = schema["minItems"], schema.get("maxItems")
-            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
+            minimum, maximum = schema["minItems"], schema.get("maxItems")
+            number = (
+                f"at least {minimum}"
+                if not maximum
+                else f"{minimum}"
+                if minimum == maximum
+                else f"{minimum} to {maximum}"
+            )
             once = ", each once" if schema.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
     bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, (sign, _) in _BOUNDS.items() if key in schema)

@@ -40,7 +40,13 @@ def work(job: Job) -> None:
     options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, geometry.STREAM_BUDGET)
     with job.usage.core():
         found = uncertainty_budget(
-            inputs.machine, inputs.sources, band_of(answer), options=options, samples=SAMPLES, seed=seed
+            inputs.machine,
+            inputs.sources,
+            band_of(answer),
+            with_rates=True,
+            options=options,
+            samples=SAMPLES,
+            seed=seed,
         )
     job.usage.count(machines=SAMPLES * (len(inputs.sources) + 2) if inputs.sources else 1)
     result = {
@@ -64,12 +70,15 @@ def band_of(answer: Mapping[str, Any]) -> tuple[float, float] | None:
 
 def variables(found: Budget) -> dict[str, store.Variable]:
     """The budget as arrays over results and sources."""
-    results, source, both = {"probability": found.probability, **found.limits}, ("source",), ("result", "source")
+    results = {"probability": found.probability, **found.limits, **found.rates}
+    source, both = ("source",), ("result", "source")
     names = list(found.probability.first)
     shares = [found.outcome[name] for name in names]
     stored = {
         "source_name": store.Variable(source, np.array(names or [""]), "1", "sources of uncertainty"),
-        "result_name": store.Variable(("result",), np.array(list(results)), "1", "results; limits are of the cycle"),
+        "result_name": store.Variable(
+            ("result",), np.array(list(results)), "1", "results; limits are of the cycle, rates of its end and begin"
+        ),
         "outcome": store.Variable(source, np.array(shares or [0.0]), "1", "share of the variance of the outcome"),
         "outcome_scatter": store.Variable((), found.scatter, "1", "the same, of the scatter of friction"),
         "averaged_probability": store.Variable((), found.probability.mean, "1", "over all that is uncertain"),

@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.friction.scatter_law import autocorrelation_of_friction, scatter_of_friction
 from roughslip.record.fit import RecordFit, fit_record
 from roughslip.record.process import autocorrelation
-from roughslip.record.reading import read_record
+from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.record.synthetic import scatter_at, through_instrument
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry
+from roughslip.scene.types import Scene, get
+from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.surface_model import gaussian_model
 from roughslip.stages.result_tables import record_table
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="record",
     reads="seed friction.record",
-    reads_if_given="friction.scatter oscillator.static_friction",
-    inputs={"record": "friction.record.file"},
+    reads_if_given="friction.scatter oscillator.static_friction oscillator.normal_force_n "
+    "oscillator.windows_in_parallel material roughness strip.window_m strip.width_m",
+    many={"record": "friction.record.file"},
     result="friction/record.nc",
     runs_if="friction.record",
     memory_mb=700,
 )
 
 TWINS = 2  # synthetic records next to the measured one
+OF_SURFACE = ("roughness.covariance", "material.young_modulus_pa", "strip.width_m", "oscillator.normal_force_n")
+LAW_ERROR = 0.1  # of the law of scatter: two of its rms errors
 LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
 NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
 MOST_SHAPES = 200.0  # their sum
@@ -55,7 +63,7 @@ def work(job: Job) -> None:
     rig = None
     if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
         rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
-    traces = read_record(job.arguments.record, wanted.radius_m)
+    traces = read_records(job.arguments.record, wanted.radius_m)
     with job.usage.core():
         slid = sliding(traces, rig)
         around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
@@ -71,8 +79,49 @@ def work(job: Job) -> None:
             "which is taken"
         )
     job.usage.count(samples=slid.samples.friction.size)
-    variables = record_table.of_fit(found, slid, beta_shapes(found))
-    store.write(job.arguments.output, variables | _drawn(job.scene.seed, found, slid), job.key)
+    variables = record_table.of_fit(found, slid, beta_shapes(found)) | _drawn(job.scene.seed, found, slid)
+    if has_surface(job.key.configuration):
+        try:
+            by_law = of_surface(job.scene, float(np.mean(found.mean)), variables["lag"].values)
+        except IllPosedError as error:
+            job.usage.warn(f"the surface has no scatter by law to compare with the record: {error}")
+        else:
+            job.usage.warn(is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0]))
+            variables |= by_law
+    store.write(job.arguments.output, variables, job.key)
+
+
+def has_surface(configuration: dict[str, Any]) -> bool:
+    """Whether a scene also has a Gaussian surface, a material and a window, whose friction has a law of scatter."""
+    return all(get(configuration, key) is not None for key in OF_SURFACE)
+
+
+def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store.Variable]:
+    """Friction of a window of the surface by the law of scatter: standard deviation and autocovariance at lags.
+
+    The record is that of one window, under its part of the normal force.
+    """
+    window = scene.strip.window_m, scene.strip.width_m
+    pressure = scene.oscillator.normal_force_n / (scene.oscillator.windows_in_parallel * window[0] * window[1])
+    law = gaussian_model(scene).covariance, elastic.material(scene).plane_strain_modulus_pa, pressure, window
+    deviation = mean * scatter_of_friction(*law)
+    covariance = deviation**2 * autocorrelation_of_friction(*law, lags_m)
+    return {
+        "surface_std": store.Variable((), deviation, "1", "standard deviation of friction by the law of scatter"),
+        "surface_covariance": store.Variable(("lag",), covariance, "1", "autocovariance of friction by that law"),
+    }
+
+
+def is_roughness_the_cause(by_law: float, low: float, high: float) -> str:
+    """A sentence on the scatter by law, right to LAW_ERROR, and the 95 % interval of that of the record."""
+    shown = f"the surface makes friction scatter by {by_law:.2g}, and the record has {low:.2g} to {high:.2g}"
+    if by_law * (1.0 + LAW_ERROR) < low:
+        return (
+            f"{shown}: roughness is {(by_law / (0.5 * (low + high))) ** 2:.0%} of the variance, and not the main cause"
+        )
+    if by_law * (1.0 - LAW_ERROR) > high:
+        return f"{shown}: the surface or its pad and load are not those of the record"
+    return f"{shown}: roughness can be the cause; compare the lengths over which both are correlated"
 
 
 def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:

@@ -1,10 +1,10 @@
 """The uncertain numbers of a scene by source, and its machine at other values of them.
 
-Sources are the friction curve, the friction process, the scan, the contact solves, and each number of the oscillator
-and the load. Contact solves carry the standard errors of scatter and correlation length that the friction statistics
-have. A scan under a load carries those of its height and length, which change the scatter as powers by the law of
-scatter (`friction.scatter_law`). A friction record carries the covariance of its curve, and that of the logarithms of
-its scatter and length.
+Sources are the friction curve, the friction process, the surface, the contact solves, and each number of the
+oscillator and the load. Contact solves carry the standard errors of scatter and correlation length that the friction
+statistics have. A surface under a load carries those of its height and length, of the scan or as the scene gives them.
+They change the scatter as powers by the law of scatter (`friction.scatter_law`). A friction record carries the
+covariance of its curve, and that of the logarithms of its scatter and length.
 """
 
 import math
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, InputError
 from roughslip.friction.pad import pad_edges
 from roughslip.friction.scatter_law import Covariance, scatter_of_friction
 from roughslip.oscillator.base_law import FrictionLaw
@@ -30,7 +30,7 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, mass_on_belt, variation
 from roughslip.stages.from_scene.surface_model import gaussian_model
 
-CURVE, PROCESS, SCAN, SOLVES = "friction curve", "friction process", "scan", "contact solves"
+CURVE, PROCESS, SCAN, SURFACE, SOLVES = "friction curve", "friction process", "scan", "surface", "contact solves"
 MEANS = ("friction.statistics.mean", "load.mean_friction", "friction.mean_at_median")  # a scene reads one of them
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
 STATIC, TABLE = "oscillator.static_friction", "oscillator.friction_table"
@@ -46,6 +46,7 @@ MACHINE = {
 }
 OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
 OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
+OF_SURFACE = {"scan.height": "roughness.rms_height_m", "scan.length": "roughness.correlation_length_m"}
 RECORDED_CURVE, RECORDED_SCATTER = "recorded curve", "recorded scatter"
 STEP = 0.05  # relative, of the height and length by which the powers of the law of scatter are found
 
@@ -68,7 +69,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
     solved = scene.friction.statistics is None
     multiplies = scene.friction.scatter == "multiplicative"
     recorded = () if statistics is None else sources_of_record(store.read(statistics), scene.friction.scatter)
-    of_scan, powers = _of_scan(scene, scan) if solved and scan is not None and scene.load is not None else ({}, {})
+    of_surface, powers = _of_surface(scene, scan) if solved and not recorded and scene.load is not None else ({}, {})
 
     def machine(values: Mapping[str, float]) -> Machine:
         def factor(key: str) -> float:
@@ -87,7 +88,8 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
             process.autocorrelation,
         )
 
-    inputs = _of_scene(scene) | {SCAN: of_scan, SOLVES: {} if recorded else _of_solves(scene, statistics)}
+    inputs = _of_scene(scene) | {SURFACE if scan is None else SCAN: of_surface}
+    inputs[SOLVES] = {} if recorded else _of_solves(scene, statistics)
     sources = (Source.independent(name, of) for name, of in inputs.items() if of)
     return UncertainInputs((*recorded, *sources), machine)
 
@@ -96,8 +98,10 @@ def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
     """Curve and scatter of a friction record; none where friction is of another kind. kind : of its scatter"""
     if "record_mean" not in friction:
         return ()
-    points = {f"record.curve.{point}": float(value) for point, value in enumerate(friction["curve"])}
-    curve = Source(RECORDED_CURVE, points, friction["curve_factor"] @ friction["curve_factor"].T)
+    values = np.append(friction["curve_at_rest"], friction["curve"])
+    points = {f"record.curve.{point}": float(value) for point, value in enumerate(values)}
+    factor = np.vstack([friction["curve_factor_at_rest"], friction["curve_factor"]])
+    curve = Source(RECORDED_CURVE, points, factor @ factor.T)
     covariance = np.expm1(friction[f"{kind}_log_covariance"])  # of factors of mean 1
     if not np.isfinite(covariance).all():
         return (curve,)
@@ -105,11 +109,11 @@ def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
 
 
 def law_of_record(own: FrictionLaw, values: Mapping[str, float]) -> FrictionLaw:
-    """The table of a record, whose first point also holds at rest, at other points; stick holds no less than these."""
+    """The table of a record at other points, the first of them at rest; of limits as `mass_on_belt.of_record`."""
     assert isinstance(own, TableLaw)
-    points = tuple(values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values[1:]))
-    static = max(values.get(STATIC, own.static), points[0])
-    return replace(own, values=(points[0], *points), static=static)
+    points = [values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values)]
+    static = max(values.get(STATIC, own.static), points[1])
+    return replace(own, values=(min(points[0], static), *points[1:]), static=static)
 
 
 def powers_of_scatter(
@@ -136,29 +140,38 @@ def powers_of_scatter(
 
 def value_of(scene: Scene, key: str) -> float:
     """The number that a scene gives under a dotted key."""
-    found: Any = scene
+    value: Any = scene
     for part in key.split("."):
-        found = found[int(part)] if part.isdigit() else getattr(found, part)
-    return float(found)
+        value = value[int(part)] if part.isdigit() else getattr(value, part)
+    return float(value)
 
 
 def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
     """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
     inputs: dict[str, dict[str, tuple[float, float]]] = {CURVE: {}, PROCESS: {}}
     for key, uncertainty in scene.standard_uncertainties:
+        if key in OF_SURFACE.values():
+            continue
         is_curve = key in OF_CURVE or key.startswith(f"{TABLE}.")
         name = CURVE if is_curve else PROCESS if key in (SCATTER, LENGTH) else MACHINE[key]
         inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
     return inputs
 
 
-def _of_scan(scene: Scene, scan: Path) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
-    """Relative errors of height and length of the scan, and the powers by which they change the scatter."""
+def _of_surface(scene: Scene, scan: Path | None) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """Relative errors of height and length of the surface, and the powers by which they change the scatter."""
+    given = dict(scene.standard_uncertainties)
+    of_scene = {name: (1.0, given[key] / value_of(scene, key)) for name, key in OF_SURFACE.items() if key in given}
+    if scan is None and not of_scene:
+        return {}, {}
     strip, modulus = scene.strip, elastic.material(scene).plane_strain_modulus_pa
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, scene.load.pad_length_m)
     covariance = gaussian_model(scene, scan).covariance
     powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)
-    return (_relative_errors(store.read(scan), OF_SCAN, float) if powers else {}), powers
+    if scan is None and not powers:
+        raise InputError("roughness: heights whose slope has no limit take no standard uncertainty: give numbers alone")
+    found = of_scene if scan is None else _relative_errors(store.read(scan), OF_SCAN, float)
+    return (found if powers else {}), powers
 
 
 def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, float]]:
@@ -175,13 +188,13 @@ def _relative_errors(
     result: store.Result, columns: Mapping[str, str], number: Callable[[np.ndarray], float]
 ) -> dict[str, tuple[float, float]]:
     """Value 1 and relative standard error by name, from 95 % intervals of columns; without those that have none."""
-    found = {}
+    errors = {}
     for name, column in columns.items():
         value, low, high = (number(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
         error = (high - low) / (2.0 * NORMAL_95 * value)
         if math.isfinite(error) and error > 0.0:
-            found[name] = 1.0, error
-    return found
+            errors[name] = 1.0, error
+    return errors
 
 
 def _oscillator(scene: Scene, own: Oscillator, values: Mapping[str, float]) -> Oscillator:
@@ -209,6 +222,6 @@ def _law(scene: Scene, mean: float, values: Mapping[str, float]) -> FrictionLaw:
             static = rows[0][1] if f"{TABLE}.0.1" in values else static
             rows[0] = rows[0][0], static
         changes["friction_table"] = tuple(rows)
-    least = mean if section.friction_table is None else changes["friction_table"][0][1]
-    changes["static_friction"] = max(static, least)
+    minimum = mean if section.friction_table is None else changes["friction_table"][0][1]
+    changes["static_friction"] = max(static, minimum)
     return LAWS[section.law].from_scene(SimpleNamespace(**{**vars(section), **changes}), mean)

@@ -28,6 +28,8 @@ def of_fit(found: RecordFit, slid: Sliding, beta_shapes: tuple[float, float]) ->
         "curve_factor": Variable(
             ("curve_speed", "draw"), curve.factor, "1", "F, with F F' the covariance of the curve"
         ),
+        "curve_at_rest": Variable((), curve.at_rest, "1", "mean friction coefficient of the curve towards rest"),
+        "curve_factor_at_rest": Variable(("draw",), curve.factor_at_rest, "1", "the row of F at rest"),
         "misfit": Variable((), curve.misfit, "1", "p-value that Stribeck's law fits"),
         "ratio": Variable((), found.ratio, "1", "log likelihood of multiplicative scatter over additive"),
         "beta_shapes": Variable(("shape_of_beta",), np.array(beta_shapes), "1", "shapes of the Beta distribution"),

@@ -67,6 +67,16 @@ def test_equal_rolloffs_are_the_model_of_one_length():
     assert nearly.axis_lengths_m == pytest.approx(same.axis_lengths_m, rel=1e-8)
 
 
+def test_many_lags_have_the_covariance_of_few(monkeypatch):
+    """Interpolated along the rays, some rays at a time: to 1e-10 of the variance, also next to zero."""
+    covariance = self_affine(1.5, 0.8, **LENGTHS, lay_rad=0.4, isotropic_cutoff=True)
+    x, y = np.random.default_rng(1).uniform(-20.0, 20.0, (2, 2000))
+    x[:3], y[:3] = (0.0, 1e-6, -1e-3), 0.0
+    monkeypatch.setattr("roughslip.surface.isotropic_cutoff.MOST_NODES", 2**14)
+    few = np.concatenate([covariance(x[k : k + 100], y[k : k + 100]) for k in range(0, 2000, 100)])
+    np.testing.assert_allclose(covariance(x, y), few, rtol=0, atol=1e-10 * 1.5**2)
+
+
 def test_lengths_along_the_axes_turn_with_the_lay():
     """Their ratio is below that of the roll-offs, 4, since the shortest waves have no lay."""
     for lay, order in ((0.0, 1), (np.pi / 2, -1)):

@@ -17,12 +17,16 @@ from functools import cached_property
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.surface import self_affine_transform
+from roughslip.compilation.cache import compiled
+from roughslip.surface import self_affine_transform as transform
 from roughslip.surface.covariance import direction
 from roughslip.validation import gate
 
 DECAY = 18.0  # half of the decades, as powers of e, by which angular harmonics fall: 2e-16
 BLOCK = 64  # lags in memory with their rays
+PER_WAVE = 48  # nodes of a table in the shortest wave
+STENCIL = 8  # nodes of an interpolation: (2 pi / 48)^8 / 900 is 1e-10
+MOST_NODES = 2**21  # of the tables in memory
 
 
 @gate
@@ -77,12 +81,15 @@ class IsotropicCutoff:
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
         """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart.
 
-        Some 0.2 us for each lag and ray; rays are half as many as the longest lag has cut-off radians, and some dozens.
+        Rays are half as many as the longest lag has cut-off radians, and some dozens. Where lags are more than the
+        nodes of a table along a ray, values between nodes are interpolated: 1e-10 of Sq^2, at 15 ns for lag and ray.
         """
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         lag, azimuth = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel() - self.lay_rad
         correlation, order = np.empty(lag.shape), np.argsort(lag)
-        for start in range(0, lag.size, BLOCK):
+        if lag.size > (longest := self._nodes(lag.max(initial=0.0))):
+            correlation = self._interpolated(lag, azimuth, longest)
+        for start in range(0, lag.size if lag.size <= longest else 0, BLOCK):
             part = order[start : start + BLOCK]
             correlation[part] = self._correlation(lag[part], azimuth[part])
         return self.rms_height_m**2 * correlation.reshape(x.shape)
@@ -121,18 +128,36 @@ class IsotropicCutoff:
         """Mean over rays of q_r^(2 + power) int t^(1 + power) S dt : [(rad/m)^(2 + power)]."""
         rays = self._rays(0.0)
         rolloff = self._along(np.arange(rays) * math.pi / rays)
-        parts = self_affine_transform.moment(power, self.hurst, self._end / rolloff)
+        parts = transform.moment(power, self.hurst, self._end / rolloff)
         return float(np.mean(rolloff ** (2 + power) * parts))
+
+    def _nodes(self, lag: float) -> int:
+        """Nodes of a table up to a lag and a stencil beyond."""
+        return math.ceil(lag / self.cutoff_wavelength_m * PER_WAVE) + STENCIL
+
+    def _fan(self, lag: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of the rays for lags up to one: angles from the lay, q_r, B, and their weights in C / Sq^2."""
+        theta = np.arange(rays := self._rays(lag)) * math.pi / rays
+        rolloff = self._along(theta)
+        bandwidth = self._end / rolloff
+        return theta, rolloff, bandwidth, rolloff**2 / (rolloff**2 @ transform.moment(0, self.hurst, bandwidth))
 
     def _correlation(self, lag: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
         """C / Sq^2 : (n,) [-] at lags (n,) [m] and angles (n,) from the lay."""
-        rays = self._rays(lag.max())
-        theta = np.arange(rays) * math.pi / rays
-        rolloff = self._along(theta)
-        bandwidth, weight = self._end / rolloff, rolloff**2
+        theta, rolloff, bandwidth, weight = self._fan(lag.max())
         s = np.abs(lag[:, None] * np.cos(theta - azimuth[:, None])) * rolloff
-        mass = weight @ self_affine_transform.moment(0, self.hurst, bandwidth)
-        return np.asarray(self_affine_transform.ray(s, self.hurst, bandwidth) @ weight / mass)
+        return np.asarray(transform.ray(s, self.hurst, bandwidth) @ weight)
+
+    def _interpolated(self, lag: np.ndarray, azimuth: np.ndarray, nodes: int) -> np.ndarray:
+        """The same from tables along the rays, some rays at a time."""
+        step, total = self.cutoff_wavelength_m / PER_WAVE, np.zeros(lag.shape)
+        places, fan = step * np.abs(np.arange(1 - STENCIL // 2, nodes)), self._fan(lag.max())
+        for start in range(0, fan[0].size, some := max(1, MOST_NODES // nodes)):
+            theta, rolloff, bandwidth, weight = (one[start : start + some] for one in fan)
+            s = places * rolloff[:, None]
+            table = weight[:, None] * transform.ray(s, self.hurst, bandwidth[:, None])
+            add_rays(total, lag / step, azimuth, theta, table)
+        return total
 
     def _length(self, azimuth: float) -> float:
         """[m] at an angle from the lay, where the correlation first is 1/e: at u = 3.5 it is below, as with a lay."""
@@ -143,3 +168,34 @@ class IsotropicCutoff:
             return float(self._correlation(np.array([lag]), np.array([azimuth]))[0]) - math.exp(-1)
 
         return float(scipy.optimize.brentq(excess, 0.0, far, xtol=1e-13 * far))
+
+
+@compiled()
+def add_rays(total: np.ndarray, lag: np.ndarray, azimuth: np.ndarray, theta: np.ndarray, table: np.ndarray) -> None:
+    """Add to each lag [steps] what the rays have at its projections, by Lagrange's polynomial through STENCIL nodes.
+
+    table : (rays, nodes) of even functions, from STENCIL / 2 - 1 steps below zero on
+    """
+    cos, sin = np.cos(theta), np.sin(theta)
+    scale = np.empty(STENCIL)
+    for m in range(STENCIL):
+        scale[m] = 1.0
+        for other in range(STENCIL):
+            if other != m:
+                scale[m] /= m - other
+    below = np.empty(STENCIL)
+    for k in range(lag.size):
+        x, y, found = lag[k] * np.cos(azimuth[k]), lag[k] * np.sin(azimuth[k]), 0.0
+        for j in range(theta.size):
+            place = abs(x * cos[j] + y * sin[j])
+            first = int(place)
+            f = place - first + (STENCIL // 2 - 1)  # from the first node of the stencil on
+            product = 1.0
+            for m in range(STENCIL):
+                below[m] = product
+                product *= f - m
+            product = 1.0
+            for m in range(STENCIL - 1, -1, -1):
+                found += scale[m] * below[m] * product * table[j, first + m]
+                product *= f - m
+        total[k] += found

@@ -118,6 +118,7 @@ def test_friction_under_the_load_by_hand(run, folder):
     assert result["no_contact"] == pytest.approx(np.mean(empty), rel=1e-9)
     assert result["missing_share"] == pytest.approx(1.0 - np.concatenate(mu).size / np.size(empty), rel=1e-9)
     assert 0.0 < result["no_contact"] <= result["missing_share"] < 0.1
+    assert 0.0 <= result["no_contact_low"] < result["no_contact_high"] <= 1.0
     within = np.array(influence[:26])  # that do not reach around the period
     assert result["pad_std"][0] == pytest.approx(np.sqrt(np.mean(within**2)), rel=1e-9)
     logs = np.log(WINDOWS), np.log(result["pad_std"])

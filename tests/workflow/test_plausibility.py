@@ -38,6 +38,8 @@ def table(static: float) -> dict:
     return {"law": "table", "friction_table": table, "static_friction": static}
 
 
+SELF_AFFINE = {"covariance": "self_affine", "hurst": 0.5, "correlation_length_m": 1.37e-5}
+
 # The values on either side of a threshold, the plausible one first, and what the warning says.
 SIDES = {
     "slope": ({"roughness": rms(0.499)}, {"roughness": rms(0.501)}, "rms slope 0.501 between neighbouring nodes"),
@@ -65,6 +67,11 @@ SIDES = {
         {"square": {"edge_m": LENGTH / 4 * 64}},
         {"square": {"edge_m": LENGTH / 4 * 64 * 1.01}},
         "square.edge_m / square.nodes = 3.58e-06 m above a quarter of the correlation length 1.42e-05 m",
+    ),
+    "shortest wave": (  # of 60 µm over 11, and over 14
+        {"targets": ["figure3"], "roughness": SELF_AFFINE | {"bandwidth": 11}},
+        {"targets": ["figure3"], "roughness": SELF_AFFINE | {"bandwidth": 14}},
+        "cells of 1.25e-06 m above a quarter of the shortest wave 4.",
     ),
     "window": (
         {"roughness": {"correlation_length_m": 6.0e-5}},

@@ -6,7 +6,7 @@ Whole cells are resampled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -129,4 +129,7 @@ def under_load(found: Estimates, mean: float, pressure_pa: float, cells: int) ->
 
 def _estimates(rows: dict[str, np.ndarray], cells: int) -> Estimates:
     kinds = {name: "std" if name.endswith("std") else "mean" for name in rows}
-    return {name: estimate_of(kinds[name], values, cells) for name, values in rows.items()}
+    found = {name: estimate_of(kinds[name], values, cells) for name, values in rows.items()}
+    if share := found.get("no_contact"):  # the margin of few cells may leave [0, 1]
+        found["no_contact"] = replace(share, low=np.maximum(share.low, 0.0), high=np.minimum(share.high, 1.0))
+    return found

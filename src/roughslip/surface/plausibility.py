@@ -163,6 +163,12 @@ def warnings(
             f"not resolved. Take at most {shortest / CELLS:.3g} m, unless heights are to be independent from node to "
             "node"
         )
+    waves, coarsest = min(getattr(covariance, "cutoff_wavelengths_m", (math.inf,))), max(cells_m.values())
+    if CELLS * coarsest > waves * (1 + ROUNDING):
+        yield (
+            f"cells of {coarsest:.3g} m above a quarter of the shortest wave {waves:.3g} m (roughness.bandwidth): "
+            f"slope and real area are those of the mesh. Take cells of at most {waves / CELLS:.3g} m, or less bandwidth"
+        )
     if window_m is not None and along * LENGTHS > window_m * (1 + ROUNDING):
         yield (
             f"correlation length {along:.3g} m along the belt ({key}) above a tenth of strip.window_m = {window_m:.3g} "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -92,7 +91,7 @@ def work(job: Job) -> None:
     store.write(job.arguments.output, variables, job.key)
 
 
-def has_surface(configuration: Mapping[str, Any]) -> bool:
+def has_surface(configuration: dict[str, Any]) -> bool:
     """Whether a scene also has a Gaussian surface, a material and a window, whose friction has a law of scatter."""
     return all(get(configuration, key) is not None for key in OF_SURFACE)
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from roughslip import IllPosedError
-from roughslip.record.fit import fit_record
+from roughslip.record.fit import _tilted, fit_record
 from roughslip.record.likelihood import Samples
+from roughslip.record.result import FrictionCurve
 from roughslip.record.synthetic import scatter_at, through_instrument
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
@@ -166,3 +167,11 @@ def test_drawn_curves_scatter_as_the_interval_says():
     drawn = np.array([curve.draw(generator) for _ in range(2000)])
     low, high = curve.interval()
     assert np.std(drawn, axis=0) == pytest.approx((high - low) / (2 * 1.96), rel=0.1)  # six errors of 1 / sqrt(4000)
+
+
+def test_slips_tilt_the_curve_by_a_fifth_of_the_scatter():
+    """0.2 of 0.02 at either end, with opposite signs, and at rest as at the slow end."""
+    curve = FrictionCurve("spline", np.geomspace(0.1, 1.0, 3), np.full(3, 0.3), np.zeros((3, 1)), 0.5, 0.3, np.zeros(1))
+    tilted = _tilted(curve, 0.02)
+    assert tilted.factor[:, 1] == pytest.approx([0.004, 0.0, -0.004])
+    assert tilted.factor_at_rest[1] == pytest.approx(0.004)

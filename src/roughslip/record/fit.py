@@ -27,6 +27,7 @@ HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
 LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
 OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
+SLIP_TILT = 0.2  # of the deviation of the scatter
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
 
 
@@ -68,12 +69,16 @@ class RecordFit:
 
 
 def fit_record(
-    samples: Samples, circumference_m: float | None = None, time_constant_s: float | None = None
+    samples: Samples,
+    circumference_m: float | None = None,
+    time_constant_s: float | None = None,
+    from_slips: bool = False,
 ) -> RecordFit:
     """Fit curve and scatter of all records together.
 
     circumference_m : [m] of the track; not given, a period is searched
     time_constant_s : [s] of the instrument; not given, it is fitted
+    from_slips : whether samples are of slips between sticks, whose speed follows from the friction that they met
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
@@ -121,6 +126,8 @@ def fit_record(
         np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN)
     )  # variances averaged over the scatter's errors
     curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
+    if from_slips:
+        curve = _tilted(curve, chosen.deviation)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if total / chosen.length < FEWEST_LENGTHS:
@@ -144,6 +151,17 @@ def fit_record(
         explained,
         tuple(notes),
     )
+
+
+def _tilted(curve: FrictionCurve, deviation: float) -> FrictionCurve:
+    """The curve with the error of friction in slips: SLIP_TILT of the scatter up at the slow end, and down at the fast.
+
+    Least squares takes speeds for given, and in slips they follow from friction. Synthetic records gave its size.
+    """
+    places = np.log(curve.speeds_m_per_s)
+    tilt = SLIP_TILT * deviation * (1.0 - 2.0 * (places - places[0]) / np.ptp(places))
+    factor = np.column_stack([curve.factor, tilt])
+    return replace(curve, factor=factor, factor_at_rest=np.append(curve.factor_at_rest, tilt[0]))
 
 
 def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:

@@ -97,8 +97,7 @@ def fit_record(
     known = {"drift": drift, "ramps": ramps}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
-    ones = np.ones(n)
-    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, ones)
+    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
@@ -109,31 +108,18 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
-    simple = {
-        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, fit)
-        for name, weight in (("additive", ones), ("multiplicative", relative))
-    }
-    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
-    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
-    kind = "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+    simple, ratio, kind = _kinds(samples, columns, time_constant_s, mean, fit)
     fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     others = columns[:, spline.shape[1] :]
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: chosen.whiten(samples, one))
-    wider = float(
-        np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN)
-    )  # variances averaged over the scatter's errors
-    curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
-    if from_slips:
-        curve = _tilted(curve, chosen.deviation)
+    curve = _curve(samples, others, chosen, from_slips)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
-    if total / chosen.length < FEWEST_LENGTHS:
+    if (lengths := total / chosen.length) < FEWEST_LENGTHS:
         notes.append(
-            f"the record holds {total / chosen.length:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it "
-            "cannot tell the scatter"
+            f"the record holds {lengths:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it cannot tell "
+            "the scatter"
         )
     return RecordFit(
         curve,
@@ -151,6 +137,28 @@ def fit_record(
         explained,
         tuple(notes),
     )
+
+
+def _kinds(
+    samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
+) -> tuple[dict[str, ProcessFit], float, str]:
+    """Exponential scatter of either kind, the log likelihood of the multiplicative one over the other, and the kind."""
+    relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
+    simple = {
+        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
+        for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
+    }
+    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
+    told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
+    return simple, ratio, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+
+
+def _curve(samples: Samples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
+    """The curve about which the fitted scatter is, with errors averaged over those of the scatter."""
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: fit.whiten(samples, one))
+    wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
+    curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
+    return _tilted(curve, fit.deviation) if from_slips else curve
 
 
 def _tilted(curve: FrictionCurve, deviation: float) -> FrictionCurve:

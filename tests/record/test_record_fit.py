@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from roughslip import IllPosedError
-from roughslip.record.fit import fit_record
+from roughslip.record.fit import _tilted, fit_record
 from roughslip.record.likelihood import Samples
+from roughslip.record.result import FrictionCurve
 from roughslip.record.synthetic import scatter_at, through_instrument
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
@@ -25,11 +26,11 @@ def hump(share):
 
 
 def record(
-    seed, lengths=80.0, law=stribeck, multiplicative=False, drift=0.02, wobble=0.01, lag=0.0, noise=0.01, span=3.0
+    seed, lengths=80.0, law=stribeck, multiplicative=False, drift=0.02, wobble=0.01, lag=0.0, noise=0.01, span=3.0, n=N
 ):
-    """Two ramps down and up, over so many e-foldings. lag : [s] by which friction follows speed"""
-    generator, dt = np.random.default_rng([seed, 3]), SECONDS / N
-    time = (np.arange(N) + 1) * dt
+    """Two ramps down and up, over so many e-foldings. lag : [s] by which friction follows speed; n : samples"""
+    generator, dt = np.random.default_rng([seed, 3]), SECONDS / n
+    time = (np.arange(n) + 1) * dt
     share = np.exp(span * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
     speed = share * lengths * LENGTH / np.sum(share * dt)
     slipped = np.cumsum(speed * dt)
@@ -37,10 +38,10 @@ def record(
     path = scatter_at("exponential", LENGTH, (), slipped, generator)
     friction = mean * (1.0 + path * DEVIATION / np.mean(mean)) if multiplicative else mean + DEVIATION * path
     friction += drift * (time / SECONDS - 0.5) + wobble * np.cos(2 * np.pi * slipped / around(lengths))
-    friction = through_instrument(friction, np.full(N, np.exp(-1.0))) + noise * generator.standard_normal(N)
+    friction = through_instrument(friction, np.full(n, np.exp(-1.0))) + noise * generator.standard_normal(n)
     step = speed * dt
     step[0] = -1.0
-    return Samples(friction, speed, step, np.full(N, dt), np.gradient(speed, dt))
+    return Samples(friction, speed, step, np.full(n, dt), np.gradient(speed, dt))
 
 
 def around(lengths):
@@ -51,7 +52,7 @@ def around(lengths):
 @functools.cache
 def fitted(seed, lengths=80.0, law=stribeck, **others):
     samples = record(seed, lengths, law, **dict(others))
-    return fit_record(samples, around(lengths)), samples
+    return fit_record(samples, around(lengths), None if samples.friction.size == N else samples.seconds[0]), samples
 
 
 def covered(seeds, lengths=80.0, **others):
@@ -65,6 +66,14 @@ def covered(seeds, lengths=80.0, **others):
         inside = (scatter[:, 0] < [DEVIATION, LENGTH]) & (scatter[:, 1] > [DEVIATION, LENGTH])
         rows.append([np.mean((low < truth) & (truth < high)), *inside])
     return np.mean(rows, axis=0)
+
+
+@pytest.mark.parametrize("first", [200, 205, 210, 215])
+def test_intervals_of_small_records_hold_the_truth(first):
+    """300 samples of 50 lengths, with the low-pass known: of five, two or more miss with a probability of 2 %."""
+    curve, deviation, length = covered(range(first, first + 5), 50.0, n=300)
+    assert min(deviation, length) >= 0.8
+    assert curve > 0.75
 
 
 @pytest.mark.slow
@@ -158,3 +167,11 @@ def test_drawn_curves_scatter_as_the_interval_says():
     drawn = np.array([curve.draw(generator) for _ in range(2000)])
     low, high = curve.interval()
     assert np.std(drawn, axis=0) == pytest.approx((high - low) / (2 * 1.96), rel=0.1)  # six errors of 1 / sqrt(4000)
+
+
+def test_slips_tilt_the_curve_by_a_fifth_of_the_scatter():
+    """0.2 of 0.02 at either end, with opposite signs, and at rest as at the slow end."""
+    curve = FrictionCurve("spline", np.geomspace(0.1, 1.0, 3), np.full(3, 0.3), np.zeros((3, 1)), 0.5, 0.3, np.zeros(1))
+    tilted = _tilted(curve, 0.02)
+    assert tilted.factor[:, 1] == pytest.approx([0.004, 0.0, -0.004])
+    assert tilted.factor_at_rest[1] == pytest.approx(0.004)

@@ -43,6 +43,7 @@ def test_slips_show_the_curve_that_stick_slip_hides():
     assert samples.speed.max() > 0.08  # nearly twice the belt's
     assert np.sqrt(np.mean((samples.friction - mu(samples.speed)) ** 2)) < 0.01
     assert found.notes == ()
+    assert found.from_slips
 
 
 def test_without_the_rig_slips_are_left_out_and_a_note_says_so():
@@ -81,7 +82,7 @@ def test_the_shipped_record_is_what_its_script_makes_and_holds_its_truth():
     assert shipped.friction == pytest.approx(again[:, 2] / again[:, 3], abs=1e-4)  # of three digits of a newton
     assert shipped.speed == pytest.approx(again[:, 1], abs=1e-5)
     samples = sliding([shipped], Rig(made["MASS"], made["STIFFNESS"], made["DAMPING"])).samples
-    found = fit_record(samples, 2.0 * np.pi * made["RADIUS"])
+    found = fit_record(samples, 2.0 * np.pi * made["RADIUS"], from_slips=True)
     low, high = found.curve.interval()
     away = np.abs(found.curve.friction - made["mu"](found.curve.speeds_m_per_s)) / (high - low)
     assert np.max(away) < 1.0

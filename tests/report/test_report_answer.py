@@ -257,8 +257,8 @@ def machine_scene(answer=MACHINE, **changes):
 
 
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
-    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": ["trace.csv"]}}}
-    assert friction_curve(of_record) == "The curve is that of the record trace.csv."
+    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": ["up.csv", "down.csv"]}}}
+    assert friction_curve(of_record) == "The curve is that of the records up.csv, down.csv."
 
 
 def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():

@@ -14,7 +14,7 @@ from roughslip.figures.figure_budget import figure_budget
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
 from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.report.budget import next_to_measure
+from roughslip.report.budget import next_to_measure, rates_in_words
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
 from roughslip.stages.from_scene.surface_model import OPTIONS
@@ -174,3 +174,11 @@ def test_the_sentence_names_what_takes_away_most():
     assert sure.startswith("That is sure enough. Measure the friction curve next: known exactly, it takes away 70 % of")
     nothing = made | {"outcome": {}, "probability": {"mean": 0.6}}
     assert next_to_measure(nothing) == "No number that the scene gives with an uncertainty matters here."
+
+
+def test_rates_are_put_in_words():
+    rates = {"death": {"mean": 0.0, "interval": (0.0, 0.0)}, "birth": {"mean": 2.87, "interval": (2.1, 3.3)}}
+    assert rates_in_words(rates).endswith(
+        "stick-slip ends practically never and begins 2.9 times (2.1 to 3.3) a second of sliding."
+    )
+    assert "not computed" in rates_in_words({})

@@ -27,6 +27,7 @@ HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
 LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
 OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
+SLIP_TILT = 0.2  # of the deviation of the scatter
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
 
 
@@ -68,12 +69,16 @@ class RecordFit:
 
 
 def fit_record(
-    samples: Samples, circumference_m: float | None = None, time_constant_s: float | None = None
+    samples: Samples,
+    circumference_m: float | None = None,
+    time_constant_s: float | None = None,
+    from_slips: bool = False,
 ) -> RecordFit:
     """Fit curve and scatter of all records together.
 
     circumference_m : [m] of the track; not given, a period is searched
     time_constant_s : [s] of the instrument; not given, it is fitted
+    from_slips : whether samples are of slips between sticks, whose speed follows from the friction that they met
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
@@ -103,19 +108,18 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    simple, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
+    simple, ratio, kind = _kinds(samples, columns, time_constant_s, mean, fit)
     fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     others = columns[:, spline.shape[1] :]
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: chosen.whiten(samples, columns))
-    curve = _widened(curve, chosen)
+    curve = _curve(samples, others, chosen, from_slips)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
-    if total / chosen.length < FEWEST_LENGTHS:
+    if (lengths := total / chosen.length) < FEWEST_LENGTHS:
         notes.append(
-            f"the record holds {total / chosen.length:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it "
-            "cannot tell the scatter"
+            f"the record holds {lengths:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it cannot tell "
+            "the scatter"
         )
     return RecordFit(
         curve,
@@ -135,24 +139,37 @@ def fit_record(
     )
 
 
-def _additive_or_multiplicative(
+def _kinds(
     samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
-) -> tuple[dict[str, ProcessFit], str, float]:
-    """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
+) -> tuple[dict[str, ProcessFit], float, str]:
+    """Exponential scatter of either kind, the log likelihood of the multiplicative one over the other, and the kind."""
     relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
-    fits = {
+    simple = {
         name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
         for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
     }
-    ratio = fits["multiplicative"].log_likelihood - fits["additive"].log_likelihood
+    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
     told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
-    return fits, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive", ratio
+    return simple, ratio, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
 
 
-def _widened(curve: FrictionCurve, chosen: ProcessFit) -> FrictionCurve:
-    """The curve with variances that are averaged over the errors of the scatter."""
-    wider = float(np.exp(0.25 * OF_MEAN @ chosen.log_covariance @ OF_MEAN))
-    return replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
+def _curve(samples: Samples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
+    """The curve about which the fitted scatter is, with errors averaged over those of the scatter."""
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: fit.whiten(samples, one))
+    wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
+    curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
+    return _tilted(curve, fit.deviation) if from_slips else curve
+
+
+def _tilted(curve: FrictionCurve, deviation: float) -> FrictionCurve:
+    """The curve with the error of friction in slips: SLIP_TILT of the scatter up at the slow end, and down at the fast.
+
+    Least squares takes speeds for given, and in slips they follow from friction. Synthetic records gave its size.
+    """
+    places = np.log(curve.speeds_m_per_s)
+    tilt = SLIP_TILT * deviation * (1.0 - 2.0 * (places - places[0]) / np.ptp(places))
+    factor = np.column_stack([curve.factor, tilt])
+    return replace(curve, factor=factor, factor_at_rest=np.append(curve.factor_at_rest, tilt[0]))
 
 
 def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:

@@ -49,6 +49,7 @@ class Sliding:
     stick : of each trace (n,) whether it is in stick; without a rig, in stick-slip
     friction, speed : of each trace (n,) [-], [m/s] of sliding
     notes : what is left out and why
+    from_slips : whether samples are of slips between sticks
     """
 
     samples: Samples
@@ -57,6 +58,7 @@ class Sliding:
     friction: list[np.ndarray]
     speed: list[np.ndarray]
     notes: tuple[str, ...]
+    from_slips: bool
 
 
 def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
@@ -90,7 +92,9 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     columns = np.concatenate([piece for piece in pieces if len(piece)])
     sticks = [stick for _, _, stick in parts]
     samples = Samples(*columns.T)
-    return Sliding(samples, used, sticks, [one[0] for one in parts], [one[1] for one in parts], tuple(notes))
+    return Sliding(
+        samples, used, sticks, [one[0] for one in parts], [one[1] for one in parts], tuple(notes), bool(lost and rig)
+    )
 
 
 def _has_force(trace: Trace) -> bool:

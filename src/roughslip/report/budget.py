@@ -10,6 +10,7 @@ from roughslip.report.answer import SURE, amount, digits, ends, joined
 
 SURE_FROM = 0.95  # of the averaged probability, either way: more knowledge then changes the margin, not the verdict
 SCATTER = "scatter of friction"
+NEVER = 1e-12  # [1/s] of a rate: once in thirty thousand years
 LIMITS = {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
 
 
@@ -21,8 +22,8 @@ def summary(budget: Mapping[str, Any]) -> list[str]:
     for name, limit in budget["limits"].items():
         number = {**limit, "unit": budget["units"][name]}
         beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
-        shown = f"{amount(limit['value'], number['unit'])} ({ends(number, limit['value'], SURE)}{beyond})"
-        limits.append(f"{LIMITS[name]} = {shown}")
+        value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
+        limits.append(f"{LIMITS[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
     second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
     return [
         f"{first}averaged over what is uncertain.",
@@ -36,11 +37,12 @@ def rates_in_words(rates: Mapping[str, Any]) -> str:
     """How often stick-slip ends and begins."""
     if not rates:
         return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
-    words = {"death": "ends {} a second", "birth": "begins {} a second of sliding"}
+    words = {"death": ("ends", "a second"), "birth": ("begins", "a second of sliding")}
     shown = []
-    for name, form in words.items():
-        low, high = rates[name]["interval"]
-        shown.append(form.format(f"{rates[name]['mean']:.2g} times ({low:.2g} to {high:.2g})"))
+    for name, (verb, unit) in words.items():
+        mean, (low, high) = rates[name]["mean"], rates[name]["interval"]
+        often = f"{mean:.2g} times ({low:.2g} to {high:.2g}) {unit}" if mean > NEVER else "practically never"
+        shown.append(f"{verb} {often}")
     return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
 
 

@@ -197,7 +197,10 @@ def _load_mistakes(scene: Values) -> Iterator[Mistake]:
     if len(parts) == 2 and None not in sizes and 0.0 not in sizes:  # a zero is refused by its range
         area, window = complete(load)["apparent_area_m2"], sizes[0] * sizes[1]
         if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
-            minimum, maximum = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
+            minimum, maximum = (
+                f"{window:.3g} (one window)",
+                f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)",
+            )
             text = f"an apparent area of {area:.3g} [m^2] is not allowed; from {minimum} to {maximum}"
             yield Mistake(("load", "strip.window_m"), text)
         length, longest = load.get("pad_length_m"), area / sizes[1]

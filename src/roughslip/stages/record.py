@@ -67,7 +67,7 @@ def work(job: Job) -> None:
     with job.usage.core():
         slid = sliding(traces, rig)
         around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
-        found = fit_record(slid.samples, around, wanted.time_constant_s)
+        found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips)
     job.usage.warn(*found.notes, *slid.notes)
     asked = job.scene.friction.scatter
     if found.kind not in (asked, "cannot tell"):

@@ -1,7 +1,8 @@
 """The reference of the library: a page for each package and one for each function, written before the manual is read.
 
 A page of a package begins with its docstring, then tables by purpose. A page of a function has its docstring, a link
-to the source, and the shortest of `examples` on its subject that calls it: those run in the tests.
+to the source, and the shortest of `examples` on its subject that calls it, or its own lines in `snippets.md`. Tests
+run all of them.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 UP = "../../../examples"  # from a page
+SNIPPETS = re.compile(r"^## (\S+)\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# Packages whose other functions take a file, or draw: where the manual calls them.
+SHOWN = {"roughslip.record": "tribometer", "roughslip.plot": "chain"}
 FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
 _LISTED = sorted(file.parent.name for file in (EXAMPLES.parent / "src/roughslip").glob("*/__init__.pyi"))
 PACKAGES = (
@@ -95,12 +99,23 @@ def _function_page(package: str, name: str) -> str:
         text.append(f"```{{literalinclude}} {UP}/{first.name}\n:emphasize-lines: {marked}\n```\n")
         if more := ", ".join(_download(file) for file, _ in found[1:]):
             text.append(f"Also called in {more}.\n")
+    elif code := snippets().get(f"{package}.{name}"):
+        text.append(f"## Example\n\n```python\n{code}```\n")
+    elif package in SHOWN:
+        text.append(f"## Example\n\n[A tutorial](../../tutorials/{SHOWN[package]}.md) calls it, with what comes out.\n")
     text.append(f"All names: [{package}]({package}.md).\n")
     return "\n".join(text)
 
 
 def _download(file: Path) -> str:
     return f"{{download}}`{file.name} <{UP}/{file.name}>`"
+
+
+@cache
+def snippets() -> dict[str, str]:
+    """By public name, an example of a function that no script of `examples` calls."""
+    text = (EXAMPLES.parent / "docs/reference/snippets.md").read_text(encoding="utf-8")
+    return dict(SNIPPETS.findall(text))
 
 
 @cache

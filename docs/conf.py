@@ -27,7 +27,8 @@ import roughslip  # noqa: E402
 project, author, copyright, language = "roughslip", "", "", "en"
 version = release = roughslip.__version__
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode"]
-exclude_patterns = ["_build", "notebook"]  # measurements are for developers
+# Measurements are for developers; snippets stand on the pages of their functions.
+exclude_patterns = ["_build", "notebook", "reference/snippets.md"]
 html_theme, html_title = "furo", f"roughslip {version}"
 html_static_path, html_css_files = ["_static"], ["manual.css"]
 html_show_copyright = html_show_sphinx = html_copy_source = False

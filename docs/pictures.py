@@ -1,6 +1,6 @@
 """The style of the pictures in the manual: one panel a picture, side by side, or below each other on a phone.
 
-Notebooks start with `from pictures import panel`. Pictures are SVG: sharp at any size, on paper too.
+Other pages than tutorials start with `from pictures import panel`. Pictures are SVG: sharp at any size, on paper too.
 """
 
 import matplotlib as mpl

@@ -1,13 +1,18 @@
-"""A copy of the project in which a tiny scene is run once a session."""
+"""A copy of the project in which a tiny scene is run once a session; tests plan, edit and break copies of it."""
 
 from __future__ import annotations
 
 import fcntl
 import os
+import shutil
+import sys
+from collections import Counter
+from pathlib import Path
 
 import pytest
 
 from tests.workflow.project import Project, copy_project
+from workflow.study import earlier_runs
 
 
 @pytest.fixture(scope="session")
@@ -29,3 +34,50 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
             made.make("-j2", "tiny")
             made.folder.rename(project.folder)
     return project
+
+
+@pytest.fixture(scope="module")
+def shared(finished: Project, tmp_path_factory: pytest.TempPathFactory):
+    """A copy of the finished project for all tests of a file, which add scenes to it."""
+    copy = finished.copy(tmp_path_factory.mktemp("shared") / "copy", "tiny")
+    yield copy
+    shutil.rmtree(copy.folder)
+
+
+@pytest.fixture
+def project(finished: Project, tmp_path: Path):
+    """A copy of the finished project that a test may change."""
+    copy = finished.copy(tmp_path / "copy", "tiny")
+    yield copy
+    shutil.rmtree(copy.folder)
+
+
+@pytest.fixture
+def plan(monkeypatch):
+    """Jobs of each scene by rule that a dry run in a project announces: {scene: {rule: jobs}}."""
+    # Its import takes nearly a second, which no test without plans should wait for.
+    from snakemake.api import SnakemakeApi
+    from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, RerunTrigger, ResourceSettings
+
+    def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
+        held: list = []
+        monkeypatch.setattr(earlier_runs, "_held", held)
+        monkeypatch.setattr(sys, "argv", ["snakemake", "-n", *targets])
+        monkeypatch.setenv("PYTHONPATH", str(folder / "src"))
+        with SnakemakeApi(OutputSettings(quiet={Quietness.ALL}, dryrun=True)) as api:
+            workflow = api.workflow(
+                resource_settings=ResourceSettings(cores=1), snakefile=folder / "Snakefile", workdir=folder
+            )
+            triggers = frozenset({RerunTrigger.MTIME})  # as in the profile
+            workflow.dag(DAGSettings(targets=set(targets), rerun_triggers=triggers)).execute_workflow(executor="dryrun")
+            jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
+        for file in held:
+            file.close()
+        found: dict[str, Counter] = {}
+        for job in jobs:
+            if job.output:
+                scene = job.params.get("scene") or job.wildcards_dict.get("scene", "")
+                found.setdefault(scene, Counter()).update([job.rule.name])
+        return {scene: dict(rules) for scene, rules in found.items()}
+
+    return planned

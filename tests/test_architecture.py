@@ -1,6 +1,6 @@
 """Who may import whom, and how large a piece may be: read from the source, so that the design holds itself.
 
-Error texts name keys that a scene has, in one line.
+Error texts name keys that a scene has, in one line. Lock files agree with pyproject.toml and with each other.
 """
 
 import ast
@@ -8,8 +8,12 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
+import pytest
+
+import roughslip
 from roughslip.compilation.source_hash import absolute_imports
 from tests.scene.shipped import SCHEMA, properties
 
@@ -151,6 +155,11 @@ def test_what_is_imported_is_declared():
     assert {PACKAGES.get(name, name) for name in tops} - declared == set()
 
 
+@cache
+def nodes(file: Path) -> list[ast.AST]:
+    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+
+
 def test_pieces_stay_small_and_named_by_their_subject():
     functions = (ast.FunctionDef, ast.AsyncFunctionDef)
     wrong = []
@@ -158,7 +167,7 @@ def test_pieces_stay_small_and_named_by_their_subject():
         source = file.read_text(encoding="utf-8")
         if re.search(r"utils?|helpers?|misc", file.stem) or len(source.splitlines()) > MODULE_LINES:
             wrong.append(file.name)
-        for node in ast.walk(ast.parse(source)):
+        for node in nodes(file):
             if isinstance(node, functions) and node.end_lineno - node.lineno >= FUNCTION_LINES:
                 wrong.append(f"{file.name}: {node.name}")
     assert wrong == []
@@ -172,7 +181,7 @@ KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 def texts() -> Iterator[str]:
     """Every string of the sources, of an f-string what does not depend on values."""
     for source in MODULES.values():
-        for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"))):
+        for node in nodes(source):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 yield node.value
             elif isinstance(node, ast.JoinedStr):
@@ -185,3 +194,85 @@ NAMED = sorted({key for text in texts() for keys in ANNOUNCED.findall(text) for 
 def test_an_error_names_keys_that_a_scene_has():
     assert set(NAMED) <= KEYS
     assert {key.partition(".")[0] for key in NAMED} >= {"expansion", "oscillator", "roughness", "square", "strip"}
+
+
+RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow/rules").glob("*.smk"))]
+
+
+@pytest.mark.parametrize("file", RULES, ids=lambda file: file.name)
+def test_shell_lines_quote_every_path(file):
+    """`:q` on inputs, outputs and logs. Parameters are quoted where they are made; wildcards have patterns."""
+    text = file.read_text(encoding="utf-8")
+    assert [use for use in re.findall(r"\{((?:input|output|log)[^}]*)\}", text) if not use.endswith(":q")] == []
+    shells = "\n".join(re.findall(r"shell:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL))
+    assert shells.count("exec ") + shells.count("{params.command}") == text.count("shell:")
+    for use in re.findall(r"\{((?:wildcards)[^}]*)\}", shells):
+        assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last", "wildcards.stage")
+    made = [line for line in text.splitlines() if re.search(r'f"--\w+ \{', line)]
+    assert [line for line in made if "shlex.quote(" not in line] == []
+
+
+LOCKS = {path.name: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("requirements*.lock"))}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+EXTRAS = PROJECT["project"]["optional-dependencies"]
+
+
+def normal(name: str) -> str:
+    """The name of a package as registries compare it (PEP 503)."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def pins(name: str) -> dict[str, set[str]]:
+    """Package -> its requirement lines: version and marker. Every requirement must be an exact pin with hashes."""
+    found: dict[str, set[str]] = {}
+    for block in re.split(r"\n(?=\S)", LOCKS[name]):
+        if block.strip() and not block.startswith("#"):
+            package, pin = re.fullmatch(r"([\w.-]+)==([^\\]+?) \\", block.splitlines()[0]).groups()
+            assert "--hash=sha256:" in block, f"{package} in {name} has no hash"
+            found.setdefault(normal(package), set()).add(pin)
+    return found
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {normal(re.match(r"[\w.-]+", requirement).group()) for requirement in requirements}
+
+
+@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements.lock"}))
+def test_another_lock_holds_what_a_run_needs_alike(name):
+    """Else the tools for checks, or the public solvers, would change what computes."""
+    run, other = pins("requirements.lock"), pins(name)
+    shared = run.keys() & other.keys()
+    assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
+    assert name == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
+
+
+def test_a_cluster_takes_the_plug_in_alone_beside_the_run():
+    added = pins("requirements-cluster.lock").keys() - pins("requirements.lock").keys()
+    assert added == {"snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep"}
+
+
+@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements-dev.lock", "requirements-docs.lock"}))
+def test_one_version_of_each_package_on_every_python(name):
+    """So that a result does not depend on which supported Python made it."""
+    assert [package for package, found in pins(name).items() if len(found) > 1] == []
+
+
+def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():
+    declared = {
+        "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"],
+        "requirements-cluster.lock": EXTRAS["cluster"],
+        "requirements-peers.lock": EXTRAS["peers"],
+        "requirements-dev.lock": PROJECT["dependency-groups"]["dev"],
+        "requirements-docs.lock": PROJECT["dependency-groups"]["docs"],
+    }
+    assert declared.keys() == LOCKS.keys()
+    assert {name for lock, needed in declared.items() for name in names(needed) - pins(lock).keys()} == set()
+    others = names(PROJECT["dependency-groups"]["dev"]) | names(EXTRAS["peers"])
+    assert others & pins("requirements.lock").keys() == set()
+    for text in LOCKS.values():
+        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", text) == []
+
+
+def test_the_version_is_the_same_everywhere():
+    citation = re.search(r"(?m)^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8")).group(1)
+    assert {PROJECT["project"]["version"], citation} == {roughslip.__version__}

@@ -70,10 +70,10 @@ def test_contact_of_scan():
 
 
 def test_surface_anisotropic():
-    """Between points the slope is 0.982 of that of the field, and the curvature 0.960."""
+    """Between points the slope is 0.998 of that of the field, and the curvature 0.994."""
     found = run("surface_anisotropic")
-    assert found["found"].rms_slope.low < 0.0982 < found["found"].rms_slope.high
-    assert found["found"].rms_curvature.low < 0.96 * 7.54e4 < found["found"].rms_curvature.high
+    assert found["found"].rms_slope.low < 0.0998 < found["found"].rms_slope.high
+    assert found["found"].rms_curvature.low < 0.994 * 2.393e4 < found["found"].rms_curvature.high
 
 
 @pytest.mark.slow

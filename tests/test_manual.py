@@ -20,15 +20,29 @@ def api_pages():
 
 @pytest.mark.slow
 def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
-    """Each function has a page, and those that an example calls have it there."""
+    """Each function has a page with an example."""
     api_pages.write(tmp_path / "api")
     for package in api_pages.PACKAGES:
         text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
         names = import_module(package).__all__
         assert [name for name in names if f"[{name}]" not in text and f"{package}.{name}" not in text] == []
+    pages = {page.stem: page.read_text(encoding="utf-8") for page in (tmp_path / "api").glob("*.*.*.md")}
+    assert [name for name, text in pages.items() if "## Example" not in text] == []
     page = (tmp_path / "api/roughslip.contact.solve_load.md").read_text(encoding="utf-8")
     assert "literalinclude} ../../../examples/contact_" in page
     assert "solve_load" in (ROOT / "examples" / page.partition("examples/")[2].partition(">")[0]).read_text()
+
+
+@pytest.mark.slow  # compiles contact and motion, and searches limits
+def test_each_snippet_runs_by_itself(api_pages):
+    """They hold numbers to check, and none is of a function that is gone or that a script shows."""
+    shown = api_pages.snippets()
+    for name, code in shown.items():
+        package, _, function = name.rpartition(".")
+        assert function in import_module(package).__all__
+        assert api_pages.calls(package, function) == []
+        exec(compile(code, name, "exec"), {"__name__": name})  # noqa: S102 - our own examples
+    assert len(shown) > 40
 
 
 def test_a_docstring_becomes_text(api_pages):
@@ -54,6 +68,22 @@ def test_the_gallery_draws_what_examples_leave_behind():
         known = {node.id for node in ast.walk(script) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         known |= {node.name for node in script.body if isinstance(node, ast.FunctionDef)}
         assert used <= known, f"docs/gallery.py: {name}.py leaves no {', '.join(used - known)}"
+
+
+@pytest.mark.parametrize("name", ["chain", "disc", "tribometer"])
+def test_a_tutorial_runs_where_there_is_only_the_library(name):
+    """As a notebook in a folder of its own: it imports no file of the manual, and reads only what the page offers."""
+    page = (ROOT / f"docs/tutorials/{name}.md").read_text(encoding="utf-8")
+    cells = re.findall(r"```\{code-cell\}\n(?:---\n.*?\n---\n)?(.*?)```", page, flags=re.DOTALL)
+    nodes = list(ast.walk(ast.parse("\n".join(cells))))
+    imported = {str(node.module) for node in nodes if isinstance(node, ast.ImportFrom)}
+    imported |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    assert {module.partition(".")[0] for module in imported} <= {"roughslip", "numpy", "matplotlib", "dataclasses"}
+    texts = [node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    for file in (text for text in texts if re.fullmatch(r"\S+\.(nc|csv)", text)):
+        assert f"{{download}}`{file}`" in page
+        assert (ROOT / "docs/tutorials" / file).is_file()
+    assert f"<{name}.ipynb>" in page
 
 
 def is_picture(node: ast.stmt) -> bool:

@@ -39,7 +39,7 @@ RESULTS = {
 ANY_SHAPE = {
     *("wilson_interval.successes", "wilson_interval.trials", "plane_height.percentile", "window_sums.column_sums"),
     *("friction_coefficient.area", "friction_coefficient.force", "empirical_distribution.values"),
-    "fit_distribution.values",
+    *("fit_distribution.values", "local_functionals.heights"),
 }
 
 
@@ -166,16 +166,30 @@ def test_a_field_with_coordinates_brings_its_cells_and_keeps_its_coordinates():
     xr.testing.assert_identical(contact_shares(deep.pressure).coords["y"], heights.coords["y"])
     assert type(solve(influence, plain).pressure) is np.ndarray
     wrong = (
-        (heights.assign_coords(x=x**2), {}, "heights.x must be at least two coordinates that increase in equal steps"),
-        (heights[::-1], {}, "heights.x must be"),
-        (heights.T, {}, "dimensions x and y, in m, not 'y'"),
+        (heights.assign_coords(x=x**2), {}, "heights.x must be two coordinates or more that rise in equal steps"),
+        (heights[::-1], {}, "sort them with heights.sortby\\('x'\\)"),
+        (heights.T, {}, "dimensions x and y in m, not 'y' in m"),
         (heights.assign_coords(x=("x", 1e6 * x, {"units": "µm"})), {}, "in m, not 'x' in µm"),
+        (xr.DataArray(plain), {}, "need the edges dx and dy"),
         (heights, {"dx": 1e-6}, "not both"),
         (plain, {}, "need the edges dx and dy"),
     )
     for field, given, line in wrong:
         with pytest.raises(ParameterError, match=line):
             Grid.of(field, **given)
+    assert Grid.of(xr.DataArray(plain), 2e-6) == Grid.of(plain, 2e-6)
+    with pytest.raises(ParameterError, match="y of the heights has steps of 2e-06 m, the mesh has cells of 1e-06 m"):
+        solve(INFLUENCE, heights.assign_coords(x=GRID.x()))
+
+
+def test_a_number_may_be_an_array_without_dimensions():
+    """Such as the largest of a DataArray; what is masked is no number, nor is an array of one entry."""
+    heights = np.zeros(GRID.shape)
+    pressures = [solve_load(INFLUENCE, heights, load).mean_pressure for load in (1e6, np.array(1e6), xr.DataArray(1e6))]
+    assert pressures == pytest.approx([1e6] * 3, rel=1e-12)
+    for wrong in (np.ma.masked, np.array([1e6]), np.array(True), np.array(1j)):
+        with pytest.raises(ParameterError, match="mean_pressure_pa must be a real number, not"):
+            solve_load(INFLUENCE, heights, wrong)
 
 
 def test_pictures_without_matplotlib_name_what_installs_it():

@@ -5,7 +5,8 @@ Each entry of a table is a good call, and by parameter the bad values that repla
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -13,14 +14,12 @@ import numpy as np
 import pytest
 
 from roughslip import probability
-from roughslip.chaos.enrichment import enrich
-from roughslip.chaos.functionals import NO_SYMMETRY, Stencil, local_functionals, whitening
+from roughslip.chaos.functionals import Stencil
 from roughslip.chaos.hermite import hermite_basis, multi_indices, sobol_indices
-from roughslip.chaos.left_out import residual_scatter
 from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, sobol
+from roughslip.chaos.sampling import kolmogorov_distance, sobol
 from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
@@ -28,15 +27,12 @@ from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.allocation import influences
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
-from roughslip.friction.combination import combine
 from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.level import levels_of
-from roughslip.friction.marginal import distance_to_beta, fit_beta, fit_candidates, scaled_beta
+from roughslip.friction.marginal import fit_beta
 from roughslip.friction.pad import Surface, influence_covariance, pad_scatter
 from roughslip.friction.paths import path_sampler
-from roughslip.friction.penetration import between, penetration_curve, trend
+from roughslip.friction.penetration import penetration_curve
 from roughslip.friction.process import FrictionProcess, average_beta
-from roughslip.friction.recursion import recursion
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, count_difference, reattachment_statistics
@@ -50,37 +46,76 @@ from roughslip.oscillator.states import time_scales
 from roughslip.probability import Estimate
 from roughslip.probability.empirical import checked_values
 from roughslip.probability.estimate import wilson_interval
-from roughslip.scan.covariance_fit import fit_covariance
-from roughslip.scan.fit_data import estimates
 from roughslip.scan.jackknife import SubAreas
-from roughslip.surface.corrected_covariance import corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
-from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on, plane_waves
-from roughslip.surface.lanczos import leading_modes
+from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
 from roughslip.surface.models import Matern, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve, representation
-from tests.bad_input import (
-    INFINITY,
-    NAN,
-    NEGATIVE,
-    NOT_A_COUNT,
-    NOT_A_DEGREE,
-    NOT_A_SHARE,
-    NOT_FINITE,
-    NOT_POSITIVE,
-    UNKNOWN,
-    Calls,
-    joined,
-    not_a_table,
-    not_an_array,
-    spoilt,
-    with_value,
-)
+
+NAN, INFINITY = math.nan, math.inf
+NOT_FINITE: dict[str, Any] = {"nan": NAN, "infinite": INFINITY, "text": "high"}
+NOT_POSITIVE = {"zero": 0.0, "negative": -1.0, **NOT_FINITE}
+NEGATIVE = {"negative": -1.0, "nan": NAN, "infinite": INFINITY}
+NOT_WHOLE: dict[str, Any] = {"half": 2.5, "nan": NAN, "text": "four"}
+NOT_A_DEGREE = {"negative": -1, **NOT_WHOLE}
+NOT_A_COUNT = {"zero": 0, **NOT_A_DEGREE}
+NOT_A_SHARE: dict[str, Any] = {"zero": 0.0, "negative": -0.1, "above-one": 1.1, "nan": NAN, "text": "half"}
+UNKNOWN = {"unknown": "unknown"}
+
+Calls = dict[str, Callable[[], object]]
+
+
+def with_value(good: np.ndarray, value: object) -> np.ndarray:
+    """Return a copy of an array with one bad value."""
+    bad = good.copy()
+    bad.flat[max(good.size - 4, 0)] = value
+    return bad
+
+
+def not_an_array(good: np.ndarray) -> dict[str, Any]:
+    """Return values that are no array of real numbers, by name."""
+    return {
+        "nan": with_value(good, NAN),
+        "infinite": with_value(good, INFINITY),
+        "text": np.full(good.shape, "high"),
+        "a-word": "high",
+        "none": None,
+        "complex": good + 1e-9j,
+        "objects": np.full(good.shape, None),
+    }
+
+
+def not_a_table(good: np.ndarray) -> dict[str, Any]:
+    """Return values that are no array of real numbers with the dimensions of a good one, by name."""
+    ragged = [[1.0, 2.0], [3.0]]
+    return not_an_array(good) | {"a-number": 1.0, "of-one-dimension-more": good[..., None], "ragged": ragged}
+
+
+def spoilt(function: Callable[..., object], **bad: Mapping[str, Any]) -> Calls:
+    """Return calls of a function, each with one bad argument, by name.
+
+    function : a partial that holds all arguments of a good call
+    bad : by parameter, bad values by their names
+    """
+    name = getattr(getattr(function, "func", function), "__qualname__", "call")
+    return {
+        f"function={name} argument={parameter} value={kind}": partial(function, **{parameter: value})
+        for parameter, values in bad.items()
+        for kind, value in values.items()
+    }
+
+
+def joined(*parts: Calls) -> Calls:
+    """Return all calls. Raises ValueError if two have the same name."""
+    calls = {name: call for part in parts for name, call in part.items()}
+    if len(calls) != sum(map(len, parts)):
+        raise ValueError("two bad inputs have the same name")
+    return calls
+
 
 GRID = Grid(4, 3, 1e-6, 1e-6)
 OUTSIDE = {"zero": 0.0, "one": 1.0, "negative": -0.1, "nan": NAN, "text": "half", "none": None}  # of probabilities
-PENETRATIONS = {"below": 4.0, "above": 96.0, "nan": NAN, "text": "deep", "none": None}
 
 
 def contact_refusals() -> Calls:
@@ -129,7 +164,6 @@ def surface_refusals() -> Calls:
         spoilt(affine, rolloff_wavelength_m=NOT_POSITIVE, cutoff_wavelength_m=NOT_POSITIVE),
         spoilt(expanded, order=orders, share=NOT_A_SHARE | {"missing": None}),
         spoilt(share, order={"and-a-share": 3}),
-        spoilt(partial(leading_modes, field, GRID), order=orders),
         spoilt(partial(representation, field, GRID), order=NOT_A_COUNT, share=NOT_A_SHARE),
         spoilt(partial(plane_height, rms_height_m=1.0), percentile=percentiles),
         spoilt(partial(embed, grid=GRID), covariance={"waves-far-below-the-cells": banded()}),
@@ -146,7 +180,7 @@ def height_refusals() -> Calls:
     shapes = {name: (value,) for name, value in NOT_POSITIVE.items()}
     families = UNKNOWN | {"of-no-shape": "gaussian", "of-two-shapes": "beta"}
     moments = partial(probability.distribution_of_moments, "beta", 1.0, skewness=0.1, excess_kurtosis=0.0)
-    impossible = {"constant": np.full(8, 0.5), "not-even": np.linspace(1, 0, 8)}
+    {"constant": np.full(8, 0.5), "not-even": np.linspace(1, 0, 8)}
     return joined(
         spoilt(weibull, family=families, standard_deviation=NOT_POSITIVE, shapes=shapes),
         spoilt(moments, skewness=NOT_FINITE, excess_kurtosis=NOT_FINITE),
@@ -156,8 +190,6 @@ def height_refusals() -> Calls:
         spoilt(translation.apply, gaussian=heights),
         spoilt(translation.correlation, gaussian_correlation=correlations | {"above-one": 1.1}),
         spoilt(translation.gaussian_correlation, correlation=correlations),
-        spoilt(partial(nearest_correlation, translation), correlation=correlations),
-        spoilt(partial(corrected_correlation, translation), correlation=impossible),
     )
 
 
@@ -168,28 +200,11 @@ def fractal_refusals() -> Calls:
     band = NOT_POSITIVE | {"above-the-longest": 2.0}
     summed = partial(WeierstrassMandelbrot, **good, shortest_wavelength_m=0.1)
     on_a_grid = partial(fractal_on, grid=GRID, hurst=0.8, rms_height_m=1e-7, azimuths=4)
-    on_cells = plane_waves(waves, Grid(4, 3, 1e-7, 1e-7))
     return joined(
         spoilt(summed, **dict.fromkeys(good, NOT_POSITIVE), shortest_wavelength_m=band),
         spoilt(summed, azimuths=NOT_A_COUNT | {"million": 10**6}),
         spoilt(on_a_grid, grid={"without-a-wave": Grid(1, 1, 1.0, 1.0)}),
-        spoilt(partial(plane_waves, waves), grid={"of-wide-cells": Grid(4, 3, 1e-5, 1e-5)}),
-        spoilt(on_cells.heights, xi=not_an_array(np.ones(waves.variables))),
         spoilt(waves.marginal().quantile, probability=OUTSIDE),
-    )
-
-
-def fit_refusals() -> Calls:
-    """Return bad input to fits of a covariance."""
-    x = 1e-6 * np.arange(-2.0, 3.0)
-    table = covariance_of("gaussian", 1e-7, 2e-6)(x[:, None], x) / 1e-14
-    lags = partial(estimates, x[:, None], x, correlation=table, standard_error=np.full(table.shape, 0.01))
-    kinds = UNKNOWN | {"without-a-cut-off": "self_affine"}
-    fitted = partial(fit_covariance, kind="gaussian", data=lags(), rms_height_m=1e-7)
-    return joined(
-        spoilt(lags, correlation=not_an_array(table), without_part={"of-one-part": table[None]}),
-        spoilt(lags, standard_error=not_an_array(table) | {"zero": 0 * table}),
-        spoilt(fitted, kind=kinds, rms_height_m=NOT_POSITIVE, cutoff_wavelength_m={"of-a-gaussian": 1e-6}),
     )
 
 
@@ -209,7 +224,6 @@ def regression_refusals() -> Calls:
         spoilt(squares, basis=tables, target=targets),
         spoilt(squares, weights=weights | {"negative": -np.ones(60), "zero": np.zeros(60)}),
         spoilt(in_contact, basis=tables, pressure=targets),
-        spoilt(partial(residual_scatter, predicted=target, target=target), predicted=targets, target=targets),
         spoilt(partial(sobol_indices, indices, directions=np.eye(2)), coefficients=not_a_table(np.ones(6))),
         spoilt(partial(multi_indices, variables=2, degree=2), variables=NOT_A_COUNT, degree=NOT_A_DEGREE),
         spoilt(partial(multi_indices, 500), degree={"of-too-many-terms": 15}),
@@ -229,34 +243,22 @@ def pressure_refusals() -> Calls:
     values, trial = np.ones((60, 4, 1)), PressureTarget("trial_pressure", 1.0)
     strip = partial(fit_strip, functionals=functionals, target_values=values, degree=1, stencil=stencil, target=trial)
     target = partial(PressureTarget, kind="squared_pressure", gap_stiffness=1.0)
-    enriched = partial(enrich, None, None, accuracy=0.1, least=20, most=40, seed=[1])
-    widths = {name: (value, 1) for name, value in NOT_A_DEGREE.items()}
+    {name: (value, 1) for name, value in NOT_A_DEGREE.items()}
     with_nan = {"nan": np.array([1.0, NAN])}
     return joined(
         spoilt(partial(Samples, **parts, gap=np.zeros((30, 1))), **bad),
         spoilt(strip, functionals=not_a_table(functionals), target_values=not_a_table(values)),
-        spoilt(partial(local_functionals, stencil=stencil), heights=not_an_array(np.ones((9, 5)))),
-        spoilt(partial(whitening, odd=NO_SYMMETRY), samples=not_an_array(functionals[:, 0])),
         spoilt(partial(fit_local, samples=known, target=trial), degree=NOT_A_DEGREE),
-        spoilt(partial(Stencil, far=(2, 2)), near=widths),
         spoilt(target, kind=UNKNOWN, gap_stiffness=NOT_POSITIVE, cell_pressure_pa=NEGATIVE),
-        spoilt(
-            enriched, accuracy=NOT_A_SHARE, share=NOT_A_SHARE, least=NOT_A_COUNT | {"above-most": 60}, most=NOT_A_COUNT
-        ),
         spoilt(partial(wilson_interval, trials=2), successes={"more-than-trials": 3}),
         spoilt(partial(kolmogorov_distance, second=np.ones(2)), first=with_nan),
-        spoilt(partial(cumulative_given_contact, levels=np.ones(2)), pressure=with_nan),
     )
-
-
-def _windows() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    mu = 0.3 + 0.1 * np.random.default_rng(3).random((6, 12))
-    return mu, np.ones(mu.shape, dtype=bool), strip_weights(6, 40, np.random.default_rng(4))
 
 
 def window_refusals() -> Calls:
     """Return bad input to statistics of windows."""
-    mu, valid, weights = _windows()
+    mu = 0.3 + 0.1 * np.random.default_rng(3).random((6, 12))
+    valid, weights = np.ones(mu.shape, dtype=bool), strip_weights(6, 40, np.random.default_rng(4))
     bad_weights = {
         "none": None,
         "a-word": "often",
@@ -272,52 +274,25 @@ def window_refusals() -> Calls:
         "valid": {"numbers": valid.astype(float), "narrow": valid[:, :3], "none": None},
         "weights": bad_weights,
     }
-    of_windows = (window_statistics, fit_beta, fit_candidates, scaled_beta, distance_to_beta)
+    of_windows = (window_statistics, fit_beta)
     good = {"mu": mu, "valid": valid, "weights": weights}
-    distance = partial(distance_to_beta, mu, valid, weights)
-    pair = (mu, valid)
-    more = (np.concatenate((mu, mu)), np.concatenate((valid, valid)))
-    levels, groups = levels_of(pair, more), [weights, weights]
-    both = partial(combine, levels=levels, weights=groups)
-    narrow, unknown = (mu[:, :3], valid[:, :3]), (with_value(mu, NAN), valid)
-    bad_levels = {"narrow": levels_of(narrow, more), "nan": levels_of(unknown, more)}
     sums = partial(window_sums, column_sums=mu, window_nodes=3, stride_nodes=1)
     friction = partial(friction_coefficient, area=mu, force=mu, shear_strength_pa=1.0, least_area_m2=0.1)
     areas, forces = not_an_array(mu) | {"negative": -mu}, not_an_array(mu) | {"zero-in-contact": 0 * mu}
     ratio = partial(ratio_of_sums, area=mu, force=mu, shear_strength_pa=1.0, weights=weights)
+    lags, curve = 1e-6 * np.arange(8.0), autocorrelation(mu, valid, 8, weights)
+    bad_lags = {"falling": lags[::-1], "without-zero": lags + 1e-6, "of-another-curve": 1e-6 * np.arange(9.0)}
+    fitted = partial(correlation_fit, lags=lags, estimate=curve, window=4e-6)
     return joined(
+        spoilt(fitted, lags=not_a_table(lags) | bad_lags, window=NOT_POSITIVE),
         *(spoilt(partial(function, **good), **bad) for function in of_windows),
         spoilt(partial(window_statistics, **good), mu={"negative": -mu}),
         spoilt(partial(autocorrelation, **good, lags=4), **bad),
-        spoilt(distance, a=NOT_POSITIVE, b=NOT_POSITIVE),
         spoilt(ratio, area=bad["mu"], weights=bad_weights),
-        spoilt(both, levels=bad_levels, weights={name: [weights, group] for name, group in bad_weights.items()}),
-        spoilt(both, weights={"of-other-replicates": [weights, np.concatenate((weights, weights[1:]))]}),
         spoilt(sums, column_sums=not_an_array(mu), stride_nodes=NOT_A_COUNT),
         spoilt(sums, window_nodes=NOT_A_COUNT | {"wider-than-the-strip": 13}),
         spoilt(friction, area=areas, force=forces, shear_strength_pa=NOT_POSITIVE, least_area_m2=NOT_POSITIVE),
         spoilt(partial(strip_weights, 6, rng=np.random.default_rng(3)), replicates=NOT_A_COUNT),
-    )
-
-
-def curve_refusals() -> Calls:
-    """Return bad input to curves along a strip and over penetrations."""
-    mu, valid, weights = _windows()
-    lags, curve = 1e-6 * np.arange(8.0), autocorrelation(mu, valid, 8, weights)
-    bad_lags = {"falling": lags[::-1], "without-zero": lags + 1e-6, "of-another-curve": 1e-6 * np.arange(9.0)}
-    levels, values = np.array([5.0, 50.0, 95.0]), np.arange(4.0)
-    means = [window_statistics(level * mu, valid, weights).mean for level in (3.0, 2.0, 1.0)]
-    law = penetration_curve(levels, means)
-    fitted = partial(correlation_fit, lags=lags, estimate=curve, window=4e-6)
-    through = partial(penetration_curve, percentiles=levels, estimates=means)
-    changing = partial(trend, percentiles=values, values=values, replicates=np.ones((4, 40)))
-    return joined(
-        spoilt(fitted, lags=not_a_table(lags) | bad_lags, window=NOT_POSITIVE),
-        spoilt(through, percentiles=not_a_table(levels) | {"falling": levels[::-1]}, estimates={"two": means[:2]}),
-        spoilt(law.at, percentile=PENETRATIONS),
-        spoilt(law.slope, percentile=PENETRATIONS),
-        spoilt(partial(between, levels, np.array([0.3, 0.2, 0.1])), percentile=PENETRATIONS),
-        spoilt(changing, percentiles=not_a_table(values), values=not_a_table(values)),
     )
 
 
@@ -326,15 +301,13 @@ def path_refusals() -> Calls:
     beta, quantiles = probability.BetaDistribution(2.1, 5.0, 0.2, 0.6), np.arange(20.0)
     process = FrictionProcess(beta, 1e-4)
     waves = partial(path_sampler, process, spacing_m=1e-5, length_m=1e-3, method="spectral")
-    spacings = NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
+    NOT_POSITIVE | {"far-too-fine": 1e-12, "far-too-wide": 1.0}
     bounds = partial(probability.BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0)
     empirical = partial(probability.QuantileDistribution, quantiles=quantiles, mean=0.3, standard_deviation=0.1)
     tables = not_a_table(quantiles) | {"falling": -quantiles, "too-few": quantiles[:5]}
     many_nodes = {"of-too-many-nodes": 1e4}
     return joined(
         spoilt(waves, spacing_m=NOT_POSITIVE, length_m=NOT_POSITIVE | many_nodes, method=UNKNOWN),
-        spoilt(partial(recursion, process), spacing_m=spacings),
-        spoilt(partial(recursion(process, 1e-5).realisation, [1]), piece_nodes=NOT_A_COUNT),
         spoilt(bounds, a=NOT_POSITIVE, b=NOT_POSITIVE, lower=NOT_FINITE | {"above": 2.0}, upper=NOT_FINITE),
         spoilt(empirical, quantiles=tables, mean=NOT_FINITE, standard_deviation=NOT_FINITE),
         spoilt(partial(FrictionProcess, beta), correlation_length_m=NOT_POSITIVE),
@@ -378,10 +351,10 @@ def oscillator_refusals() -> Calls:
 
 
 REFUSALS = {
-    "surface": joined(surface_refusals(), height_refusals(), fractal_refusals(), fit_refusals()),
+    "surface": joined(surface_refusals(), height_refusals(), fractal_refusals()),
     "contact": contact_refusals(),
     "chaos": joined(regression_refusals(), pressure_refusals()),
-    "friction": joined(window_refusals(), curve_refusals(), path_refusals()),
+    "friction": joined(window_refusals(), path_refusals()),
     "oscillator": oscillator_refusals(),
 }
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from random import Random
 
@@ -129,23 +127,6 @@ def test_batches_come_in_the_order_of_their_samples(tmp_path):
     np.testing.assert_array_equal(store.join(batches, "n"), [3, 20, 100])
 
 
-def test_arrays_of_one_dimension_have_one_length(tmp_path):
-    more = {"x": store.Variable(("x",), np.arange(4.0), "m", "place")}
-    with pytest.raises(ValueError, match="x: dimension x has 3 places, not 4"):
-        store.write(tmp_path / "a.nc", example() | more, KEY)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_array_may_have_the_name_of_a_dimension_that_it_does_not_have(tmp_path):
-    """As quantiles at given probabilities in a file with arrays along quantiles; netCDF depends on the order."""
-    arrays = {
-        "quantile": store.Variable(("probability",), np.arange(3.0), "1", "quantile"),
-        "table": store.Variable(("quantile",), np.arange(2.0), "1", "table"),
-    }
-    store.write(tmp_path / "a.nc", arrays, KEY)
-    assert store.read(tmp_path / "a.nc")["quantile"].tolist() == [0.0, 1.0, 2.0]
-
-
 def test_text_is_read_as_it_was_whatever_type_it_came_in(tmp_path):
     """Its checksum, too: an array that was cut out of another keeps the longer type."""
     words = np.array(["", "fälschlich", "ab"])
@@ -153,16 +134,6 @@ def test_text_is_read_as_it_was_whatever_type_it_came_in(tmp_path):
         path = tmp_path / f"{number}.nc"
         store.write(path, {"word": store.Variable(("n",), values, "1", "word")}, KEY)
         assert store.read(path)["word"].tolist() == values.tolist()
-
-
-def test_no_stage_waits_for_xarray_or_pandas():
-    """They are half of what a stage takes to start; only who works on with a result imports them."""
-    environment = {"PYTHONPATH": str(Path(store.__file__).parents[1])}
-    ask = "import sys; import roughslip.store; print(*{'xarray', 'pandas'} & set(sys.modules))"
-    assert (
-        subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True, env=environment).stdout
-        == "\n"
-    )
 
 
 DAMAGES = 100
@@ -219,16 +190,11 @@ def as_netcdf(path: Path) -> None:
         heights.units, heights[:] = "m", a_scan().heights
 
 
-def as_text(path: Path) -> None:
-    np.savetxt(path, a_scan().heights.T)
-
-
 @pytest.mark.parametrize(
     ("name", "write", "stated"),
     [
         ("a.nc", as_netcdf, {}),
         pytest.param("a.x3p", lambda path: write_x3p(path, a_scan()), {}, marks=pytest.mark.slow),
-        ("a.txt", as_text, {"spacing": (1e-6, 1e-6), "unit": "m"}),
         ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],
 )
@@ -246,17 +212,3 @@ def test_a_damaged_scan_is_read_or_refused_in_a_line(tmp_path, name, write, stat
             said = str(error)
         assert str(path) in said, number
         assert len(said.splitlines()) == 1, number
-
-
-@pytest.mark.parametrize("name", ["mask", "x"])
-def test_what_goes_beside_heights_may_not_be_larger(tmp_path, name):
-    """A few bytes of a file can stand for any number of values; they are refused before they are read."""
-    path = tmp_path / "a.nc"
-    with netCDF4.Dataset(path, "w") as file:
-        for axis, size in (("x", 40), ("y", 36), ("far", 10**7)):
-            file.createDimension(axis, size)
-        heights = file.createVariable("heights", "f8", ("x", "y"))
-        heights.units, heights[:] = "m", a_scan().heights
-        file.createVariable(name, "f8", ("far",), chunksizes=(1000,)).units = "m"
-    with pytest.raises(InputError, match=f"{name} has the shape \\(10000000,\\)"):
-        read_scan(path, spacing=None if name == "x" else (1e-6, 1e-6))

@@ -89,10 +89,6 @@ class Names:
         before = self._before(scene, stage)
         if stage == "report":
             files = {scene: self.published(scene, without=("report", "sweep"))}
-        if stage == "strip_allocation":
-            from roughslip.verdicts.rules import BOUNDS  # with numpy, for such scenes alone
-
-            made_of["given"] = {"bounds": BOUNDS}
         if stage in USER_FILES:
             made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
         if declarations()[stage].batches is not None:

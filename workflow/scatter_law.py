@@ -123,8 +123,8 @@ class Sums(NamedTuple):
 def solved(grid: Grid, influence: Influence, heights: np.ndarray, slope: float, loads: Sequence[float]) -> np.ndarray:
     """(loads, 2, blocks along, blocks across) area and force of one surface, in nodes and in Pa."""
     pressures = [load * MODULUS * slope for load in loads]
-    found = solve_loads(influence, cell_heights(heights, grid), pressures, TOLERANCE)
-    return np.array([[_blocks(each.shares), _blocks(each.pressure)] for each in found])
+    solutions = solve_loads(influence, cell_heights(heights, grid), pressures, TOLERANCE)
+    return np.array([[_blocks(each.shares), _blocks(each.pressure)] for each in solutions])
 
 
 def _blocks(field: np.ndarray) -> np.ndarray:
@@ -143,7 +143,7 @@ def points(name: str) -> list[Point]:
     for number in range(CELLS // share):
         heights = embedding.sample(np.random.default_rng([seed, number]))
         rows.append(solved(grid, influence, heights, rough.slope, LOADS))
-    found = []
+    scatters = []
     for k, load in enumerate(LOADS):
         sums = Sums(*np.array([row[k] for row in rows]).swapaxes(0, 1))
         area = float(sums.area.mean()) / math.prod(edges)
@@ -154,8 +154,8 @@ def points(name: str) -> list[Point]:
             of_cell = scatter * math.sqrt(math.prod(size) / grid.size)
             pairs = scatter_law.mean_over_window(covariance, rough, load, (size[0] * NODE, size[1] * NODE))
             of_surface = math.sqrt(pairs), rough.bandwidth, rough.lay
-            found.append(Point(name, load, size, scatter, scatter * error, *of_surface, of_cell, area))
-    return found
+            scatters.append(Point(name, load, size, scatter, scatter * error, *of_surface, of_cell, area))
+    return scatters
 
 
 def _relative_error(values: np.ndarray) -> float:
@@ -206,9 +206,9 @@ def _relative(columns: np.ndarray) -> np.ndarray:
     return np.asarray((columns / columns.mean(axis=0)).mean(axis=1))
 
 
-def _ratio(one: np.ndarray, other: np.ndarray) -> float:
+def _ratio(fine: np.ndarray, coarse: np.ndarray) -> float:
     """Of CV, in the geometric mean of the columns."""
-    return float(np.exp(np.mean(np.log(one.mean(axis=0) / other.mean(axis=0))) / 2.0))
+    return float(np.exp(np.mean(np.log(fine.mean(axis=0) / coarse.mean(axis=0))) / 2.0))
 
 
 def predicted(point: Point, fitted: Sequence[float]) -> float:
@@ -280,14 +280,14 @@ def summary(measured: list[Point]) -> dict[str, object]:
         for title, of in MAPS.items()
     }
     surfaces = {name: errors([p for p in taken if p.surface == name], constants) for name in SURFACES}
-    found = {
+    laws = {
         "constants": constants,
         "constants_of_all": fitted(taken),
         "judged": errors(judged, constants),
         "maps": maps | {"surface": surfaces},
     }
     rows = [[*point, predicted(point, constants)] for point in measured]
-    return found | {"columns": [*Point._fields, "law"], "points": rows}
+    return laws | {"columns": [*Point._fields, "law"], "points": rows}
 
 
 def rounded(value: Any) -> Any:
@@ -336,11 +336,11 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="folder of law.json, law.png and law.svg")
     output: Path = parser.parse_args().output
     measured = [point for name in SURFACES for point in points(name)]
-    found: dict[str, Any] = summary(measured) | {"mesh": check_mesh(), "period": check_period()}
+    results: dict[str, Any] = summary(measured) | {"mesh": check_mesh(), "period": check_period()}
     output.mkdir(parents=True, exist_ok=True)
-    draw(measured, found["constants"], [output / "law.png", output / "law.svg"])
-    (output / "law.json").write_text(json.dumps(rounded(found)) + "\n", encoding="utf-8")
-    print(json.dumps(rounded({name: value for name, value in found.items() if name != "points"}), indent=1))
+    draw(measured, results["constants"], [output / "law.png", output / "law.svg"])
+    (output / "law.json").write_text(json.dumps(rounded(results)) + "\n", encoding="utf-8")
+    print(json.dumps(rounded({name: value for name, value in results.items() if name != "points"}), indent=1))
 
 
 if __name__ == "__main__":

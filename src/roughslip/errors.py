@@ -54,6 +54,8 @@ def real(name: str, value: object) -> float:
     """The value as a float; ParameterError where it is no real number."""
     if type(value) is float:  # at once: the check by class takes a microsecond
         return value
+    if getattr(value, "shape", None) == () and not getattr(value, "mask", False):
+        value = value.item()  # type: ignore[attr-defined]  # of an array without dimensions
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         raise ParameterError(f"{name} must be a real number, not {value!r}")
     return float(value)

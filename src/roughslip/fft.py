@@ -14,10 +14,10 @@ import scipy.fft
 Axes = Sequence[int] | None
 
 
-def _written(found: np.ndarray, out: np.ndarray | None) -> np.ndarray:
+def _written(transform: np.ndarray, out: np.ndarray | None) -> np.ndarray:
     if out is None:
-        return found
-    out[...] = found
+        return transform
+    out[...] = transform
     return out
 
 
@@ -28,8 +28,8 @@ def _r2c(a: np.ndarray, axes: Axes = None, out: np.ndarray | None = None) -> np.
 
 def _c2c(a: np.ndarray, axes: Axes = None, forward: bool = True, out: np.ndarray | None = None) -> np.ndarray:
     """sum a exp(-+ i k x), backwards without the factor 1 / n."""
-    found = scipy.fft.fftn(a, axes=axes) if forward else scipy.fft.ifftn(a, axes=axes, norm="forward")
-    return _written(found, out)
+    transform = scipy.fft.fftn(a, axes=axes) if forward else scipy.fft.ifftn(a, axes=axes, norm="forward")
+    return _written(transform, out)
 
 
 def _c2r(

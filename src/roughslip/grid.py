@@ -84,20 +84,16 @@ class Grid:
 
 def _step(heights: Any, axis: int) -> float | None:
     """Distance [m] of the coordinates of a DataArray along an axis; None without coordinates."""
-    dimension = getattr(heights, "dims", (0, 1))[axis]
-    coordinate = getattr(heights, "coords", {}).get(dimension)
-    if coordinate is None:
+    dimension, known = getattr(heights, "dims", (0, 1))[axis], getattr(heights, "coords", {})
+    if dimension not in known:
         return None
-    if dimension != "xy"[axis] or coordinate.attrs.get("units", "m") != "m":
-        raise ParameterError(
-            f"heights must have the dimensions x and y, in m, not {dimension!r} in {coordinate.attrs.get('units')}: "
-            "rename or transpose them"
-        )
-    places = finite(f"heights.{dimension}", coordinate, 1)
+    coordinate, name = known[dimension], "xy"[axis]
+    if dimension != name or coordinate.attrs.get("units", "m") != "m":
+        unit = coordinate.attrs.get("units", "m")
+        raise ParameterError(f"heights must have the dimensions x and y in m, not {dimension!r} in {unit}")
+    places = finite(f"heights.{name}", coordinate, 1)
     step = (places[-1] - places[0]) / max(places.size - 1, 1)
     if not step > 0.0 or np.ptp(np.diff(places)) > UNEQUAL * step:
-        raise ParameterError(
-            f"heights.{dimension} must be at least two coordinates that increase in equal steps: interpolate, or leave "
-            "them out and give dx and dy"
-        )
+        helps = f"sort them with heights.sortby({name!r})" if step < 0.0 else f"interpolate, or drop them for d{name}"
+        raise ParameterError(f"heights.{name} must be two coordinates or more that rise in equal steps: {helps}")
     return float(step)

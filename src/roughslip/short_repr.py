@@ -14,7 +14,8 @@ def short_repr(kind: type[Result]) -> type[Result]:
     """Decorate a dataclass so that its `repr` shows the shapes of arrays, in place of their numbers."""
 
     def shown(self: Any) -> str:
-        return f"{kind.__name__}({', '.join(f'{one.name}={_shown(getattr(self, one.name))}' for one in fields(self))})"
+        parts = (f"{field.name}={_shown(getattr(self, field.name))}" for field in fields(self))
+        return f"{kind.__name__}({', '.join(parts)})"
 
     kind.__repr__ = shown  # type: ignore[assignment, method-assign]
     return kind

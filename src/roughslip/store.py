@@ -12,7 +12,7 @@ import json
 import platform
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -70,12 +70,10 @@ class Key:
 
     configuration : its slice of the scene
     code : hash of its code and of the lock file
-    given : further data that it works with, such as bounds of verdicts
     """
 
     configuration: dict[str, Any]
     code: str
-    given: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,7 @@ def read_key(path: Path) -> Key:
     """The key file of a stage. Raises StoreError where it is missing or damaged."""
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
-        return Key(content["configuration"], content["code"], content.get("given", {}))
+        return Key(content["configuration"], content["code"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise StoreError(f"{path}: no readable key file ({error}); run snakemake again") from error
 

@@ -94,9 +94,22 @@ def gate(public: Public) -> Public:
 
 
 def _labelled(given: list[Any], keywords: dict[str, Any]) -> xr.DataArray | None:
-    """The first DataArray of two dimensions among the arguments."""
-    kind = sys.modules["xarray"].DataArray
-    return next((value for value in (*given, *keywords.values()) if isinstance(value, kind) and value.ndim == 2), None)
+    """The first DataArray of two dimensions among the arguments.
+
+    Raises ParameterError where the steps of its coordinates are not those of a mesh among them.
+    """
+    kind, arguments = sys.modules["xarray"].DataArray, (*given, *keywords.values())
+    field = next((value for value in arguments if isinstance(value, kind) and value.ndim == 2), None)
+    grid = next((value.grid for value in arguments if hasattr(value, "grid")), None)
+    if field is None or grid is None:
+        return field
+    for axis, edge in (("x", grid.dx), ("y", grid.dy)):
+        if axis in field.coords and field.sizes.get(axis, 1) > 1:
+            step = float(abs(field[axis].diff(axis)).mean())
+            if abs(step - edge) > 1e-3 * edge:
+                line = f"{axis} of the heights has steps of {step:.6g} m, the mesh has cells of {edge:.6g} m"
+                raise ParameterError(f"{line}: take Grid.of(heights)")
+    return field
 
 
 def _labelled_as(field: xr.DataArray, result: Any, name: str | None = None) -> Any:
@@ -107,7 +120,7 @@ def _labelled_as(field: xr.DataArray, result: Any, name: str | None = None) -> A
         return type(result)(_labelled_as(field, part) for part in result)
     if not dataclasses.is_dataclass(result) or isinstance(result, type):
         return result
-    parts = {one.name: getattr(result, one.name) for one in dataclasses.fields(result)}
+    parts = {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
     made = {name: _labelled_as(field, part, name) for name, part in parts.items()}
     changed = {name: part for name, part in made.items() if part is not parts[name]}
     return dataclasses.replace(result, **changed) if changed else result
@@ -176,8 +189,6 @@ def _check(hint: Any, shape: _Shape | None) -> Check:
         return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Iterable:
         return _rows
-    if kind is collections.abc.Mapping:
-        return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Callable:
         return functools.partial(_instance, collections.abc.Callable, "a function")
     if hint is Path:

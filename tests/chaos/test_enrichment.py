@@ -88,8 +88,8 @@ def test_groups_left_out_sum_to_the_scatter_of_the_contact_probability():
     """At p = 0 alone the supremum is |normal| times the standard error: its 95 % quantile is 1.96 of these."""
     deviations = jackknife_deviations(np.random.default_rng(3).standard_normal((GROUPS, 1)))
     multipliers = np.random.default_rng(4).standard_normal((20_000, GROUPS))
-    found = enrichment._largest(multipliers, deviations)
-    assert found == pytest.approx(1.96 * np.sqrt(np.sum(deviations**2)), rel=0.03)  # 0.95 of 20 000 draws, 3 sigma
+    largest = enrichment._largest(multipliers, deviations)
+    assert largest == pytest.approx(1.96 * np.sqrt(np.sum(deviations**2)), rel=0.03)  # 0.95 of 20 000 draws, 3 sigma
 
 
 def test_a_calibrated_prediction_is_not_seen_to_be_off():
@@ -121,10 +121,10 @@ def test_too_few_surfaces_for_the_fit_are_doubled():
             raise IllPosedError("too few")
         return fitted(samples)
 
-    found = enrich(Surfaces(9), fussy, 0.2, least=32, most=128, seed=[0])
-    assert [count for count, _ in found.history] == [32, 64, 128]
-    assert np.isnan([error for _, error in found.history]).tolist() == [True, True, False]
-    assert found.error.total == found.history[-1][1] <= 0.2
+    training = enrich(Surfaces(9), fussy, 0.2, least=32, most=128, seed=[0])
+    assert [count for count, _ in training.history] == [32, 64, 128]
+    assert np.isnan([error for _, error in training.history]).tolist() == [True, True, False]
+    assert training.error.total == training.history[-1][1] <= 0.2
 
 
 @pytest.mark.slow

@@ -50,14 +50,14 @@ def expected(scatter=0.0, nodes=NODES):
 def test_a_linear_state_gives_its_direction_and_the_maps_of_a_normal():
     """A direction is found to within the noise of the ranks at the ends, 1e-4 of 2000. With a scatter of 0.3 its square
     error is 5 x 0.3^2 / 2000, twice the loss of its cosine."""
-    found = fit_field(*surfaces(2000, 0))
-    np.testing.assert_allclose(np.sum(found.direction * directions(), axis=0), 1.0, rtol=0, atol=1e-4)
-    assert found.missed.max() < 0.01
-    assert found.expected_pressure(np.full(NODES, 2.0)) == pytest.approx(2e8 * (HEIGHT + 2.0), rel=0.05)
-    found = fit_field(*surfaces(2000, 0, scatter=0.3))
-    np.testing.assert_allclose(np.sum(found.direction * directions(), axis=0), 1.0, rtol=0, atol=1e-3)
+    fit = fit_field(*surfaces(2000, 0))
+    np.testing.assert_allclose(np.sum(fit.direction * directions(), axis=0), 1.0, rtol=0, atol=1e-4)
+    assert fit.missed.max() < 0.01
+    assert fit.expected_pressure(np.full(NODES, 2.0)) == pytest.approx(2e8 * (HEIGHT + 2.0), rel=0.05)
+    fit = fit_field(*surfaces(2000, 0, scatter=0.3))
+    np.testing.assert_allclose(np.sum(fit.direction * directions(), axis=0), 1.0, rtol=0, atol=1e-3)
     limit = float(ndtri(1 - 0.001 / (2 * 3 * NODES)))  # family-wise 0.1 %
-    for one, truth in zip((found.contact, found.mean, found.deviation), expected(0.3), strict=True):
+    for one, truth in zip((fit.contact, fit.mean, fit.deviation), expected(0.3), strict=True):
         assert np.max(np.abs(one.value - truth) / one.error) < limit
         assert np.all(one.gain > 2)
 
@@ -77,13 +77,13 @@ def test_left_out_indices_are_those_of_refits():
 
 def test_directions_without_a_group_are_those_of_refits():
     xi, state = surfaces(203, 1, scatter=0.5, nodes=5)
-    found = fit_field(xi, state + 1e9 * (state > 0))
+    fit = fit_field(xi, state + 1e9 * (state > 0))
     scores = normal_scores(state)
     for g in range(GROUPS):
         rest = np.arange(203) % GROUPS != g
         basis = np.column_stack([np.ones(rest.sum()), xi[rest]])
         slope = np.linalg.lstsq(basis, scores[rest], rcond=None)[0][1:]
-        np.testing.assert_allclose(found.without[g], slope / np.linalg.norm(slope, axis=0), rtol=1e-9)
+        np.testing.assert_allclose(fit.without[g], slope / np.linalg.norm(slope, axis=0), rtol=1e-9)
 
 
 def test_ranks_alone_count_for_the_direction():
@@ -103,10 +103,8 @@ def test_maps_are_unbiased_and_their_errors_are_true():
     for seed in range(repetitions):
         xi, state = surfaces(150, 1000 + seed, scatter=0.5, nodes=NODES)
         part = slice(NODES // 2, NODES, 5)
-        found = fit_field(xi, state[:, part])
-        for row, (one, truth) in enumerate(
-            zip((found.contact, found.mean, found.deviation), expected(0.5), strict=True)
-        ):
+        fit = fit_field(xi, state[:, part])
+        for row, (one, truth) in enumerate(zip((fit.contact, fit.mean, fit.deviation), expected(0.5), strict=True)):
             z[seed, row] = (one.value - truth[part]) / one.error
     bias = z[:, :2].mean(axis=0) * math.sqrt(repetitions)
     assert np.max(np.abs(bias)) < 4
@@ -118,11 +116,11 @@ def test_maps_are_unbiased_and_their_errors_are_true():
 def test_without_the_expansion_errors_are_those_of_moments():
     """gain error^2 K is a variance: q (1 - q), m_2, and (m_4 - m_2^2) / (4 m_2), here with moments of the expansion."""
     xi, state = surfaces(2000, 6, scatter=0.3)
-    found, pressure = fit_field(xi, state), np.maximum(state, 0.0)
+    fit, pressure = fit_field(xi, state), np.maximum(state, 0.0)
     share = np.mean(pressure > 0, axis=0)
     second, fourth = (np.mean((pressure - pressure.mean(axis=0)) ** power, axis=0) for power in (2, 4))
     known = share * (1 - share), second, (fourth - second**2) / (4 * second)
-    ones = (found.contact, found.mean, found.deviation)
+    ones = (fit.contact, fit.mean, fit.deviation)
     for one, variance, tolerance in zip(ones, known, (1e-9, 1e-9, 0.25), strict=True):
         np.testing.assert_allclose(one.gain * one.error**2 * 2000, variance, rtol=tolerance)
 
@@ -146,8 +144,8 @@ def test_modes_that_a_state_does_not_depend_on_have_no_share():
     generator = np.random.default_rng(5)
     xi = generator.standard_normal((1500, 3))
     state = np.column_stack([xi[:, 0], (xi[:, 0] + xi[:, 1]) / math.sqrt(2)])
-    found = fit_field(xi, state)
-    shares = mode_shares(found, 1)
+    fit = fit_field(xi, state)
+    shares = mode_shares(fit, 1)
     assert shares.leading[0] == pytest.approx(1.0, abs=1e-3)
     assert shares.first[2] == pytest.approx(0.0, abs=1e-3)
     # both nodes carry (t)^+, of which h_1^2 = 1/4 of the variance 1/2 - 1/(2 pi), and more at even orders
@@ -164,14 +162,14 @@ def test_modes_that_a_state_does_not_depend_on_have_no_share():
 def test_drawn_fields_have_the_distribution_of_the_solved_ones_at_a_node():
     """Contact and mean of 600 draws within four of their standard errors, and those of a window's 4 % at 40 nodes."""
     xi, state = surfaces(1500, 3, scatter=0.5)
-    found = fit_field(xi, state)
+    fit = fit_field(xi, state)
     generator = np.random.default_rng(4)
-    drawn = draw_pressure(found, state, generator.standard_normal((600, MODES)) @ found.direction, generator)
+    drawn = draw_pressure(fit, state, generator.standard_normal((600, MODES)) @ fit.direction, generator)
     assert np.all(drawn >= 0)
     contact, mean, deviation = expected(0.5)
-    error = np.sqrt(contact * (1 - contact) / 600 + found.contact.error**2)
+    error = np.sqrt(contact * (1 - contact) / 600 + fit.contact.error**2)
     assert np.max(np.abs(np.mean(drawn > 0, axis=0) - contact) / error) < 4.5
-    error = np.sqrt(deviation**2 / 600 + found.mean.error**2)
+    error = np.sqrt(deviation**2 / 600 + fit.mean.error**2)
     assert np.max(np.abs(drawn.mean(axis=0) - mean) / error) < 4.5
     assert drawn.std(axis=0) == pytest.approx(deviation, rel=0.25)
 
@@ -183,10 +181,10 @@ def test_the_share_of_the_surfaces_that_is_drawn_from(monkeypatch):
     law = field._NearestStates
     monkeypatch.setattr(field, "_NearestStates", lambda *parts: seen.append(parts[3]) or law(*parts))
     xi, state = surfaces(300, 7, scatter=0.5)
-    found = fit_field(xi, state)
-    draw_pressure(found, state, found.index[:2], Nearest())
+    fit = fit_field(xi, state)
+    draw_pressure(fit, state, fit.index[:2], Nearest())
     monkeypatch.setattr(field, "NEIGHBOURS", 0.1)
-    draw_pressure(found, state, found.index[:2], Nearest())
+    draw_pressure(fit, state, fit.index[:2], Nearest())
     assert set(seen) == {60, 40}
 
 
@@ -199,8 +197,8 @@ class Nearest:
 
 def test_a_solved_surface_with_its_own_ranks_is_drawn_unchanged():
     xi, state = surfaces(300, 7, scatter=0.5)
-    found = fit_field(xi, state)
-    drawn = draw_pressure(found, state, found.index[:20], Nearest())
+    fit = fit_field(xi, state)
+    drawn = draw_pressure(fit, state, fit.index[:20], Nearest())
     np.testing.assert_array_equal(drawn, np.maximum(state[:20], 0.0))
 
 
@@ -289,12 +287,12 @@ def test_functions_of_one_direction_are_expansions_in_one_rotated_variable():
     direction = generator.standard_normal((4, 3))
     direction /= np.linalg.norm(direction, axis=0)
     coefficients = generator.standard_normal((4, 3))
-    found = sensitivity_along(direction, coefficients)
+    sensitivity = sensitivity_along(direction, coefficients)
     for node in range(3):
         known = sobol_indices(multi_indices(1, 3), coefficients[:, node], direction[:, node][None])
-        np.testing.assert_allclose(np.stack(found)[..., node], known, rtol=1e-9)
+        np.testing.assert_allclose(np.stack(sensitivity)[..., node], known, rtol=1e-9)
     np.testing.assert_allclose(share_of_modes(direction, coefficients, 4), 1.0, rtol=1e-12)
-    np.testing.assert_allclose(share_of_modes(direction, coefficients, 1), found[0][0], rtol=1e-12)
+    np.testing.assert_allclose(share_of_modes(direction, coefficients, 1), sensitivity[0][0], rtol=1e-12)
     squares = direction[0] ** 2 + direction[1] ** 2  # of He_2 alone: their share of d, squared
     np.testing.assert_allclose(share_of_modes(direction, np.eye(4)[:, [2, 2, 2]], 2), squares**2, rtol=1e-12)
     with pytest.raises(ParameterError, match="unit length"):

@@ -2,6 +2,7 @@
 
 Each compiled pass against its formula in NumPy, on a mesh of several lanes of which the last is not full."""
 
+import itertools
 import math
 
 import numpy as np
@@ -206,9 +207,9 @@ def test_sums_and_means(fields):
     assert kernels.inner(step, product) == pytest.approx(np.sum(step.astype(float) * product), abs=rounding)
     assert kernels.positive_square(gap, 0.3) == pytest.approx(np.sum(np.maximum(gap - 0.3, 0.0) ** 2), abs=rounding)
     inside = (pressure > 0) & (pressure < cap)
-    mean, count = kernels.mean_between(gap, pressure, cap)
-    assert (mean, count) == (pytest.approx(gap[inside].mean(), abs=rounding), np.count_nonzero(inside))
-    assert kernels.mean_between(gap, np.zeros(SHAPE), cap) == (0.0, 0)
+    expected = gap[inside].mean(), np.count_nonzero(inside), pressure.sum(), np.sum(pressure**2)
+    assert kernels.sums(pressure, gap, cap) == pytest.approx(expected, abs=rounding)
+    assert kernels.sums(np.zeros(SHAPE), gap, cap) == (0.0, 0, 0.0, 0.0)
 
 
 def test_misfits_and_free_nodes(fields):
@@ -235,33 +236,35 @@ def test_misfits_and_free_nodes(fields):
 
 
 def test_directions(fields):
-    """Conjugate to the last step on the free nodes, never against it; balanced to a sum of zero."""
-    _, _, _, step, product, descent, free = fields
-    direction = np.full(SHAPE, np.nan, step.dtype)
-    overlap, tight = float(np.sum(descent.astype(float) * product)), 10 * np.finfo(step.dtype).eps
-    for curvature, toward in ((2.0, product), (2.0, -product), (0.0, product)):
-        beta = max(0.0, -kernels.inner(descent, toward) / curvature) if curvature else 0.0
-        kernels.conjugate(descent, step, toward, curvature, free, direction)
-        np.testing.assert_allclose(direction, np.where(free, descent + beta * step, 0.0), atol=tight * (1 + beta))
-    assert overlap != 0.0
-    if step.dtype == np.float64:
-        uniform = np.where(free, np.abs(product), 0.0)
-        before = direction.copy()
-        kernels.balance(direction, uniform)
-        np.testing.assert_allclose(direction, before - before.sum() / uniform.sum() * uniform, atol=1e-13)
+    """Conjugate to the last step on the free nodes, never against it; with a given sum of zero sum, before and then."""
+    _, pressure, _, step, product, descent, free = fields
+    descent, trial = np.where(free, descent, 0).astype(step.dtype), np.empty(SHAPE)
+    held = np.where(pressure > 0, np.inf, 0.0)
+    for curvature, toward, of_zero_sum in itertools.product((2.0, 0.0), (product, -product), (False, True)):
+        kernels.trials(pressure, 0.4, descent, step, toward, curvature, free, of_zero_sum, trial)
+        s = descent.astype(float) - of_zero_sum * descent[free].mean(dtype=float) * free
+        beta = max(0.0, -np.sum(s * toward) / curvature) if curvature else 0.0
+        d = s + beta * step
+        d -= of_zero_sum * d[free].mean()
+        np.testing.assert_allclose(trial, np.where(free, pressure + 0.4 * d, held), atol=1e-13 * (1 + beta))
+    assert beta == 0.0 != np.sum(descent.astype(float) * product)
 
 
 def test_steps_are_clipped_and_moves_stay_within_the_bounds(fields):
     cap, pressure, gap, step, product, descent, free = fields
     written = np.empty(SHAPE, step.dtype)
     for shift in (0.0, 0.2):
-        slope, clipped = kernels.clipped_step(pressure, 0.4, step, cap, shift, free, descent, written)
-        trial = pressure + 0.4 * step.astype(float)
-        trial = np.where(free & (trial > 0), trial + shift, trial)
+        trial = pressure + 0.4 * np.where(free, step, 0.0)
+        held = np.where(~free & (pressure == cap), np.inf, trial)
+        slope, clipped = kernels.clipped_step(pressure, held, shift, cap, descent, written)
+        trial = np.where((trial > 0) & (held < np.inf), trial + shift, trial)
         allowed = np.clip(trial, 0.0, cap)
         np.testing.assert_allclose(written, allowed - pressure, atol=4 * np.finfo(step.dtype).eps)
         assert slope == pytest.approx(np.sum(descent * (allowed - pressure)), rel=1e-6)
         assert clipped == np.count_nonzero(allowed != trial) > 0
+    changes = kernels.take_step(pressure.copy(), gap.copy(), OFFSET, DIAGONAL, cap, 1.0, False, written, product)
+    curvature = np.sum(written.astype(float) * product)
+    assert changes == pytest.approx((curvature, 1 / curvature if curvature > 0 else 0.0), rel=1e-6)
     size = kernels.room(pressure, 0.5 * written, cap)  # the step of shift 0.2 ends on a bound, so twice its half fits
     assert size == pytest.approx(2.0, rel=1e-6)
     toward = (pressure - (gap + OFFSET) / DIAGONAL).copy()

@@ -128,11 +128,13 @@ def test_shift_meets_the_sum(seed: int, share: float, cap: float, everywhere: bo
     free = rng.random((5, 6)) < 0.7
     trial = pressure + 0.7 * direction
     moved = np.full((5, 6), True) if everywhere else free & (trial > 0)
+    held = np.where(trial > 0, np.inf if cap < np.inf else 0.0, trial)  # what is not moved has the cap or nothing
+    trial = np.where(moved, trial, held)
     fixed = np.clip(trial[~moved], 0, cap).sum()
     force = fixed + share * moved.sum() * min(cap, 5.0)
     if not moved.any():
         force = fixed + 1.0
-    shift, met = kernels.shift_to_sum(pressure, 0.7, direction, cap, force, free, everywhere)
+    shift, met = kernels.shift_to_sum(trial, cap, force, everywhere)
     assert met == moved.any()
     if met:
         assert np.clip(trial + shift * moved, 0, cap).sum() == pytest.approx(force, rel=1e-12)

@@ -6,7 +6,6 @@ Warnings are errors in every test of this project, so a figure that warns fails 
 import matplotlib as mpl
 import numpy as np
 import pytest
-import seaborn
 from scipy import stats
 
 from roughslip.figures.comparison import COMPARED, MOST, comparison, drawn
@@ -22,16 +21,13 @@ from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
 from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
 from roughslip.figures.figure_field import figure_field
-from roughslip.figures.figure_map import DRAWN as MAP_DRAWN
-from roughslip.figures.figure_map import figure_map
-from roughslip.figures.figure_residence import DRAWN as RESIDENCE_DRAWN
-from roughslip.figures.figure_residence import figure_residence
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
-from roughslip.figures.figure_scan import NUMBERS, OUTSIDE, figure_scan
+from roughslip.figures.figure_scan import NUMBERS, figure_scan
 from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
 from roughslip.figures.friction_against_load import friction_against_load
-from roughslip.figures.style import STYLE, save
-from roughslip.scene.declarations import declarations
+from roughslip.figures.stick_slip import DRAWN as STICK_SLIP_DRAWN
+from roughslip.figures.stick_slip import figure_map, figure_residence
+from roughslip.figures.style import save
 from tests.figures.drawn import (
     DAMPING,
     Recorded,
@@ -61,8 +57,8 @@ FIGURES = {
     "figure_chain": (figure_chain, CHAIN_DRAWN["figure_chain"], chain_result()),
     "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
     "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
-    "map": (figure_map, MAP_DRAWN["figure_map"], map_result()),
-    "residence": (figure_residence, RESIDENCE_DRAWN["figure_residence"], residence_result()),
+    "map": (figure_map, STICK_SLIP_DRAWN["figure_map"], map_result()),
+    "residence": (figure_residence, STICK_SLIP_DRAWN["figure_residence"], residence_result()),
     "budget": (figure_budget, BUDGET_DRAWN["figure_budget"], budget_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
@@ -166,26 +162,6 @@ def test_all_is_in_its_place(name, case):
 def line(axes, label):
     (found,) = [each for each in axes.lines if each.get_label() == label]
     return found.get_data()
-
-
-def test_the_style_is_that_of_seaborn_but_for_its_font():
-    """A font of the machine would change figures from one machine to the next; matplotlib brings its own."""
-    with mpl.rc_context():
-        mpl.rcdefaults()
-        default = dict(mpl.rcParams)
-        seaborn.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)
-        theme = {name: mpl.rcParams[name] for name in STYLE}
-        others = {name for name, value in mpl.rcParams.items() if value != default[name]} - STYLE.keys()
-        mpl.rcParams.update(STYLE)
-        ours = {name: mpl.rcParams[name] for name in STYLE}
-    assert others == {"font.sans-serif", "grid.color", "image.cmap"}  # of which no figure takes grid or map
-    for name, value in ours.items():
-        if name == "axes.prop_cycle":
-            np.testing.assert_allclose(
-                [mpl.colors.to_rgb(one["color"]) for one in value], [one["color"] for one in theme[name]], atol=1e-6
-            )
-        elif name not in {"legend.frameon", "path.simplify_threshold", "savefig.dpi", "svg.hashsalt"}:
-            assert value == pytest.approx(theme[name]), name
 
 
 def test_figure2_draws_the_paper_s_four_curves_given_contact():
@@ -334,14 +310,6 @@ def test_the_scan_draws_the_stored_numbers():
     assert [text.get_text() for text in numbers.texts[:2]] == ["9 of 19", "0.3 µm (0.27 to 0.33)"]
 
 
-def test_far_twins_stay_in_the_picture_and_no_dimension_is_made_up():
-    result = scan_result(fractal=-0.4)
-    result["twin_skewness"] = result["skewness"] + np.array([0.0, 99.0])
-    numbers = figure_scan(result).axes[5]
-    np.testing.assert_allclose(numbers.lines[3].get_xdata(), [0.0, OUTSIDE])
-    assert "fractal dimension" not in [label.get_text() for label in numbers.get_yticklabels()]
-
-
 def test_a_scan_without_twins_is_drawn_alone_with_the_reason():
     axes = figure_scan(scan_alone()).axes
     assert "roughness.scan.marginal: gaussian" in axes[1].texts[0].get_text().replace("\n", " ")
@@ -433,6 +401,7 @@ def compared(count):
     }
 
 
+@pytest.mark.slow
 def test_every_scene_is_drawn_from_what_is_stored():
     results = compared(MOST)
     for number, result in enumerate(results["figure3"].values()):
@@ -468,15 +437,6 @@ def test_every_scene_is_drawn_from_what_is_stored():
     np.testing.assert_allclose(damping, 0.5 / (1 + speed), atol=0.01)  # where the map has its limit
 
 
-def test_a_scene_adds_the_panels_that_it_has():
-    results = {"figure3": {"one": friction(), "other": friction([50])}, "figure5": {"other": oscillator()}}
-    figure = comparison(results)
-    assert_all_is_in_its_place(figure)
-    assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
-    assert len(figure.axes[0].lines[1].get_ydata()) == 1
-    assert len(figure.axes[3].lines) == 1
-
-
 def test_titles_say_what_the_data_show():
     """No contact, and no stick without scatter, are said in the title; a picture with them has the plain title."""
     arrays = chain_result()
@@ -487,8 +447,3 @@ def test_titles_say_what_the_data_show():
     assert "no contact here, penetration 50 %" in titles[1][1]
     assert "no stick-slip cycle at D" in titles[1][3]
     assert "no stick-slip cycle at D" in figure5(oscillator() | bare).axes[0].get_title(loc="left")
-
-
-def test_captions_have_no_names_of_the_code():
-    captions = " ".join(stage.caption for stage in declarations().values())
-    assert not [word for word in captions.split() if "_" in word]

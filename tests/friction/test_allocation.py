@@ -19,7 +19,6 @@ from roughslip.friction.allocation import (
     half_width,
     influences,
     strip_pilot,
-    with_more_strips,
 )
 from roughslip.friction.combination import ORDERS
 from roughslip.friction.level import Level, levels_of
@@ -69,11 +68,11 @@ def test_a_pilot_shows_what_gaussian_windows_leave(wider: float):
     """
     solved, control = pilot(4000, 4000)
     coarse = [(1.0 + wider * (mu - 1.0), valid) for mu, valid in solved]
-    found = error_sources(PERCENTILES, levels(solved, control, coarse))
+    sources = error_sources(PERCENTILES, levels(solved, control, coarse))
     # below 20 % nothing is asked, and the mean at the median is exact by calibration
     names = [(20.0, "friction_mean"), (20.0, "friction_std"), (50.0, "friction_std")]
-    assert [(one.percentile, one.statistic) for one in found] == names
-    for one in found:
+    assert [(one.percentile, one.statistic) for one in sources] == names
+    for one in sources:
         without = one.solved / one.safety[0], one.control / one.safety[1]
         exact = truth(one.statistic, 1.0 + MIDDLE * (1.0 - wider))
         assert without == pytest.approx(exact, rel=5 * math.sqrt(2 / 4000))
@@ -92,8 +91,8 @@ def test_strips_on_coarse_cells_alone_take_their_share_of_the_variance(others: i
         seen, own, fine = rng.standard_normal((3, strips, WINDOWS))
         half = RHO * seen + math.sqrt(1 - RHO**2) * own
         values = c * half + math.sqrt(1 - c**2) * fine
-        for found, part in ((solved, values), (coarse, half), (control, 2.0 * seen)):
-            found.append((1.0 + SCATTER * part, np.ones(part.shape, bool)))
+        for tables, part in ((solved, values), (coarse, half), (control, 2.0 * seen)):
+            tables.append((1.0 + SCATTER * part, np.ones(part.shape, bool)))
     parts = {}
     for statistic, power in (("mean", 1), ("std", 2)):
         m = sum(1 / (2**order - 1) for order in ORDERS[statistic]) / 2
@@ -130,12 +129,12 @@ def test_influences_are_what_a_strip_adds_where_some_windows_do_not_touch():
     """Of the logarithms of mean and deviation: their mean is zero, and a strip counted twice moves both by its S-th."""
     rng = np.random.default_rng(3)
     mu, valid = rng.normal(0.3, 0.05, (400, 6)), rng.random((400, 6)) < 0.6
-    found = influences(mu, valid)
-    assert np.abs(found.mean(axis=0)).max() < 1e-12
+    change = influences(mu, valid)
+    assert np.abs(change.mean(axis=0)).max() < 1e-12
     for strip in (0, 7):
         twice, also = np.concatenate((mu, mu[[strip]])), np.concatenate((valid, valid[[strip]]))
         moved = [math.log(of(twice[also]) / of(mu[valid])) for of in (np.mean, np.std)]
-        assert moved == pytest.approx(found[strip] / 400, abs=3e-5)
+        assert moved == pytest.approx(change[strip] / 400, abs=3e-5)
     assert np.isfinite(influences(mu, valid & (np.arange(400) < 2)[:, None])).all()
     with pytest.raises(IllPosedError, match="fewer than 2 of 400"):
         influences(mu, valid & (np.arange(400) < 1)[:, None])
@@ -246,14 +245,3 @@ def test_an_accuracy_out_of_reach_has_a_nearest_one():
     nothing = Option(0, errors, SampleLimits(WIDE.strips, WIDE.many, WIDE.costs, 1e-3))
     with pytest.raises(IllPosedError, match=r"nor is any other; raise accuracy.cost_limit_cpu_s to"):
         strip_pilot([nothing], ASKED, 1e-6).numbers()
-
-
-def test_strips_are_raised_to_the_largest_number_needed_within_the_limit():
-    """Of 60, 80 and 120 strips, twice as many of the control; the last cost 120 (0.3 + 2 x 0.01) s, above the limit."""
-    options = [Option(0, [ErrorSources(50.0, "friction_std", 0.02, 0.1)], WIDE)]
-    asked = {"friction_std": 0.1}
-    chosen = with_more_strips(options, asked, [60, 120, 80], 2.0, 30.0)
-    assert (chosen[1].strips, chosen[1].many) == (80, 160)
-    assert chosen[1].cost == pytest.approx(80 * 0.3 + 160 * 0.01)
-    assert with_more_strips(options, asked, [120], 2.0, 30.0) is None
-    assert with_more_strips(options, asked, [], 2.0, 30.0) is None

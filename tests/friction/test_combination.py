@@ -69,22 +69,22 @@ def test_the_truth_as_control_returns_the_pooled_sample() -> None:
     _, control, weights = sample(np.random.default_rng(12))
     same, many = control[0][:STRIPS], control[0][STRIPS:]
     c = combine(levels_of(windows(same), control), weights)
-    found = c.estimates()
+    estimates = c.estimates()
     for name, one in (("mean", np.mean), ("std", np.std)):
         pooled = one(same) ** (1 - SHARE) * one(many) ** SHARE
-        assert found[name].value == pytest.approx(pooled, rel=1e-12)
+        assert estimates[name].value == pytest.approx(pooled, rel=1e-12)
         assert c.variance_share[name] == pytest.approx(1 - SHARE, rel=1e-9)
-    assert found["variation"].value == pytest.approx(found["std"].value / found["mean"].value, rel=1e-12)
-    assert found["autocorrelation"].value[0] == 1.0
-    assert found["quantiles"].value.shape == (5,)
+    assert estimates["variation"].value == pytest.approx(estimates["std"].value / estimates["mean"].value, rel=1e-12)
+    assert estimates["autocorrelation"].value[0] == 1.0
+    assert estimates["quantiles"].value.shape == (5,)
 
 
 def test_the_scatter_of_the_other_strips_lowers_the_weight_of_the_control() -> None:
     """Other strips with a quarter of the variance, by their number or their replicates: alpha = 1 / (1 + 1/4)."""
     same, many = np.array([3.0, 1.0, -1.0, 1.0, -1.0]), np.array([1.0, 0.5, 0.5, -0.5, -0.5])
     for strips in (0.25, None):
-        found, kept = controlled({"mean": same}, {"mean": same}, {"mean": many}, strips)
-        assert found["mean"][0] == pytest.approx(3.0 - 0.8 * 2.0, rel=1e-14)
+        estimates, kept = controlled({"mean": same}, {"mean": same}, {"mean": many}, strips)
+        assert estimates["mean"][0] == pytest.approx(3.0 - 0.8 * 2.0, rel=1e-14)
         assert kept["mean"] == pytest.approx(0.2, rel=1e-14)
 
 
@@ -108,13 +108,13 @@ def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(
         high, low = (1 / (2**order - 1) for order in ORDERS[name])
         f = low + place * (high - low)
         fine, coarse = ((factor * solved[0], solved[1]) for factor in (1.01, 1.01 ** (1 + 1 / f)))
-        found = combine(levels_of(fine, control, coarse), weights, factors)
-        change = found.mesh_change(name)
+        combined = combine(levels_of(fine, control, coarse), weights, factors)
+        change = combined.mesh_change(name)
         assert bool(change.low <= 1 / 1.01 - 1 <= change.high) == within
         assert change.value == pytest.approx(1.01 ** (-(low + high) / 2 / f) - 1, rel=1e-9)
         if place == 0.5:
-            assert found.rows[name][0] == pytest.approx(truth.rows[name][0], abs=1e-12)
-        assert found.rows["autocorrelation"][0, 1] == pytest.approx(truth.rows["autocorrelation"][0, 1], abs=1e-9)
+            assert combined.rows[name][0] == pytest.approx(truth.rows[name][0], abs=1e-12)
+        assert combined.rows["autocorrelation"][0, 1] == pytest.approx(truth.rows["autocorrelation"][0, 1], abs=1e-9)
 
 
 def test_calibration_fixes_the_mean_of_the_reference_in_every_replicate() -> None:
@@ -172,8 +172,8 @@ def test_strips_on_coarse_cells_alone_bring_no_bias_and_save_what_they_promise()
         solved, control = windows(1.0 + 0.1 * fine), windows(1.0 + 0.1 * np.concatenate(seen))
         coarse = windows(1.05 * (1.0 + 0.1 * np.concatenate(half)))
         weights = [strip_weights(count, 200, rng) for count in groups]
-        found = combine(levels_of(solved, control, coarse), weights)
-        means[k], kept[k] = math.exp(found.rows["mean"][0]), found.variance_share["mean"]
+        combined = combine(levels_of(solved, control, coarse), weights)
+        means[k], kept[k] = math.exp(combined.rows["mean"][0]), combined.variance_share["mean"]
     theory = 1 - c**2 / (1 + variance)
     of_one = 0.01 / groups[0] / WINDOWS
     assert np.var(means) / of_one == pytest.approx(theory * 20 / 19, rel=4 * math.sqrt(2 / 399))
@@ -199,10 +199,10 @@ def test_intervals_cover_mean_std_and_quartile_of_a_known_process() -> None:
         coarse = 0.29 + 0.027 * control
         valid = np.ones(coarse.shape, bool)
         levels = levels_of((mu, valid[:solved]), (coarse, valid))
-        found = combine(levels, group_weights(levels, 200, rng)).estimates()
+        result = combine(levels, group_weights(levels, 200, rng)).estimates()
         for name, value in truth.items():
             low, high = (
-                np.atleast_1d(end)[1 if name == "quantiles" else 0] for end in (found[name].low, found[name].high)
+                np.atleast_1d(end)[1 if name == "quantiles" else 0] for end in (result[name].low, result[name].high)
             )
             hits[name] += bool(low <= value <= high)
     assert all(0.90 * repetitions <= count <= 0.99 * repetitions for count in hits.values()), hits
@@ -238,23 +238,25 @@ def table():
 def test_the_mean_at_the_median_is_as_given_and_the_others_follow(table):
     """The combined mean is exact at 50 %, without interval; others are 0.3 times the ratio of means, to
     4 x 0.05 / sqrt(60 x 12). The shear strength is 0.3 Pa over a mean of 1."""
-    found, mu, done = table
-    combined = found.combined["mean"]
+    estimates, mu, done = table
+    combined = estimates.combined["mean"]
     assert (combined[1].value, combined[1].low, combined[1].high) == (pytest.approx(MEAN),) * 3
     assert [float(each.value) for each in combined] == pytest.approx([MEAN * m for m in MEANS], rel=0.01)
-    assert float(found.shear.value) == pytest.approx(MEAN, rel=0.01)
-    np.testing.assert_array_equal(found.mu[0], float(found.shear.value) * mu)
+    assert float(estimates.shear.value) == pytest.approx(MEAN, rel=0.01)
+    np.testing.assert_array_equal(estimates.mu[0], float(estimates.shear.value) * mu)
     assert done == [(1, 3), (2, 3), (3, 3)]
 
 
 def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
-    found, _, _ = table
-    variables = table_variables(found) | law_variables(found, np.random.default_rng(6))
+    statistics, _, _ = table
+    variables = table_variables(statistics) | law_variables(statistics, np.random.default_rng(6))
     assert variables["mean"].values.shape == (2, 3)
-    np.testing.assert_array_equal(variables["combined_mean"].values, [each.value for each in found.combined["mean"]])
+    np.testing.assert_array_equal(
+        variables["combined_mean"].values, [each.value for each in statistics.combined["mean"]]
+    )
     np.testing.assert_allclose(variables["lag"].values, 1e-4 * np.arange(COLUMNS))
     np.testing.assert_allclose(variables["triangle"].values[:5], [1.0, 0.75, 0.5, 0.25, 0.0], atol=1e-12)
-    change = trend_estimates(found.combined, LAYOUT.percentiles)["trend_combined_mean_change"]
+    change = trend_estimates(statistics.combined, LAYOUT.percentiles)["trend_combined_mean_change"]
     assert float(variables["trend_combined_mean_change"].values) == float(change.value) < 0.0
     # the mean falls by many standard errors, further than any replicate
     least = float(variables["least_p_value"].values)
@@ -280,13 +282,13 @@ def test_straight_lines_end_at_each_lag_within_the_window():
     """An exponential has its length by all of them; the triangle by none, and the window itself is no largest lag."""
     lags, length = 1e-4 * np.arange(10), 2.5e-4
     curve = Estimate.from_rows(np.tile(np.exp(-lags / length), (41, 1)))
-    found = line_variables(curve, lags, 6e-4)
-    np.testing.assert_array_equal(found["largest_lag"].values, lags[1:6])
-    np.testing.assert_allclose(found["log_line"].values, length, rtol=1e-9)
-    own, triangle = window_lengths(lags, 6e-4), found["triangle_log_line"].values
+    variables = line_variables(curve, lags, 6e-4)
+    np.testing.assert_array_equal(variables["largest_lag"].values, lags[1:6])
+    np.testing.assert_allclose(variables["log_line"].values, length, rtol=1e-9)
+    own, triangle = window_lengths(lags, 6e-4), variables["triangle_log_line"].values
     assert np.all(np.diff(triangle) < 0.0)
-    names = list(found["length_name"].values)
-    for name, value in zip(names, found["triangle_length"].values, strict=True):
+    names = list(variables["length_name"].values)
+    for name, value in zip(names, variables["triangle_length"].values, strict=True):
         assert value == getattr(own, name)
     assert triangle[-1] < own.log_line_90 * 1.2
-    assert 0.8 < float(found["triangle_log_line_r2"].values) < 1.0
+    assert 0.8 < float(variables["triangle_log_line_r2"].values) < 1.0

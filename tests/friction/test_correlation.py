@@ -177,14 +177,14 @@ def test_white_pressure_has_the_triangle_of_its_windows():
 
     400 measurements leave a scatter of 1 / sqrt(400 x 300) = 0.003.
     """
-    found = white_autocorrelation(100, 160, 40, 4, 31, 400, np.random.default_rng(1))
-    assert found.value[0] == 1.0
+    bound = white_autocorrelation(100, 160, 40, 4, 31, 400, np.random.default_rng(1))
+    assert bound.value[0] == 1.0
     expected = triangular(4.0 * np.arange(31), 40.0)
-    np.testing.assert_allclose(found.value, expected - (1 - expected) / 300, atol=4 * 0.003)
-    assert np.all(found.low <= found.value)
-    assert np.all(found.value <= found.high)
+    np.testing.assert_allclose(bound.value, expected - (1 - expected) / 300, atol=4 * 0.003)
+    assert np.all(bound.low <= bound.value)
+    assert np.all(bound.value <= bound.high)
     # Bartlett: beyond the window the variance of r is sum r^2 over the number of windows, 2/3 x 40 / 4 x 2 + 1 lags
-    far = found.replicates[-1]
+    far = bound.replicates[-1]
     windows = 100 * 1  # pairs at a lag of three windows: one independent pair a strip
     assert far.std() == pytest.approx(math.sqrt(2 / 3 / windows), rel=0.35)
 
@@ -206,8 +206,8 @@ def test_a_straight_line_through_the_logarithm_of_a_triangle_depends_on_its_larg
     assert triangle_log_line(share) == pytest.approx(-1 / slope, rel=1e-8)
     assert 600e-6 * triangle_log_line(share) == pytest.approx(length, abs=0.5e-6)
     lags = np.linspace(0.0, 600e-6, 10_001)
-    found, straight = log_line(lags, triangular(lags, 600e-6)[None], share * 600e-6)
-    assert found[0] == pytest.approx(length, rel=2e-3)
+    fitted, straight = log_line(lags, triangular(lags, 600e-6)[None], share * 600e-6)
+    assert fitted[0] == pytest.approx(length, rel=2e-3)
     assert 0.8 < straight[0] < 0.995
 
 

@@ -235,21 +235,21 @@ def drawn(family_member, sign=1) -> dict:
 )
 def test_a_family_finds_its_own_members(family, family_member, skewness):
     """10 000 windows: the distance is what sampling leaves, some 1 / sqrt(n); skewness is known to some 0.06."""
-    found = drawn(family_member)
-    assert found[family].distance.value < 3 / np.sqrt(10_000)
-    assert found[family].distance.low == 0.0
-    assert float(found[family].skewness.value) == pytest.approx(skewness, abs=0.12)
-    assert found[family].distance.value <= min(found[other].distance.value for other in FAMILIES) + 0.004
+    values = drawn(family_member)
+    assert values[family].distance.value < 3 / np.sqrt(10_000)
+    assert values[family].distance.low == 0.0
+    assert float(values[family].skewness.value) == pytest.approx(skewness, abs=0.12)
+    assert values[family].distance.value <= min(values[other].distance.value for other in FAMILIES) + 0.004
     mirrored = drawn(family_member, -1)[family]  # but for one window between a quantile and that of its mirror
-    assert mirrored.skewness.value == pytest.approx(-found[family].skewness.value, abs=0.011)  # a place of the table
-    assert mirrored.distance.value == pytest.approx(found[family].distance.value, abs=1e-3)
-    distance = found[family].distance  # each family is as uncertain as the quantiles of the sample
+    assert mirrored.skewness.value == pytest.approx(-values[family].skewness.value, abs=0.011)  # a place of the table
+    assert mirrored.distance.value == pytest.approx(values[family].distance.value, abs=1e-3)
+    distance = values[family].distance  # each family is as uncertain as the quantiles of the sample
     assert distance.high - distance.value == pytest.approx(
-        found["normal"].distance.high - found["normal"].distance.value
+        values["normal"].distance.high - values["normal"].distance.value
     )
     assert 0.3 / np.sqrt(10_000) < distance.high - distance.value < 6 / np.sqrt(10_000)
     if skewness:
-        assert found["normal"].distance.low > 0.05
+        assert values["normal"].distance.low > 0.05
 
 
 def test_shapes_of_sets_are_larger_the_more_windows_a_set_has(monkeypatch):
@@ -265,12 +265,12 @@ def test_shapes_of_sets_are_larger_the_more_windows_a_set_has(monkeypatch):
         assert shape.low < shape.value < shape.high
         assert shape.value == pytest.approx(1.0 - 7 / SET_WINDOWS, abs=0.02)
     mu = 0.3 + 0.01 * rng.standard_normal((200, 100))
-    found = []
+    shapes = []
     for windows_of_a_set, range_of_it in ((100, 5.015), (1000, 6.483)):
         monkeypatch.setattr("roughslip.friction.marginal.SET_WINDOWS", windows_of_a_set)
         for shape in set_beta(mu, valid, np.random.default_rng(1)):
             assert 2 * shape.value + 1 == pytest.approx(range_of_it**2 / 4, rel=0.12)
-            found.append(float(shape.value))
-    assert min(found[2:]) > max(found[:2])
+            shapes.append(float(shape.value))
+    assert min(shapes[2:]) > max(shapes[:2])
     with pytest.raises(IllPosedError, match="no scatter in a set"):
         set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng)

@@ -70,23 +70,23 @@ def test_the_cusp_of_an_exponential_lies_between_panels(lag):
         def density(x, edge=edge, power=1):
             return math.exp(-power * abs(x)) * (1.0 - abs(x / edge - lag)) / edge
 
-        for found, power in zip(mean_powers(surface, edge, 1.0, lag * edge), POWERS, strict=True):
+        for mean_power, power in zip(mean_powers(surface, edge, 1.0, lag * edge), POWERS, strict=True):
             kinks = [x for x in (0.0, lag * edge) if ends[0] < x < ends[1]]
             exact = quad(density, *ends, args=(edge, power), points=kinks, limit=200, epsabs=1e-14)[0]
-            assert found == pytest.approx(exact, rel=1e-6)
+            assert mean_power == pytest.approx(exact, rel=1e-6)
 
 
 def test_covariance_of_the_influence_is_that_over_all_pairs_of_blocks():
     rng = np.random.default_rng(1)
     area, force = rng.uniform(1, 2, (6, 9)), rng.uniform(1, 3, (6, 9))
     weights = strip_weights(6, 40, rng)
-    found = influence_covariance(area, force, weights)
+    covariance = influence_covariance(area, force, weights)
     counts = weights[3]
     mu = (counts @ area).sum() / (counts @ force).sum()
     influence = (area - mu * force) / ((counts @ force).sum() / (6 * 9))
     for lag in range(9):
         pairs = np.array([sum(one[i] * one[i + lag] for i in range(9 - lag)) for one in influence])
-        assert found[3, lag] == pytest.approx(counts @ pairs / (6 * (9 - lag)))
+        assert covariance[3, lag] == pytest.approx(counts @ pairs / (6 * (9 - lag)))
     two = (influence[:, 1:] + influence[:, :-1]) / 2
     assert adjacent_variance(area, force, weights, 2)[3] == pytest.approx(counts @ (two**2).sum(axis=1) / (6 * 8))
 

@@ -33,12 +33,12 @@ def ensemble(process, spacing, length, paths, method, seed=7):
 
 
 def beginning(path, nodes):
-    found = np.empty(0)
+    nodes_drawn = np.empty(0)
     for piece in path:
-        found = np.concatenate((found, piece))
-        if found.size >= nodes:
-            return found[:nodes]
-    raise AssertionError(f"the path ends after {found.size} of {nodes} nodes")
+        nodes_drawn = np.concatenate((nodes_drawn, piece))
+        if nodes_drawn.size >= nodes:
+            return nodes_drawn[:nodes]
+    raise AssertionError(f"the path ends after {nodes_drawn.size} of {nodes} nodes")
 
 
 def translated_correlation(process, rho):
@@ -98,8 +98,8 @@ def test_a_path_has_no_beginning(method):
     """
     first = ensemble(PUBLISHED, LENGTH / 2, LENGTH, 2000, method) / PUBLISHED.marginal.standard_deviation
     skewness = float(beta_distribution(2.1, 5.0).stats(moments="s"))
-    found = (first[:, 0] ** 2, first[:, 0] * first[:, 1], first[:, 0] * first[:, 2], first[:, 0] ** 3)
-    for products, exact in zip(found, (1.0, math.exp(-0.5), math.exp(-1.0), skewness), strict=True):
+    moments = (first[:, 0] ** 2, first[:, 0] * first[:, 1], first[:, 0] * first[:, 2], first[:, 0] ** 3)
+    for products, exact in zip(moments, (1.0, math.exp(-0.5), math.exp(-1.0), skewness), strict=True):
         assert products.mean() == pytest.approx(exact, abs=5 * products.std() / math.sqrt(2000))
 
 
@@ -108,8 +108,8 @@ def test_table_is_that_of_linear_interpolation():
     table = PUBLISHED.translation()
     z = np.random.default_rng(1).uniform(-9.0, 9.0, 100_000)
     z[:8194:2], z[1:8194:2] = table.normal, np.nextafter(table.normal, -10.0)
-    found = np.array([interpolated(score, table.normal, table.values) for score in z])
-    assert np.array_equal(found, np.interp(z, table.normal, table.values))
+    values = np.array([interpolated(score, table.normal, table.values) for score in z])
+    assert np.array_equal(values, np.interp(z, table.normal, table.values))
 
 
 @WAYS
@@ -196,9 +196,9 @@ def test_moving_average_is_the_plain_sum(shape):
     h, count = average.weights, PIECE_NODES + 400
     noise = np.random.default_rng([5]).standard_normal(2 * count)
     plain = average.translation.apply(np.convolve(noise, h, "valid")[:count])
-    found = beginning(average.realisation([5]), count)
-    np.testing.assert_allclose(found, plain, atol=1e-12)
-    assert np.array_equal(found, beginning(average.realisation([5], 97), count))
+    path = beginning(average.realisation([5]), count)
+    np.testing.assert_allclose(path, plain, atol=1e-12)
+    assert np.array_equal(path, beginning(average.realisation([5], 97), count))
 
 
 @pytest.mark.slow
@@ -256,13 +256,13 @@ shapes = st.floats(0.4, 200.0)
 def test_cumulants_fall_as_those_of_a_mean(a, b, windows):
     mean, std, skewness, excess = beta_moments(a, b)
     mean_of_all = average_beta(BetaDistribution(a, b, 0.2, 0.7), windows)
-    found = beta_moments(mean_of_all.a, mean_of_all.b)
+    moments = beta_moments(mean_of_all.a, mean_of_all.b)
     assert 0.2 + 0.5 * mean == pytest.approx(mean_of_all.mean, rel=1e-9)
     assert mean_of_all.standard_deviation == pytest.approx(0.5 * std / np.sqrt(windows), rel=1e-9)
     # skewness^2 and kurtosis of shapes a, b are differences of numbers of order 1 / (a + b): rounding grows with a + b
     rounding = 1e-13 * (a + b) ** 2 + 1e-9
-    assert found[2] == pytest.approx(skewness / np.sqrt(windows), abs=rounding)
-    assert found[3] == pytest.approx(excess / windows, abs=rounding)
+    assert moments[2] == pytest.approx(skewness / np.sqrt(windows), abs=rounding)
+    assert moments[3] == pytest.approx(excess / windows, abs=rounding)
 
 
 def test_means_of_drawn_windows_have_this_distribution():
@@ -294,13 +294,13 @@ def state_covariance(built):
 def test_pieces_of_any_length_are_one_path(nodes):
     built = recursion(PUBLISHED, LENGTH / 16)
     whole = next(iter(built.realisation([1, 2], 5000)))
-    found: list[float] = []
+    joined: list[float] = []
     for piece in built.realisation([1, 2], nodes):
         assert piece.size == nodes
-        found.extend(piece)
-        if len(found) >= 5000:
+        joined.extend(piece)
+        if len(joined) >= 5000:
             break
-    assert np.array_equal(found[:5000], whole)
+    assert np.array_equal(joined[:5000], whole)
 
 
 @pytest.mark.parametrize(("a", "b"), BORDER)

@@ -38,8 +38,8 @@ def test_shot_noise_at_light_load():
     """All of the stress shared: 2 / sqrt(2 pi) int x exp(-x^2 / 2) (1 - x sqrt(2 / pi))^2 dx, which is
     sqrt(2 / pi) (4 / pi - 1), over A^2 = 2 p^2 / pi, times p."""
     pressure = 1e-4
-    found = pair_covariance(np.array([1.0]), pressure)[0] * 2.0 * pressure / math.pi
-    assert found == pytest.approx(math.sqrt(2.0 / math.pi) * (4.0 / math.pi - 1.0), rel=3e-4)
+    variance = pair_covariance(np.array([1.0]), pressure)[0] * 2.0 * pressure / math.pi
+    assert variance == pytest.approx(math.sqrt(2.0 / math.pi) * (4.0 / math.pi - 1.0), rel=3e-4)
 
 
 @pytest.mark.parametrize("pressure", [0.3, 1.0, 2.0])
@@ -75,8 +75,8 @@ def test_pairs_are_random_walks(rho, pressure):
 def test_covariance_grows_with_what_is_shared():
     """Where nothing is shared there is no covariance, and the more is shared the more there is."""
     assert pair_covariance(np.array([0.0, 1e-6]), 0.5) == pytest.approx([0.0, 0.0], abs=1e-6)
-    found = pair_covariance(np.linspace(0.0, 1.0, 200), 0.02)
-    assert (np.diff(found) > 0.0).all()
+    covariance = pair_covariance(np.linspace(0.0, 1.0, 200), 0.02)
+    assert (np.diff(covariance) > 0.0).all()
 
 
 def test_in_full_contact_the_force_alone_scatters():
@@ -97,8 +97,8 @@ def test_roughness_of_a_gaussian_covariance():
     rough = roughness_of(GAUSSIAN, 3e-5)
     assert rough.slope == pytest.approx(2e-7 / LENGTH, rel=1e-3)
     r = np.linspace(0.0, 3.0, 7)
-    found = correlation_of_slopes(GAUSSIAN, rough, 0.6 * r * LENGTH, 0.8 * r * LENGTH)
-    assert found == pytest.approx((1 - r**2) * np.exp(-(r**2)), abs=2e-3)
+    correlation = correlation_of_slopes(GAUSSIAN, rough, 0.6 * r * LENGTH, 0.8 * r * LENGTH)
+    assert correlation == pytest.approx((1 - r**2) * np.exp(-(r**2)), abs=2e-3)
 
 
 @pytest.mark.parametrize(("lay", "angle", "mesh"), [(1.0, 0.0, 500), (4.0, 0.6, 800)])
@@ -156,9 +156,9 @@ def test_independent_solves_of_another_programme():
 def test_friction_of_a_long_pad_is_correlated_over_its_length():
     """Two pads of the same length a slip apart share 1 - s / L of their contacts, but for a share of l / L."""
     length, lags = 200 * LENGTH, np.linspace(0.0, 1.2, 7) * 200 * LENGTH
-    found = autocorrelation_of_friction(GAUSSIAN, MODULUS, 5e7, (length, length), lags)
-    assert found == pytest.approx(np.maximum(1.0 - lags / length, 0.0), abs=0.01)
-    assert found[0] == 1.0
+    correlation = autocorrelation_of_friction(GAUSSIAN, MODULUS, 5e7, (length, length), lags)
+    assert correlation == pytest.approx(np.maximum(1.0 - lags / length, 0.0), abs=0.01)
+    assert correlation[0] == 1.0
 
 
 def influences(load, window, cells, hardness=math.inf):
@@ -168,8 +168,8 @@ def influences(load, window, cells, hardness=math.inf):
     sums = []
     for number in range(cells):
         heights = cell_heights(embedding.sample(np.random.default_rng([3, number])), grid)
-        (found,) = solve_loads(influence, heights, [load * MODULUS * slope], 1e-4, hardness * MODULUS * slope)
-        parts = [x.reshape(256, 128 // window[1], window[1]).sum(axis=2).T for x in (found.shares, found.pressure)]
+        (solved,) = solve_loads(influence, heights, [load * MODULUS * slope], 1e-4, hardness * MODULUS * slope)
+        parts = [x.reshape(256, 128 // window[1], window[1]).sum(axis=2).T for x in (solved.shares, solved.pressure)]
         around = [np.concatenate((part, part[:, : window[0] - 1]), axis=1) for part in parts]
         sums.append([window_sums(part, window[0], 8) for part in around])
     area, force = np.array(sums).swapaxes(0, 1).swapaxes(2, 3)
@@ -179,14 +179,14 @@ def influences(load, window, cells, hardness=math.inf):
 @pytest.mark.slow
 def test_solved_cells_have_this_autocorrelation():
     """640 windows of 64 x 32 nodes at p* = 0.1: each correlation is known to 0.04. The last two are without overlap."""
-    found = influences(0.1, (64, 32), 40)
+    solved = influences(0.1, (64, 32), 40)
     lags = np.array([0, 2, 4, 6, 8, 10])
-    measured = np.array([np.mean(found * np.roll(found, -lag, axis=1)) for lag in lags]) / np.mean(found**2)
+    measured = np.array([np.mean(solved * np.roll(solved, -lag, axis=1)) for lag in lags]) / np.mean(solved**2)
     pressure, window = 0.1 * MODULUS * 2e-7 / LENGTH, (64e-6, 32e-6)
     law = autocorrelation_of_friction(GAUSSIAN, MODULUS, pressure, window, lags * 8e-6)
     assert law == pytest.approx(measured, abs=0.08)
     assert law[1] == pytest.approx(0.79, abs=0.05)
-    assert math.sqrt(np.mean(found**2)) == pytest.approx(
+    assert math.sqrt(np.mean(solved**2)) == pytest.approx(
         scatter_of_friction(GAUSSIAN, MODULUS, pressure, window), rel=0.08
     )
 

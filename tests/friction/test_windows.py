@@ -266,17 +266,17 @@ IN_MU = (
 
 
 def described(mu=MU, valid=VALID, weights=WEIGHTS, metre=1.0):
-    found = describe((mu, valid), weights, metre * LAGS, metre * WINDOW, np.random.default_rng(2))
-    assert len(found) == 29
-    return found
+    estimates = describe((mu, valid), weights, metre * LAGS, metre * WINDOW, np.random.default_rng(2))
+    assert len(estimates) == 29
+    return estimates
 
 
-def is_same(found, expected, factor=lambda name: 1.0, without=()):
+def is_same(estimates, expected, factor=lambda name: 1.0, without=()):
     for name, estimate in expected.items():
         if name.startswith(without):
             continue
         for part in ("value", "low", "high", "replicates"):
-            one, other = getattr(found[name], part), factor(name) * getattr(estimate, part)
+            one, other = getattr(estimates[name], part), factor(name) * getattr(estimate, part)
             np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-7 * factor(name), err_msg=f"{name} {part}")
 
 
@@ -302,15 +302,15 @@ def test_in_the_other_direction(plain):
     # what a strip that counts twice gives, two of it give
     twice = np.concatenate((MU, MU)), np.concatenate((VALID, VALID)), np.concatenate((WEIGHTS, 0 * WEIGHTS), axis=1)
     twice[2][0] = 1
-    found = described(*twice)
+    estimates = described(*twice)
     for name in ("mean", "std", "skewness", "quantiles", "autocorrelation", "beta_a", "scaled_beta_b"):
-        np.testing.assert_allclose(found[name].value, plain[name].value, rtol=1e-6)
-        np.testing.assert_allclose(found[name].replicates, plain[name].replicates, rtol=1e-6, atol=1e-7)
+        np.testing.assert_allclose(estimates[name].value, plain[name].value, rtol=1e-6)
+        np.testing.assert_allclose(estimates[name].replicates, plain[name].replicates, rtol=1e-6, atol=1e-7)
 
 
 def test_mirrored_about_a_value(plain):
     """1 - mu is as far below as mu is above: odd moments change their sign, and quantiles and Beta shapes places."""
-    found = described(1.0 - MU)
+    estimates = described(1.0 - MU)
     for name, other, sign, start in (
         ("mean", "mean", -1.0, 1.0), ("std", "std", 1.0, 0.0), ("skewness", "skewness", -1.0, 0.0),
         ("kurtosis", "kurtosis", 1.0, 0.0), ("scaled_beta_a", "scaled_beta_b", 1.0, 0.0),
@@ -318,6 +318,6 @@ def test_mirrored_about_a_value(plain):
         ("effective_windows", "effective_windows", 1.0, 0.0), ("autocorrelation", "autocorrelation", 1.0, 0.0),
         ("length_one_over_e", "length_one_over_e", 1.0, 0.0), ("missing_share", "missing_share", 1.0, 0.0),
     ):  # fmt: skip
-        np.testing.assert_allclose(found[name].rows, start + sign * plain[other].rows, rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(estimates[name].rows, start + sign * plain[other].rows, rtol=1e-6, atol=1e-8)
     for name, other in (("beta_a", "beta_b"), ("beta_misfit", "beta_misfit")):  # on a table of quantiles of the sample
-        np.testing.assert_allclose(found[name].value, plain[other].value, rtol=0.05)
+        np.testing.assert_allclose(estimates[name].value, plain[other].value, rtol=0.05)

@@ -64,17 +64,17 @@ def test_count_intervals_cover_the_truth_as_often_as_they_say():
 def test_moments_are_the_textbook_ones(sign):
     """About 0.012 with a scatter of 1e-4: sums about the mean of all lose no digits to that ratio."""
     position = 0.012 + sign * 1e-4 * np.random.default_rng(2).gamma(3.0, size=(20, 15))
-    found = statistics_of(position)
+    statistics = statistics_of(position)
     sample = position.ravel()
-    assert found.mean[0] == pytest.approx(sample.mean(), rel=1e-14)
-    assert found.std[0] == pytest.approx(sample.std(), rel=1e-12)
-    assert found.skewness[0] == pytest.approx(stats.skew(sample), rel=1e-11)
-    assert found.kurtosis[0] == pytest.approx(stats.kurtosis(sample), rel=1e-11)
+    assert statistics.mean[0] == pytest.approx(sample.mean(), rel=1e-14)
+    assert statistics.std[0] == pytest.approx(sample.std(), rel=1e-12)
+    assert statistics.skewness[0] == pytest.approx(stats.skew(sample), rel=1e-11)
+    assert statistics.kurtosis[0] == pytest.approx(stats.kurtosis(sample), rel=1e-11)
     normal = stats.norm(sample.mean(), sample.std())
-    assert found.distance_to_normal[0] == pytest.approx(stats.kstest(sample, normal.cdf).statistic, rel=1e-10)
-    assert (found.events, found.realisations) == (300, 20)
+    assert statistics.distance_to_normal[0] == pytest.approx(stats.kstest(sample, normal.cdf).statistic, rel=1e-10)
+    assert (statistics.events, statistics.realisations) == (300, 20)
     for name in ("mean", "std", "skewness", "kurtosis", "distance_to_normal"):
-        value, low, high = getattr(found, name)
+        value, low, high = getattr(statistics, name)
         assert low < value < high
 
 
@@ -85,7 +85,7 @@ def test_intervals_are_percentiles_of_resampled_runs():
     are reflected.
     """
     position = np.random.default_rng(13).gamma(2.0, size=(9, 7))
-    found = statistics_of(position, seed=14)
+    statistics = statistics_of(position, seed=14)
     drawn = np.random.default_rng(14).multinomial(9, np.full(9, 1 / 9), size=REPLICATES)
     samples = np.array([np.repeat(position, counts, axis=0).ravel() for counts in drawn])
     replicates = {
@@ -97,7 +97,7 @@ def test_intervals_are_percentiles_of_resampled_runs():
     for name, values in replicates.items():
         freedom = 8.0 if name == "mean" else 8.0 / 3.0
         margin = stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975) * math.sqrt(9 / 8)
-        value, *ends = np.log(found.std) if name == "std" else getattr(found, name)
+        value, *ends = np.log(statistics.std) if name == "std" else getattr(statistics, name)
         away = np.quantile(np.log(values) if name == "std" else values, [0.025, 0.975]) - value
         expected = value + margin * (-away[::-1] if name == "std" else away)
         np.testing.assert_allclose(ends, expected, rtol=1e-9)
@@ -109,7 +109,7 @@ def test_intervals_are_percentiles_of_resampled_runs():
             steps = np.searchsorted(np.sort(sample), values, side) / 63 - np.searchsorted(values, values, side) / 63
             moved.append(np.max(np.abs(steps - normals)))
     radius = np.quantile(np.max(np.reshape(moved, (-1, 2)), axis=1), 0.95)
-    distance = found.distance_to_normal
+    distance = statistics.distance_to_normal
     assert distance[1:] == pytest.approx([max(distance[0] - radius, 0.0), distance[0] + radius], rel=1e-10)
 
 
@@ -164,26 +164,26 @@ def judged(values, seed=0):
 
 def test_statistics_of_independent_events_are_the_textbook_ones():
     values = np.random.default_rng(0).gamma(30.0, size=(40, 50))
-    found, n = judged(values), values.size
-    assert found.anderson_darling == pytest.approx(anderson_darling(values.ravel()), rel=1e-9)
+    verdict, n = judged(values), values.size
+    assert verdict.anderson_darling == pytest.approx(anderson_darling(values.ravel()), rel=1e-9)
     # scipy standardises by n - 1: (n - 1) / n in the square of z, of which A^2 changes by as much at most
     ad = stats.anderson(values.ravel(), "norm", method="interpolate").statistic
-    assert found.anderson_darling == pytest.approx(ad, rel=20 / n)
+    assert verdict.anderson_darling == pytest.approx(ad, rel=20 / n)
     jb = n / 6 * stats.skew(values.ravel()) ** 2 + n / 24 * stats.kurtosis(values.ravel()) ** 2
     assert stats.jarque_bera(values.ravel()).statistic == pytest.approx(jb, rel=1e-12)
     # noise of rho, 1 / sqrt(n), to the third power at 98 lags
-    assert found.jarque_bera == pytest.approx(jb, rel=0.01)
-    assert found.jarque_bera_p == pytest.approx(stats.chi2.sf(found.jarque_bera, 2), rel=1e-9)
+    assert verdict.jarque_bera == pytest.approx(jb, rel=0.01)
+    assert verdict.jarque_bera_p == pytest.approx(stats.chi2.sf(verdict.jarque_bera, 2), rel=1e-9)
 
 
 def test_autocorrelation_and_effective_numbers(monkeypatch):
     """rho^k of a first-order sequence; S_m = (1 + rho^m) / (1 - rho^m) for long runs."""
     rho, values = 0.7, sequences(np.random.default_rng(1), 400, 200, 0.7)
     monkeypatch.setattr(module, "NULLS", 1)
-    found = judged(values)
+    verdict = judged(values)
     # weights (n - k) / n of the estimate, and noise of some sqrt((1 + rho^2) / (1 - rho^2) / 80000) = 0.006
-    assert found.autocorrelation[:4] == pytest.approx(rho ** np.arange(4), abs=0.03)
-    for power, effective in ((3, found.effective_skewness), (4, found.effective_kurtosis)):
+    assert verdict.autocorrelation[:4] == pytest.approx(rho ** np.arange(4), abs=0.03)
+    for power, effective in ((3, verdict.effective_skewness), (4, verdict.effective_kurtosis)):
         assert values.size / effective == pytest.approx((1 + rho**power) / (1 - rho**power), rel=0.05)
 
 
@@ -195,8 +195,8 @@ def test_the_level_holds_for_dependent_normal_events(rho, monkeypatch):
     trials, rejected, naive = 80, np.zeros(2, int), 0
     for trial in range(trials):
         values = sequences(np.random.default_rng([2, trial]), 20, 40, rho)
-        found = judged(values, trial)
-        rejected += np.array([found.jarque_bera_p, found.anderson_darling_p]) <= 0.05
+        verdict = judged(values, trial)
+        rejected += np.array([verdict.jarque_bera_p, verdict.anderson_darling_p]) <= 0.05
         naive += stats.jarque_bera(values.ravel()).pvalue < 0.05
     limit = stats.binom.ppf(0.999, trials, 0.05)
     assert np.all(rejected <= limit)
@@ -207,9 +207,9 @@ def test_the_level_holds_for_dependent_normal_events(rho, monkeypatch):
 
 def test_skewness_is_found():
     """Gamma(30) has the skewness 0.37: at 2000 events six standard errors and more."""
-    found = judged(np.random.default_rng(3).gamma(30.0, size=(40, 50)))
-    assert found.jarque_bera_p < 1e-6
-    assert found.anderson_darling_p == 1 / (NULLS + 1)
+    verdict = judged(np.random.default_rng(3).gamma(30.0, size=(40, 50)))
+    assert verdict.jarque_bera_p < 1e-6
+    assert verdict.anderson_darling_p == 1 / (NULLS + 1)
 
 
 def test_refuses_what_tells_nothing():

@@ -254,7 +254,7 @@ def test_the_recipe_adds_a_law(tmp_path):
         )
         assert run.returncode == 0, run.stdout + run.stderr
     assert '"exponential"' in (folder / "config/scene.schema.json").read_text()
-    found = store.read(folder / "results/exponential/oscillator/deterministic.nc")
+    result = store.read(folder / "results/exponential/oscillator/deterministic.nc")
     slope = -1.42 * (0.4 - 0.3) * math.exp(-1.42 * 0.948)
-    assert float(found["hopf_damping"]) == pytest.approx(-0.5 * slope * 2500.0 / 316.0, rel=1e-9)
-    assert float(found["period"]) > 2.0 * math.pi
+    assert float(result["hopf_damping"]) == pytest.approx(-0.5 * slope * 2500.0 / 316.0, rel=1e-9)
+    assert float(result["period"]) > 2.0 * math.pi

@@ -15,7 +15,6 @@ from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.counts import ensemble
-from roughslip.oscillator.equation import SCATTERS
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
@@ -46,7 +45,7 @@ def reference(oscillator, friction, cycles, multiplies=False):
         return y[1] - V
 
     at_belt.terminal, at_belt.direction = True, 1.0
-    tau, x, s, found = 0.0, 0.0, 0.0, []
+    tau, x, s, events = 0.0, 0.0, 0.0, []
     for _ in range(cycles):
 
         def excess(t, tau=tau, x=x, s=s):
@@ -64,12 +63,17 @@ def reference(oscillator, friction, cycles, multiplies=False):
             slip, (tau + h, tau + 20.0), y, method="DOP853", rtol=1e-11, atol=1e-14, events=at_belt, max_step=0.02
         )
         tau, (x, _, s) = run.t[-1], run.y[:, -1]
-        found.append((tau, x, s))
-    return np.array(found)
+        events.append((tau, x, s))
+    return np.array(events)
 
 
-@pytest.mark.parametrize("scatter", SCATTERS)
-@pytest.mark.parametrize(("follows", "oscillator"), [("slip", EXCITED), ("belt", EXCITED), ("time", STUDY)])
+PAIRS = [("slip", EXCITED, "additive"), ("belt", EXCITED, "multiplicative"), ("time", STUDY, "additive")]
+OTHERS = [("slip", EXCITED, "multiplicative"), ("belt", EXCITED, "additive"), ("time", STUDY, "multiplicative")]
+
+
+@pytest.mark.parametrize(
+    ("follows", "oscillator", "scatter"), [*PAIRS, *(pytest.param(*other, marks=pytest.mark.slow) for other in OTHERS)]
+)
 def test_against_scipy(follows, oscillator, scatter):
     """DOP853 at rtol 1e-11 on the same path, four cycles; 1e-9 F grows by F mu_S' ~ 2 at each departure."""
     rate = {"slip": 0.0, "belt": V, "time": 1.0 / 316.0}[follows]
@@ -81,9 +85,9 @@ def test_against_scipy(follows, oscillator, scatter):
     expected = reference(oscillator, of, 4, scatter == "multiplicative")
     for integrator in ("fehlberg45", "dormand_prince853"):
         options = MotionOptions(1e-11, friction_follows=follows, scatter=scatter, integrator=integrator)
-        found = ends(simulate(oscillator, LAW, path, spacing, 6.0, options))[:4]
-        assert found[:, 0] == pytest.approx(expected[:, 0], abs=1e-6)
-        assert found[:, 1:] == pytest.approx(expected[:, 1:], abs=1e-7 * F)
+        computed = ends(simulate(oscillator, LAW, path, spacing, 6.0, options))[:4]
+        assert computed[:, 0] == pytest.approx(expected[:, 0], abs=1e-6)
+        assert computed[:, 1:] == pytest.approx(expected[:, 1:], abs=1e-7 * F)
 
 
 @pytest.mark.parametrize("share", [-0.4, 0.3])
@@ -91,11 +95,11 @@ def test_against_scipy(follows, oscillator, scatter):
 def test_a_constant_factor_of_friction_is_one_of_the_normal_force(share, follows):
     """mu_D (1 + c) N, in slip and in stick; the scale of the error allowed is N / c."""
     nodes, options = np.full(400, share), MotionOptions(1e-11, friction_follows=follows, scatter="multiplicative")
-    found = ends(simulate(STUDY, LAW, nodes, 1e-3, 10.0, options))
+    computed = ends(simulate(STUDY, LAW, nodes, 1e-3, 10.0, options))
     loaded = replace(STUDY, normal_force_n=(1.0 + share) * STUDY.normal_force_n)
     expected = ends(simulate(loaded, LAW, None, duration_periods=10.0, options=MotionOptions(1e-11)))
-    assert len(found) >= 8
-    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    assert len(computed) >= 8
+    np.testing.assert_allclose(computed, expected, rtol=1e-8)
 
 
 def test_a_factor_below_minus_one_cuts_friction():
@@ -180,8 +184,8 @@ def test_a_node_just_before_the_stop_of_a_slip():
         phase = math.atan2(a / rate, w - level) + math.acos(-level / math.hypot(w - level, a / rate))
         stop = t + phase % (2.0 * math.pi) / rate
         options = MotionOptions(tolerance=1e-9, interpolation="linear", integrator="dormand_prince853")
-        found = simulate(still, law, np.array([0.0, 0.0, 0.2, 0.4]), spacing, 1.0, options, mu * F + push)
-        assert found.time[1] == pytest.approx(stop, abs=2e-8)
+        motion = simulate(still, law, np.array([0.0, 0.0, 0.2, 0.4]), spacing, 1.0, options, mu * F + push)
+        assert motion.time[1] == pytest.approx(stop, abs=2e-8)
 
 
 def test_departure_follows_the_path():
@@ -243,9 +247,16 @@ def test_counts_of_an_ensemble_are_those_of_single_runs():
         single = motion.cycles, motion.micro_slips, motion.last_cycle, motion.cuts
         assert tuple(getattr(counts, name)[place] for name in ("cycles", "micro_slips", "last_cycle", "cuts")) == single
     stiffer = replace(STUDY, natural_frequency_rad_per_s=2 * 316.0, damping_ratio=STUDY.damping_ratio / 2)
-    found = ensemble(STUDY, LAW, [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]})
-    assert found.cycles.tolist() == [[simulate(stiffer, LAW, duration_periods=30.0).cycles]]
-    for wrong, line in (({"speed": [1.0]}, "over must have values of damping.* not of speed"), ({}, "not of nothing")):
+    runs = ensemble(STUDY, LAW, [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]})
+    assert runs.cycles.tolist() == [[simulate(stiffer, LAW, duration_periods=30.0).cycles]]
+    refused = (
+        ({"speed": [1.0]}, "over must have values of damping.* not of speed"),
+        ({}, "not of nothing"),
+        ({"damping": []}, "a row of values of damping, not the shape \\(0,\\)"),
+        ({"damping": [[0.1]]}, "a row of values of damping"),
+        ({"load": ["a"]}, "load must be an array of real numbers"),
+    )
+    for wrong, line in refused:
         with pytest.raises(ParameterError, match=line):
             ensemble(STUDY, LAW, [None], over=wrong)
 
@@ -261,16 +272,16 @@ def test_a_path_in_pieces_gives_the_same_motion(interpolation, size, follows):
     path = 0.1 * np.random.default_rng(5).uniform(-1.0, 1.0, 4000)
     pieces = [path[k : k + size] for k in range(0, 4000, size)]
     options = MotionOptions(interpolation=interpolation, friction_follows=follows)
-    whole, found = (trajectory(STUDY, LAW, nodes, 5e-5, 6.0, options) for nodes in (path, pieces))
+    whole, piecewise = (trajectory(STUDY, LAW, nodes, 5e-5, 6.0, options) for nodes in (path, pieces))
     assert np.count_nonzero(whole.motion.kind == DEPARTURE) > 3
     if follows == "belt":
-        assert found.motion.time == pytest.approx(whole.motion.time, abs=1e-9)
-        assert found.position == pytest.approx(whole.position, abs=1e-9 * F)
+        assert piecewise.motion.time == pytest.approx(whole.motion.time, abs=1e-9)
+        assert piecewise.position == pytest.approx(whole.position, abs=1e-9 * F)
         return
     for name in ("kind", "time", "position", "slipped_distance", "backwards", "steps"):
-        assert np.array_equal(getattr(found.motion, name), getattr(whole.motion, name))
-    assert np.array_equal(found.position, whole.position)
-    assert found.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
+        assert np.array_equal(getattr(piecewise.motion, name), getattr(whole.motion, name))
+    assert np.array_equal(piecewise.position, whole.position)
+    assert piecewise.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
 
 
 def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():

@@ -75,10 +75,10 @@ def test_step_to_node_solves_its_cubic(rates):
 @pytest.mark.parametrize("pair", [FEHLBERG45, DORMAND_PRINCE853])
 def test_velocity_of_the_belt_is_met_to_rounding(pair):
     """Undamped, constant friction: X' = V at twice the angle to the bottom, and X there mirrors the start."""
-    found = phase(start(0.013, V), settings=Settings(pair, 1e-12, True))
-    assert (found.status, found.y.u, found.backwards) == (Status.AT_BELT, V, True)
-    assert found.y.tau == pytest.approx(2 * math.pi - 2 * math.atan2(0.013 - 0.4 * F, V), abs=1e-10)
-    assert found.y.x == pytest.approx(0.8 * F - 0.013, abs=1e-11 * F)
+    end = phase(start(0.013, V), settings=Settings(pair, 1e-12, True))
+    assert (end.status, end.y.u, end.backwards) == (Status.AT_BELT, V, True)
+    assert end.y.tau == pytest.approx(2 * math.pi - 2 * math.atan2(0.013 - 0.4 * F, V), abs=1e-10)
+    assert end.y.x == pytest.approx(0.8 * F - 0.013, abs=1e-11 * F)
 
 
 def near_top(top, excess):
@@ -119,9 +119,9 @@ def test_double_crossing_inside_a_step_is_seen(top, h):
 def test_extreme_below_the_belt_is_passed():
     """By 1e-9 of V: the step that ends at the extreme decides, above and below it."""
     for excess, status in ((1e-9 * V, Status.AT_BELT), (-1e-9 * V, Status.TIME_OVER)):
-        found = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(FEHLBERG45, 1e-13, True))
-        assert found.status == status
-        assert found.steps < 300
+        phase_ = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(FEHLBERG45, 1e-13, True))
+        assert phase_.status == status
+        assert phase_.steps < 300
 
 
 @pytest.mark.parametrize("decay", [1e3, 1e4, 1e5])
@@ -133,23 +133,23 @@ def test_steep_friction_at_the_belt_is_not_passed_over(pair, decay):
     """
     p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
     y = slip_state(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
-    found = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, True))
+    end = phase(y, allowed=0.5, p=p, settings=Settings(pair, 1e-6, True))
     exact = phase(y, allowed=1e-3, p=p, settings=Settings(DORMAND_PRINCE853, 1e-12, True))
-    assert found.error <= 1e-6 * found.y.tau * 2.0 * F  # |X| and |X'| stay below F
-    assert found.y.x == pytest.approx(exact.y.x, abs=1e-6 * F)
+    assert end.error <= 1e-6 * end.y.tau * 2.0 * F  # |X| and |X'| stay below F
+    assert end.y.x == pytest.approx(exact.y.x, abs=1e-6 * F)
 
 
 def test_no_slip_where_friction_holds():
     """Started in slip inside the limit, the mass is pulled past X' = V at once: no phase, however short."""
     for sigma in (1.0, -1.0):
-        found = phase(State(0.0, 0.0, V, 0.0, 0.0, 0.0), sigma, 1.0)
-        assert found.status == Status.NO_SLIP
-        assert (found.y.tau, found.y.x, found.error) == (0.0, 0.0, 0.0)
+        end = phase(State(0.0, 0.0, V, 0.0, 0.0, 0.0), sigma, 1.0)
+        assert end.status == Status.NO_SLIP
+        assert (end.y.tau, end.y.x, end.error) == (0.0, 0.0, 0.0)
 
 
 def test_a_step_too_short_to_change_time_has_a_status_of_its_own():
-    found = phase(start(0.013, V)._replace(tau=1e17), duration=2e17)
-    assert (found.status, found.steps) == (Status.STEP_LOST, 0)
+    end = phase(start(0.013, V)._replace(tau=1e17), duration=2e17)
+    assert (end.status, end.steps) == (Status.STEP_LOST, 0)
 
 
 FIXED = Oscillator(1.0, 1.0, 0.0, 0.0, 1.0)  # tau is the time, F = 1 m, on a base at rest: friction acts against X'
@@ -174,10 +174,10 @@ def two_stretches(times, change, first, second):
     return np.array([first(t) if t <= change else second(t - change) for t in times]).T
 
 
-def relative_error(found, exact, last=None):
+def relative_error(curve, exact, last=None):
     """The largest error after so many times, a unit of time and of 1 + START."""
-    missed = np.hypot(found.position - exact[0], found.velocity - exact[1])
-    return float(np.max((missed[1:] / (found.time[1:] * (1.0 + START)))[:last]))
+    missed = np.hypot(curve.position - exact[0], curve.velocity - exact[1])
+    return float(np.max((missed[1:] / (curve.time[1:] * (1.0 + START)))[:last]))
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -196,8 +196,8 @@ def test_a_step_ends_where_friction_begins_to_be_cut(integrator, tolerance):
             return x + 0.4 - b * t, u - b
 
         cut = functools.partial(oscillation, 1.0, *falling(zero))
-        found = drawn(LEVEL, np.array([0.0, -4.0 * b]), 4.0, tolerance, integrator, "time")
-        assert relative_error(found, two_stretches(found.time, zero, falling, cut)) < 2.0 * tolerance
+        curve = drawn(LEVEL, np.array([0.0, -4.0 * b]), 4.0, tolerance, integrator, "time")
+        assert relative_error(curve, two_stretches(curve.time, zero, falling, cut)) < 2.0 * tolerance
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -221,11 +221,11 @@ def test_a_step_ends_at_a_knot_of_a_table(integrator, tolerance):
             x, u = oscillation(1.0, x0 - level, u0, t)
             return x + level, u
 
-        found = drawn(law, None, 1.0, tolerance, integrator, "time")
-        exact = two_stretches(found.time, early, damped, free)
-        slow = (found.time > early) & (exact[1] > -knot)
+        curve = drawn(law, None, 1.0, tolerance, integrator, "time")
+        exact = two_stretches(curve.time, early, damped, free)
+        slow = (curve.time > early) & (exact[1] > -knot)
         last = int(np.argmax(slow)) - 1 if slow.any() else None
-        assert relative_error(found, exact, last) < 2.0 * tolerance
+        assert relative_error(curve, exact, last) < 2.0 * tolerance
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -249,8 +249,8 @@ def test_no_step_passes_a_node_between_straight_lines(integrator):
             x, u = oscillation(1.0, x0 - about, u0, t)
             return x + about, u
 
-        found = drawn(LEVEL, np.array([0.0, *12 * (k * node,)]), node, tolerance, integrator, "slip")
-        assert relative_error(found, two_stretches(found.time, reach, climb, level)) < 2.0 * tolerance
+        curve = drawn(LEVEL, np.array([0.0, *12 * (k * node,)]), node, tolerance, integrator, "slip")
+        assert relative_error(curve, two_stretches(curve.time, reach, climb, level)) < 2.0 * tolerance
 
 
 def test_a_node_within_the_rounding_of_the_path_is_reached():
@@ -274,13 +274,13 @@ def test_friction_that_is_cut_for_a_part_of_a_step_is_seen(tolerance):
     mu = CubicHermiteSpline(spacing * np.arange(8), nodes, out / spacing)
     law, end = CoulombLaw(0.371, 0.371), 6.5 * spacing
     options = MotionOptions(tolerance, friction_follows="time", integrator="dormand_prince853", samples_per_period=2000)
-    found = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START)
+    motion = trajectory(FIXED, law, nodes - 0.371, spacing, end / (2 * math.pi), options, START)
     assert mu(0.06) < 0.0 < min(mu(0.05), mu(0.075), mu(0.1))
-    t = found.time[-1]
+    t = motion.time[-1]
     kinks = [z for z in mu.roots(extrapolate=False) if z < t] + [spacing * k for k in range(1, 7) if spacing * k < t]
     parts = itertools.pairwise([0.0, *sorted(kinks), t])
     response = sum(quad(lambda z: math.sin(t - z) * max(float(mu(z)), 0.0), a, b, epsabs=1e-15)[0] for a, b in parts)
-    assert found.position[-1] == pytest.approx(START * math.cos(t) + response, abs=5.0 * tolerance * t)
+    assert motion.position[-1] == pytest.approx(START * math.cos(t) + response, abs=5.0 * tolerance * t)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
@@ -333,10 +333,10 @@ def test_steps_taken_to_a_bound_are_counted():
 @pytest.mark.parametrize("dt", [1e-2, -1e-2])
 def test_arrival_is_motion_of_constant_jerk(dt):
     """X = dt u + dt^2 a / 2 + dt^3 j / 6 and its derivatives, exact; slip is what the belt moves more, V dt - X."""
-    found = arrival(State(1.0, 2.0, 3.0, 4.0, -5.0, 6.0), dt, Bound(ZERO, 1.0, 0.0), 1.0, coefficients(STUDY, LEVEL))
+    arrived = arrival(State(1.0, 2.0, 3.0, 4.0, -5.0, 6.0), dt, Bound(ZERO, 1.0, 0.0), 1.0, coefficients(STUDY, LEVEL))
     dx = 3.0 * dt - 2.5 * dt**2 + dt**3
     expected = 1.0 + dt, 2.0 + dx, 3.0 - 5.0 * dt + 3.0 * dt**2, 4.0 + V * dt - dx, -5.0 + 6.0 * dt, 6.0
-    assert found == pytest.approx(expected, rel=1e-14)
+    assert arrived == pytest.approx(expected, rel=1e-14)
 
 
 @pytest.mark.parametrize(("cut", "side"), [(False, 1.0), (True, -1.0)])

@@ -17,23 +17,23 @@ FRICTION = ScatteringFriction(path_sampler(PROCESS, LENGTH / 4), LENGTH)
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return answer(BELT, LAW, FRICTION, sampling=Sampling(72, 20.0), parameters=("damping",))
 
 
-def test_the_motion_that_it_shows_is_the_limit_cycle(found):
+def test_the_motion_that_it_shows_is_the_limit_cycle(result):
     """Four periods, from one reattachment to another; in stick two samples are enough, and speed is the belt's.
 
     Reattachment is at the belt's velocity, and a sample every 2 pi / 100 misses the ends by less than that.
     """
     period = limit_cycle(BELT, LAW).period / BELT.natural_frequency_rad_per_s
     step = 2 * np.pi / 100 / BELT.natural_frequency_rad_per_s
-    for curve in found.motion.values():
+    for curve in result.motion.values():
         time, x, speed = (np.array(column) for column in dataclasses.astuple(curve)[:3])
         assert curve.cycles == 4
         assert time[-1] == pytest.approx(4 * period, abs=2 * step)
         assert max(speed) == pytest.approx(BELT.belt_velocity_m_per_s, rel=1e-4)
-        assert 0.5 * np.ptp(x) == pytest.approx(found.amplitude.value, rel=1e-3)
+        assert 0.5 * np.ptp(x) == pytest.approx(result.amplitude.value, rel=1e-3)
         slopes, slip = np.diff(x) / np.diff(time), speed[:-1] < 0.9 * BELT.belt_velocity_m_per_s
         between = 0.5 * (speed[1:] + speed[:-1])
         assert slopes[slip] == pytest.approx(between[slip], abs=2e-2 * BELT.belt_velocity_m_per_s)

@@ -4,7 +4,10 @@ Numbers for an accuracy, and the nearest one that is reached: half widths b + c 
 
 A probability on a lattice from few of its nodes: exact there, near between, and nothing is left to chance.
 
-Crossings of a level by paths with known changes: order statistics, coverage, and what the search cannot find."""
+Crossings of a level by paths with known changes: order statistics, coverage, and what the search cannot find.
+
+Variance by source, against closed forms.
+"""
 
 import itertools
 import math
@@ -20,6 +23,7 @@ from roughslip.probability.estimate import interval_margin, student_95, variance
 from roughslip.probability.lattice_map import START, lattice_map
 from roughslip.probability.level_search import ACCURACY, COARSE, LevelSearch, central_counts
 from roughslip.probability.pilot import Pilot
+from roughslip.probability.sensitivity import Source, variance_split
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
 LOW, HIGH = np.quantile(ROWS[1:], (0.025, 0.975), axis=0)
@@ -42,19 +46,19 @@ def test_an_estimate_is_shown_as_a_number_with_its_interval():
 
 def test_an_interval_of_a_scale_is_reflected_on_the_logarithm():
     """As far above the value as the replicates lie below it, as a ratio."""
-    found = Estimate.of_scale(ROWS, 1.5)
+    estimate = Estimate.of_scale(ROWS, 1.5)
     low, high = np.quantile(np.log(ROWS[1:]), (0.025, 0.975), axis=0)
-    np.testing.assert_allclose(found.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
-    np.testing.assert_allclose(found.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
-    np.testing.assert_allclose(found.rows, ROWS, rtol=1e-14)
+    np.testing.assert_allclose(estimate.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
+    np.testing.assert_allclose(estimate.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
+    np.testing.assert_allclose(estimate.rows, ROWS, rtol=1e-14)
 
 
 def test_a_distance_lies_within_what_resampling_moves_the_curve():
     moved = np.linspace(0.0, 1.0, 101)
     for value, low in ((2.0, 1.05), (0.5, 0.0)):
-        found = Estimate.of_distance(np.array([value, 3.0, 4.0]), moved)
-        assert (found.value, found.low, found.high) == pytest.approx((value, low, value + 0.95))
-        np.testing.assert_array_equal(found.rows, [value, 3.0, 4.0])
+        estimate = Estimate.of_distance(np.array([value, 3.0, 4.0]), moved)
+        assert (estimate.value, estimate.low, estimate.high) == pytest.approx((value, low, value + 0.95))
+        np.testing.assert_array_equal(estimate.rows, [value, 3.0, 4.0])
 
 
 @pytest.mark.parametrize("samples", [3, 24, 1000])
@@ -145,14 +149,14 @@ def test_a_seventh_of_the_nodes_errs_less_than_a_full_lattice():
     """17 x 17 nodes and straight lines between them, against a seventh and a fifth of so many."""
     full = np.abs(bilinear(EVERY, 17) - EVERY).mean()
     for computed, share in ((40, 0.7), (56, 0.5)):
-        found = lattice_map(band, POINTS, computed)
-        assert found.is_computed.sum() == computed
-        assert np.abs(found.probability - EVERY).mean() < share * full
+        lattice = lattice_map(band, POINTS, computed)
+        assert lattice.is_computed.sum() == computed
+        assert np.abs(lattice.probability - EVERY).mean() < share * full
 
 
 def test_the_map_is_the_full_lattice_where_both_have_points():
-    found = lattice_map(band, POINTS, 40)
-    np.testing.assert_array_equal(found.probability[found.is_computed], EVERY[found.is_computed])
+    lattice = lattice_map(band, POINTS, 40)
+    np.testing.assert_array_equal(lattice.probability[lattice.is_computed], EVERY[lattice.is_computed])
     whole = lattice_map(lambda i, j: EVERY[i, j], 5, 25)
     np.testing.assert_array_equal(whole.probability, EVERY[:5, :5])
 
@@ -180,9 +184,9 @@ def test_each_node_is_asked_for_once_and_most_are_in_the_band():
 
 def test_a_probability_that_does_not_change_is_found_everywhere():
     for value in (0.0, 1.0, 0.3):
-        found = lattice_map(lambda i, j, value=value: value, 9, 20)
-        np.testing.assert_allclose(found.probability, value, atol=1e-9)
-        assert found.prediction_error < 1e-9
+        lattice = lattice_map(lambda i, j, value=value: value, 9, 20)
+        np.testing.assert_allclose(lattice.probability, value, atol=1e-9)
+        assert lattice.prediction_error < 1e-9
 
 
 @pytest.mark.parametrize(("points", "computed"), [(3, 9), (9, 15), (9, 82)])
@@ -217,10 +221,10 @@ def test_intervals_cover_the_quantile_of_a_known_distribution_as_often_as_its_or
         changes = np.exp(generator.normal(0.3, 0.1, PATHS))
         search = search_of(changes)
         for level in (0.05, 0.95):
-            found = search.crossing(level, upwards=True)
-            covered.append(found.low <= math.exp(0.3 + 0.1 * ndtri(1 - level)) <= found.high)
+            crossing = search.crossing(level, upwards=True)
+            covered.append(crossing.low <= math.exp(0.3 + 0.1 * ndtri(1 - level)) <= crossing.high)
             near = np.sort(changes)[::-1][round(level * PATHS) - 1 : round(level * PATHS) + 1]
-            assert near[1] * (1 - COARSE) <= found.value <= near[0] * (1 + COARSE)
+            assert near[1] * (1 - COARSE) <= crossing.value <= near[0] * (1 + COARSE)
         assert search.crossing(0.05, upwards=False) is None
     assert np.mean(covered) >= 0.983 - 3 * 0.009
 
@@ -277,8 +281,8 @@ def test_paths_that_change_to_and_fro_are_covered_too():
             return drawn < ndtr(-math.log(x) / 0.1)
 
         search = LevelSearch(occurs, 0.1, 1e-3, 10.0, np.ones(PATHS, dtype=bool))
-        found = search.crossing(0.05, upwards=True)
-        covered.append(found.low <= math.exp(0.1 * ndtri(0.95)) <= found.high)
+        crossing = search.crossing(0.05, upwards=True)
+        covered.append(crossing.low <= math.exp(0.1 * ndtri(0.95)) <= crossing.high)
     assert np.mean(covered) >= 0.9  # the search meets many values, and its end is the first of them outside
 
 
@@ -287,8 +291,8 @@ def test_paths_that_change_together_have_one_crossing_at_every_level():
     for start in (0.5, 7.0):
         search = search_of(np.full(PATHS, 2.0), start=start)
         for level in (0.05, 0.95):
-            found = search.crossing(level, upwards=start < 2)
-            assert (found.low, found.value, found.high) == pytest.approx((2, 2, 2), rel=2 * ACCURACY)
+            crossing = search.crossing(level, upwards=start < 2)
+            assert (crossing.low, crossing.value, crossing.high) == pytest.approx((2, 2, 2), rel=2 * ACCURACY)
             assert search.crossing(level, upwards=start > 2) is None
     assert search.searched == (1e-3, 10.0)
 
@@ -296,10 +300,10 @@ def test_paths_that_change_together_have_one_crossing_at_every_level():
 def test_an_interval_that_reaches_the_end_of_the_search_is_open():
     """The level 0.05 is crossed at 9.9, where six of the paths are left; five stay to the end."""
     changes = np.append(np.full(95, 9.9), np.full(5, np.inf))
-    found = search_of(changes).crossing(0.05, upwards=True)
-    assert found.value == pytest.approx(9.9, rel=COARSE)
-    assert found.high is None
-    assert found.low == pytest.approx(9.9, rel=COARSE)
+    crossing = search_of(changes).crossing(0.05, upwards=True)
+    assert crossing.value == pytest.approx(9.9, rel=COARSE)
+    assert crossing.high is None
+    assert crossing.low == pytest.approx(9.9, rel=COARSE)
 
 
 @pytest.mark.parametrize("error", [ConvergenceError("too stiff", residual=1.0, work=1), IllPosedError("no limit")])
@@ -320,3 +324,103 @@ def test_too_few_paths_and_a_start_outside_are_refused():
     search_of(np.ones(73)).crossing(0.05, upwards=True)
     with pytest.raises(ParameterError, match=r"^a search goes from a positive start outwards, not from 20"):
         search_of(np.ones(PATHS), start=20.0)
+
+
+A, B = Source.independent("a", {"x": (1.0, 0.2)}), Source.independent("b", {"y": (2.0, 0.3), "z": (1.0, 0.2)})
+
+
+@pytest.fixture(scope="module")
+def split():
+    def function(v):
+        return 3.0 * v["x"] + v["y"] - v["z"], v["x"] * v["y"], 1.0
+
+    return variance_split(function, (A, B), 1024)
+
+
+def near(indices, expected, widest=0.12):
+    """Each interval of 95 %, doubled, holds the expected index, and is no wider than a test of it needs."""
+    for (value, low, high), index in zip(indices, expected, strict=True):
+        assert low - (high - low) / 2 <= index <= high + (high - low) / 2
+        assert low <= value <= high
+        assert high - low < 2 * widest
+
+
+def test_of_a_sum_the_indices_are_the_shares_of_the_variances(split):
+    """A lognormal input has the mean and the standard deviation that it is given with, so the sum is exact."""
+    parts = np.array([9 * 0.04, 0.09 + 0.04])
+    assert split.drawn[0].mean() == pytest.approx(4.0, abs=2e-3)
+    assert split.drawn[0].var() == pytest.approx(parts.sum(), rel=0.02)
+    near(split.first[0], parts / parts.sum())
+    near(split.total[0], parts / parts.sum())
+
+
+def test_of_a_product_the_interaction_is_the_product_of_the_variances(split):
+    """Var(xy) = V_x y^2 + V_y x^2 + V_x V_y, with relative variances 0.04 and 0.0225."""
+    x, y = 0.04, 0.0225
+    whole = x + y + x * y
+    near(split.first[1], np.array([x, y]) / whole)
+    near(split.total[1], np.array([x + x * y, y + x * y]) / whole)
+    assert split.drawn[1].var() == pytest.approx(4.0 * whole, rel=0.02)
+
+
+def test_a_constant_has_no_parts(split):
+    assert not split.first[2].any()
+    assert not split.total[2].any()
+
+
+def test_inputs_of_one_source_have_its_covariance():
+    """A slope and a level that a fit gives together; so large uncertainties would be negative as normal ones."""
+    covariance = np.array([[0.25, -0.12], [-0.12, 0.16]])
+    source = Source("curve", {"level": 1.0, "slope": 0.5}, covariance)
+    drawn = np.array(list(source.drawn(np.random.default_rng(1).standard_normal((2, 400_000))).values()))
+    assert drawn.min() > 0.0
+    assert drawn.mean(axis=1) == pytest.approx([1.0, 0.5], rel=5e-3)
+    assert np.cov(drawn) == pytest.approx(covariance, rel=0.05)
+
+
+def test_a_curve_of_many_points_is_drawn_along_few_axes():
+    """Forty points of a curve with two parameters, as a record gives it."""
+    speeds = np.linspace(0.0, 1.0, 40)
+    factor = np.stack((0.02 * np.ones(40), 0.01 * speeds), axis=1)
+    source = Source("curve", {f"{v:.3f}": 0.4 - 0.1 * v for v in speeds}, factor @ factor.T)
+    assert source.axes <= 6
+    drawn = np.array(list(source.drawn(np.random.default_rng(2).standard_normal((source.axes, 100_000))).values()))
+    assert np.cov(drawn)[0, 0] == pytest.approx(4e-4, rel=0.02)
+    assert np.cov(drawn)[-1, -1] == pytest.approx(5e-4, rel=0.02)
+
+
+def test_an_interval_of_a_limit_holds_the_truth_as_often_as_it_says():
+    """Measured inputs of a limit v sqrt(k m) / mu, each with its standard uncertainty; 90 % of it in 85 to 95 %."""
+    generator, cases = np.random.default_rng(7), 400
+    relative = {"v": 0.05, "k": 0.3, "m": 0.1, "mu": 0.15}
+    normal, inside = generator.standard_normal((4, 4000)), 0
+
+    def limit(x):
+        return x["v"] * np.sqrt(x["k"] * x["m"]) / x["mu"]
+
+    for _ in range(cases):
+        truth = {name: np.exp(generator.standard_normal()) for name in relative}
+        measured = {name: truth[name] * np.exp(s * generator.standard_normal()) for name, s in relative.items()}
+        inputs = {name: (measured[name], s * measured[name]) for name, s in relative.items()}
+        low, high = np.quantile(limit(Source.independent("all", inputs).drawn(normal)), (0.05, 0.95))
+        inside += low <= limit(truth) <= high
+    assert 0.85 <= inside / cases <= 0.95
+
+
+def test_without_sources_the_function_is_called_once():
+    assert variance_split(lambda v: (2.0,), ()).drawn.tolist() == [[2.0]]
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: variance_split(lambda v: (1.0,), (A, A)), "no input may stand in two sources"),
+        (lambda: variance_split(lambda v: (1.0,), (A,), 100), "samples must be a power of two, not 100"),
+        (lambda: Source("a", {"x": -1.0}, [[1.0]]), "must be finite and positive"),
+        (lambda: Source("a", {"x": 1.0, "y": 1.0}, [[1.0, 0.0], [0.5, 1.0]]), "must be symmetric"),
+        (lambda: Source("a", {"x": 1.0, "y": 1.0}, [[0.01, 0.04], [0.04, 0.01]]), "it has a negative variance"),
+    ],
+)
+def test_what_is_no_source_is_refused(call, message):
+    with pytest.raises(ParameterError, match=message):
+        call()

@@ -4,7 +4,6 @@ import base64
 import re
 import struct
 from html.parser import HTMLParser
-from itertools import pairwise
 
 import pytest
 
@@ -12,7 +11,6 @@ from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.report.sections import ASKED, MARKS, NUMBERS, SECTIONS, answers, hardness, in_brackets
 from roughslip.scene.plan import captions
 from roughslip.verdicts.rules import STATEMENTS
-from tests.verdicts.claimed import judge, square, with_interval
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 1920, 560) + b" not much of a picture"
@@ -137,18 +135,6 @@ def test_one_page_without_a_network():
     assert files == kept | {f"{name}.{kind}" for name in CAPTIONS for kind in ("svg", "nc")}
 
 
-def test_landmarks_and_headings_lead_through_the_page():
-    """One main, a named list of contents, sections with names; no level of heading is left out."""
-    content = parsed(scene(name="paper", costs=[cost()]), scene(name="resolved"))
-    assert [len(content.all(tag)) for tag in ("header", "nav", "main", "h1")] == [1, 1, 1, 1]
-    assert content.all("nav")[0]["aria-label"]
-    ids = {attrs["id"] for _, attrs in content.elements if "id" in attrs}
-    assert all("aria-label" in attrs or attrs["aria-labelledby"] in ids for attrs in content.all("section"))
-    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
-    assert all(after <= before + 1 for before, after in pairwise(levels))
-    assert all(attrs.get("scope") in ("col", "row") for attrs in content.all("th"))
-
-
 def test_the_page_of_a_scene_that_does_not_read_the_paper_begins_with_itself():
     """The paper stands in its folded statements alone; on a reading its statements and numbers come first."""
     own = "\n".join(parsed(scene()).text)
@@ -184,19 +170,6 @@ def test_numbers_are_written_with_their_unit_once():
         "100 % [98.4, 100]",
         "",
     ]
-
-
-def test_it_reads_on_a_phone_and_says_what_its_pictures_are():
-    content = parsed(scene())
-    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in content.all("meta")
-    assert content.all("html") == [{"lang": "en"}]
-    assert {"charset": "utf-8"} in content.all("meta")
-    drawn = [attrs for attrs in content.all("svg") if attrs.get("role") == "img"]
-    assert len(drawn) == len(CAPTIONS)
-    assert all(len(attrs["aria-label"]) > 100 for attrs in drawn)
-    assert all("aria-label" in attrs or attrs["aria-hidden"] == "true" for attrs in content.all("svg"))
-    heads = {attrs["data-head"] for attrs in content.all("td")}
-    assert {"The paper says", "Scene mine", "CPU [s]", "Peak memory [MiB]"} < heads
 
 
 NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
@@ -250,83 +223,6 @@ def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_
     assert "statements:" not in " ".join(parsed(scene(claims=claims[1:])).text)
 
 
-def test_the_verdict_on_a_number_at_its_threshold_says_so_in_its_cell():
-    arrays = square() | with_interval("given_between", 0.101, 0.05, 0.15)
-    arrays |= with_interval("distance_between_variants", 0.5, 0.4, 0.6)
-    found = judge(square_=arrays)["fig2-variants-agree"]
-    text = page([scene(claims=[claim(), found])], {})
-    cells = re.findall('class="verdict [a-z]+"><span aria-hidden="true">.</span> (.*?)</span>', text)
-    assert cells == ["reproduced", "undecided, on its threshold"]
-
-
-def test_costs_where_the_platform_measures_no_memory():
-    content = parsed(scene(costs=[cost(peak_memory_mib=None), cost(stage="all", did={"everything": 1})]))
-    text = " ".join(content.text)
-    assert "80,400 convolutions, 3 field fits" in text
-    assert "None" not in text
-
-
-def test_skipped_work_stands_in_the_costs_with_its_reason():
-    """Zero counts are not shown; kept costs without counts of skips can be shown too."""
-    not_needed = {"contact_strip": "given & done", "friction": "given & done", "ensemble_pilot": "a number"}
-    content = parsed(scene(costs=[cost(), cost(stage="all", not_needed=not_needed)]))
-    text = " ".join(content.text)
-    assert "1,234 nodes: below <the> plane" in text
-    assert "no contact" not in text
-    assert "contact_strip, friction (given & done); ensemble_pilot (a number)." in text
-    older = {name: value for name, value in cost().items() if name != "skipped"}
-    assert "Stages that did not run" not in " ".join(parsed(scene(costs=[older])).text)
-    assert "everything" not in text
-
-
-def test_strips_that_were_added_for_verdicts_are_named():
-    """A scene without strips for verdicts says nothing of them."""
-    did = {"friction_mean_asked": 0.01, "friction_mean_expected": 0.01, "strips_chosen": 507}
-    other = claim(id="mu-correlation-250um", statement="The length is 250 µm")
-    pages = []
-    for verdicts in (
-        {},
-        {"strips_for_accuracy": 254},
-        {"strips_for_accuracy": 254, "strips_to_decide_fig3-mean-decreases": 507},
-        {"strips_for_accuracy": 254, "strips_beyond_limit_for_mu-correlation-250um": 2400},
-    ):
-        costs = [cost(stage="strip_allocation", did=did | verdicts), cost(stage="all", did={})]
-        pages.append(" ".join("".join(parsed(scene(claims=[claim(), other], costs=costs)).text).split()))
-    assert "takes 254 strips" not in pages[0]
-    assert all("The accuracy of friction takes 254 strips." in text for text in pages[1:])
-    assert ["were added" in text for text in pages] == [False, False, True, False]
-    assert "253 were added, as the pilot leaves these verdicts open: “The mean decreases” (507)." in pages[2]
-    assert "above accuracy.verdict_limit_cpu_s: “The length is 250 µm” (2,400)." in pages[3]
-
-
-def test_what_was_asked_expected_and_reached_stands_by_number():
-    """Of the pressure 0.05 was asked and 0.04 reached: cells leave 0.01 of it and modes 0.02. Of the cycles 3 was
-    asked and 6 reached; of friction nothing yet. Bars are in per cent of the largest. The table holds no work."""
-    square = {"pressure_asked": 0.05, "pressure_expected": 0.045, "surfaces": 1000}
-    square |= {"pressure_from_cells": 0.01, "pressure_from_modes": 0.02}
-    cycles = {"cycles_asked": 3.0, "cycles_expected": 2.5, "cycles_from_nodes": 0.0, "cycles_reached": 6.0}
-    rows = [cost(stage="square_pilot", did=square), cost(stage="chaos_square", did={"pressure_reached": 0.04})]
-    rows.append(cost(stage="ensemble_pilot", did=cycles | {"friction_mean_asked": 0.01}))
-    content = parsed(scene(costs=[*rows, cost(stage="all", did=square | cycles)]))
-    text = " ".join(" ".join(content.text).split())
-    assert "pressure 0.05 0.045 0.04 cells 0.01, modes 0.02" in text
-    assert "cycles 3 2.5 6 nodes 0 friction mean 0.01" in text
-    assert "1,000 surfaces" in text
-    assert "pressure asked" not in text
-    bars = content.all("rect")[:9]
-    lengths = [float(attrs["width"]) for attrs in bars]
-    assert lengths == pytest.approx([80.0, 60.0, 1.0, 100.0, 0.0, 1.0, 0.0, 0.0, 1.0])
-    assert [float(attrs["x"]) for attrs in bars if "x" in attrs] == [100.0, 50.0, 100.0]
-    assert "Accuracy" not in " ".join(parsed(scene()).text)
-
-
-def test_the_representation_of_a_surface_stands_below_its_figure():
-    plain = parsed(scene()).text
-    content = parsed(scene(surfaces={"figure2": ["It has 7 modes.", NASTY]}))
-    assert set(content.text) - set(plain) == {"How its surfaces are made", f"It has 7 modes. {NASTY}"}
-    assert content.all("script") == []
-
-
 EVIDENCE = Evidence(
     pictures=dict.fromkeys(MEASURED, PICTURE),
     stress=[
@@ -340,25 +236,55 @@ EVIDENCE = Evidence(
     ],
     machine={"contact": "a <processor>"},
 )
+# Of the pressure 0.05 was asked and 0.04 reached: cells leave 0.01 of it and modes 0.02. Of the cycles 3 was asked and
+# 6 reached; of friction nothing yet.
+ASKED_COSTS = [
+    cost(peak_memory_mib=None),
+    cost(
+        stage="square_pilot",
+        did={"pressure_asked": 0.05, "pressure_expected": 0.045, "surfaces": 1000}
+        | {"pressure_from_cells": 0.01, "pressure_from_modes": 0.02},
+    ),
+    cost(stage="chaos_square", did={"pressure_reached": 0.04}),
+    cost(
+        stage="ensemble_pilot",
+        did={"cycles_asked": 3.0, "cycles_expected": 2.5, "cycles_from_nodes": 0.0, "cycles_reached": 6.0}
+        | {"friction_mean_asked": 0.01},
+    ),
+    cost(
+        stage="strip_allocation",
+        did={"strips_chosen": 507},
+    ),
+    cost(
+        stage="all",
+        warnings=["slope of <0.7>", "few strips"],
+        not_needed={"contact_strip": "given & done", "friction": "given & done", "cycles": "a number"},
+    ),
+]
 
 
-def test_evidence_is_shown_on_the_same_page():
-    text = page([scene()], {"numpy": "2.0"}, EVIDENCE)
-    content = Page(text)
-    assert content.mistakes == content.open == []
-    assert {"speed", "stress"} < {attrs["id"] for _, attrs in content.elements if "id" in attrs}
+def test_all_that_a_run_found_stands_on_its_page():
+    """Costs, also where no memory is measured, with skipped work and stages; warnings above the figures; accuracies by
+    number, with bars in per cent of the largest; how surfaces are made; evidence. A scene without
+    them has no empty place for them."""
+    found = scene(costs=ASKED_COSTS, surfaces={"figure2": ["It has 7 modes.", NASTY]})
+    content = Page(page([found], {"numpy": "2.0"}, EVIDENCE))
+    assert content.mistakes == content.open == content.all("script") == []
+    text = " ".join(" ".join(content.text).split())
+    shown = (
+        *("slope of <0.7>", "few strips", "Pressure.", "80,400 convolutions, 3 field fits"),
+        *("1,234 nodes: below <the> plane", "contact_strip, friction (given & done); cycles (a number)."),
+        *("pressure 0.05 0.045 0.04 cells 0.01, modes 0.02", "cycles 3 2.5 6 nodes 0 friction mean 0.01"),
+        *("1,000 surfaces", "It has 7 modes.", NASTY),
+        *("3,000", "2,990 converged, 10 IllPosedError", "a <processor>"),
+    )
+    assert [part for part in shown if part not in text] == []
+    assert text.index("A scan of my own") < text.index("slope of <0.7>") < text.index("Pressure.")
+    assert [word for word in ("None", "no contact", "pressure asked") if word in text] == []
+    assert [float(bar["width"]) for bar in content.all("rect")[:9]] == pytest.approx([80, 60, 1, 100, 0, 1, 0, 0, 1])
     labels = " ".join(attrs.get("aria-label", "") for attrs in content.all("svg"))
     assert [f"Benchmark {name}. " in labels for name in MEASURED] == [True] * len(MEASURED)
-    words = " ".join(content.text)
-    for shown in ("3,000", "2,990 converged, 10 IllPosedError", "a <processor>"):
-        assert shown in words
-    assert "None" not in words
-
-
-def test_warnings_stand_above_the_figures():
-    """Kept costs without warnings can be shown too, and have no empty box."""
-    content = parsed(scene(costs=[cost(), cost(stage="all", warnings=["slope of <0.7>", "few strips"])]))
-    text = " ".join(content.text)
-    assert text.index("A scan of my own") < text.index("slope of <0.7>") < text.index("few strips")
-    assert text.index("few strips") < text.index("Pressure.")
-    assert "Warnings" not in " ".join(parsed(scene()).text)
+    older = {name: value for name, value in cost().items() if name != "skipped"}
+    plain = " ".join(parsed(scene(costs=[older])).text)
+    places = ("Warnings", "Accuracy", "Stages that did not run", "How its surfaces are made")
+    assert [word for word in places if word in plain] == []

@@ -15,8 +15,7 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
-from roughslip.report.page import MEASURED, Evidence, SceneReport, page
-from roughslip.report.sweep_page import Row, sweep_page
+from roughslip.report.page import MEASURED, Evidence, Row, SceneReport, page, sweep_page
 from roughslip.stages.sweep import TITLES, of_answer
 from tests.report.test_report_answer import MACHINE, machine_scene
 

@@ -259,9 +259,9 @@ def test_standard_errors_with_rings_are_those_of_refits_without_each_part():
         rings = RingPowers(power, np.full(q.size, 0.05), powers, lambda model: model.spectrum(q, 0.3))
         return fit_covariance("matern", estimates(x, y, table, np.full(x.shape, 0.01), tables), 1.0, rings=rings)
 
-    found = fit(tables.mean(axis=0), np.exp(np.log(powers).mean(axis=0)))
+    fitted = fit(tables.mean(axis=0), np.exp(np.log(powers).mean(axis=0)))
     parts = [fit(*part).parameters for part in zip(tables, powers, strict=True)]
-    for name, error in found.standard_errors.items():
+    for name, error in fitted.standard_errors.items():
         refitted = np.sqrt((len(parts) - 1) * np.var([part[name] for part in parts]))
         assert error == pytest.approx(refitted, rel=0.02), name
 
@@ -285,12 +285,12 @@ def test_rings_of_a_gaussian_leave_the_smoothness_at_its_bound():
 
 
 def test_lags_are_thinned_about_lag_zero(first):
-    found = first[1].autocorrelation
-    data = lags_to_fit(found)
-    assert len(data.x) <= 2000 < found.correlation.value.size / 2
+    measured = first[1].autocorrelation
+    data = lags_to_fit(measured)
+    assert len(data.x) <= 2000 < measured.correlation.value.size / 2
     assert not np.any((data.x == 0) & (data.y == 0))
-    i, j = (len(axis) // 2 for axis in (found.lag_x, found.lag_y))
-    at = found.correlation.value[np.round(data.x).astype(int) + i, np.round(data.y).astype(int) + j]
+    i, j = (len(axis) // 2 for axis in (measured.lag_x, measured.lag_y))
+    at = measured.correlation.value[np.round(data.x).astype(int) + i, np.round(data.y).astype(int) + j]
     np.testing.assert_array_equal(data.correlation, at)
 
 
@@ -298,9 +298,9 @@ def test_lags_across_an_endless_lay_stand_in_every_direction():
     """In metres. Grooves along y leave the lags along x, and grooves along x those along y."""
     rows = np.random.default_rng(1).uniform(size=(3, 5, 7))
     spread = SimpleNamespace(low=rows[0] - 0.1, high=rows[0] + 0.1)
-    found = SimpleNamespace(lag_x=1e-6 * np.arange(-2, 3), lag_y=2e-6 * np.arange(-3, 4), rows=rows, correlation=spread)
-    for endless, lags, expected in ((1, found.lag_x[3:], rows[:, 3:, 3]), (0, found.lag_y[4:], rows[:, 2, 4:])):
-        data = profile_to_fit(found, endless, 4)
+    table = SimpleNamespace(lag_x=1e-6 * np.arange(-2, 3), lag_y=2e-6 * np.arange(-3, 4), rows=rows, correlation=spread)
+    for endless, lags, expected in ((1, table.lag_x[3:], rows[:, 3:, 3]), (0, table.lag_y[4:], rows[:, 2, 4:])):
+        data = profile_to_fit(table, endless, 4)
         np.testing.assert_allclose(np.hypot(data.x, data.y), np.tile(lags, 4), rtol=1e-12)
         np.testing.assert_allclose(np.arctan2(data.y, data.x), np.repeat(np.arange(4) * np.pi / 4, lags.size))
         np.testing.assert_array_equal(data.correlation, np.tile(expected[0], 4))
@@ -309,11 +309,11 @@ def test_lags_across_an_endless_lay_stand_in_every_direction():
 
 def test_standard_errors_are_the_jackknife_s(first):
     """Of lags as they are and of the logarithm of rings, widened for what neighbouring sub-areas share."""
-    scan, found = first
-    lags, rings = lags_to_fit(found.autocorrelation), rings_to_fit(scan, found)
+    scan, statistics = first
+    lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics)
     for error, parts in ((lags.standard_error, lags.without_part), (rings.standard_error, np.log(rings.without_part))):
         jackknife = np.sqrt((len(parts) - 1) * np.var(parts, axis=0))
-        np.testing.assert_allclose(error, found.sub_areas.widening * jackknife, rtol=1e-9)
+        np.testing.assert_allclose(error, statistics.sub_areas.widening * jackknife, rtol=1e-9)
 
 
 def test_errors_that_all_parts_share_are_one_estimate():
@@ -327,7 +327,7 @@ def test_a_scan_too_coarse_for_rings_is_fitted_by_lags():
     """Two points a length: the spectrum bends up to a quarter of the highest wavenumber."""
     field = embed(covariance_of("gaussian", 1.0, 2.0), Grid(64, 64, 1.0, 1.0)).sample(np.random.default_rng(12))
     scan = topography(field, 1.0, 1.0, "a scan")
-    found = scan_statistics(scan)
-    assert rings_to_fit(scan, found) is None
-    (best, *_), _ = fitted_covariances(("gaussian",), scan, found)
+    statistics = scan_statistics(scan)
+    assert rings_to_fit(scan, statistics) is None
+    (best, *_), _ = fitted_covariances(("gaussian",), scan, statistics)
     assert best.effective_rings == best.spectrum_misfit == 0.0

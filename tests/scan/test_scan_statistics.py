@@ -64,9 +64,9 @@ def test_sub_areas_tile_the_mesh_and_leave_out_one_at_a_time():
     # for a mean of B equal independent numbers the jackknife is the textbook t interval
     values = np.random.default_rng(65).standard_normal(9)
     sums = np.stack([values, np.ones(9)], axis=1)
-    found = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0)).interval(leave_one_out(sums, lambda s: s[0] / s[1]))
+    interval = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0)).interval(leave_one_out(sums, lambda s: s[0] / s[1]))
     low, high = scipy.stats.t.interval(0.95, 8, values.mean(), scipy.stats.sem(values))
-    assert (found.low, found.high) == pytest.approx((low, high), rel=1e-12)
+    assert (interval.low, interval.high) == pytest.approx((low, high), rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +114,9 @@ def test_along_an_endless_lay_a_scan_is_long_enough():
         assert parts.extent[1 - endless] == pytest.approx(3.0, abs=1.0)
         assert parts.sufficient
         along = autocorrelation(topography(heights, 1.0, 1.0, "grooves"), parts)
-        found = along.length_y if endless else along.length_x  # still correlated at the last lag, give or take a cell
+        length = along.length_y if endless else along.length_x  # still correlated at the last lag, give or take a cell
         last = (along.lag_y if endless else along.lag_x)[-1]
-        assert (found.value, found.low, found.high) == (last, last - 1.0, last + 1.0)
+        assert (length.value, length.low, length.high) == (last, last - 1.0, last + 1.0)
         assert along.length_along.value == last
 
 
@@ -125,22 +125,22 @@ def test_moments_and_density_of_the_measured_heights():
     z = scipy.special.expm1(0.3 * embed(covariance_of("gaussian", 1.0, 3.0), Grid(96, 80, 1.0, 1.0)).sample(rng))
     z[rng.random(z.shape) < 0.03] = np.nan
     scan = complete(z)
-    found = scan_statistics(scan)
+    of_scan = scan_statistics(scan)
     measured = z[np.isfinite(z)]
     samples = [measured]  # then without each sub-area
-    for part in found.sub_areas.slices():
+    for part in of_scan.sub_areas.slices():
         rest = z.copy()
         rest[part] = np.nan
         samples.append(rest[np.isfinite(rest)])
     for ours, statistic, positive in (
-        (found.rms_height, np.std, True),
-        (found.skewness, scipy.stats.skew, False),
-        (found.kurtosis, lambda heights: scipy.stats.kurtosis(heights, fisher=False), False),
+        (of_scan.rms_height, np.std, True),
+        (of_scan.skewness, scipy.stats.skew, False),
+        (of_scan.kurtosis, lambda heights: scipy.stats.kurtosis(heights, fisher=False), False),
     ):
-        expected = found.sub_areas.interval(np.array([statistic(heights) for heights in samples]), positive=positive)
+        expected = of_scan.sub_areas.interval(np.array([statistic(heights) for heights in samples]), positive=positive)
         for end in ("value", "low", "high"):
             assert getattr(ours, end) == pytest.approx(getattr(expected, end), rel=1e-10)
-    density = height_density(scan, found.sub_areas)
+    density = height_density(scan, of_scan.sub_areas)
     width = np.diff(density.edges)
     assert np.sum(density.density.value * width) == pytest.approx(1.0, rel=1e-12)
     counts, _ = np.histogram(measured - measured.mean(), density.edges)
@@ -174,12 +174,12 @@ def test_intervals_hold_the_truth(kind):
     truth["curvature"] = 0.5 * math.sqrt(variance)
     held = dict.fromkeys(truth, 0)
     for scan in anisotropic_scans(kind):
-        found = scan_statistics(scan)
-        assert found.sub_areas.sufficient
-        a = found.autocorrelation
-        estimates = [found.rms_height, found.skewness, found.kurtosis]
+        statistics = scan_statistics(scan)
+        assert statistics.sub_areas.sufficient
+        a = statistics.autocorrelation
+        estimates = [statistics.rms_height, statistics.skewness, statistics.kurtosis]
         estimates += [a.length_x, a.length_y, a.length_along, a.length_across, a.lay, a.strength]
-        estimates += [found.rms_slope, found.rms_curvature]
+        estimates += [statistics.rms_slope, statistics.rms_curvature]
         for name, estimate in zip(truth, estimates, strict=True):
             held[name] += bool(estimate.low <= truth[name] <= estimate.high)
     # over 1000 fields each the nine intervals held in 0.91 to 0.96 (exponential) and 0.93 to 0.95; of 100 at 0.91 fewer
@@ -200,12 +200,12 @@ def test_the_spectrum_is_that_of_the_covariance(kind):
     parts = SubAreas(scans[0].grid, (2, 2), (ALONG, ACROSS))
     power = np.stack([spectrum(scan, parts).power.value for scan in scans])
     over = rings(scans[0].grid, parts)
-    found, closed = power.mean(axis=0), over.expected(truth.spectrum)
+    mean_power, closed = power.mean(axis=0), over.expected(truth.spectrum)
     inside = (closed > LEAKAGE * closed.max()) & (over.wavenumber < math.pi / 3)
     inside[0] = False
     assert inside.sum() >= 6
     error = np.std(power, axis=0) / 10
-    np.testing.assert_array_less(np.abs(found / closed - 1)[inside], 0.03 + 4 * (error / closed)[inside])
+    np.testing.assert_array_less(np.abs(mean_power / closed - 1)[inside], 0.03 + 4 * (error / closed)[inside])
 
 
 def test_rings_hold_as_many_waves_in_every_direction():
@@ -230,27 +230,27 @@ def test_the_lay_is_found_at_any_angle():
     symbol = scipy.fft.rfft2(covariance_of("gaussian", 1.0, 9.0, 3.0, lay_rad=lay)(k[:, None], k[None, :])).real
     noise = scipy.fft.rfft2(np.random.default_rng(68).standard_normal((n, n)))
     scan = complete(scipy.fft.irfft2(np.sqrt(np.maximum(symbol, 0.0)) * noise, s=(n, n)))
-    found = autocorrelation(scan, sub_areas_for(scan))
-    assert found.lay.low < lay < found.lay.high
-    assert found.lay.high - found.lay.low < math.radians(10)
-    assert found.length_along.low < 9.0 < found.length_along.high
-    assert found.length_across.low < 3.0 < found.length_across.high
-    middle = found.correlation.value.shape[0] // 2, found.correlation.value.shape[1] // 2
-    assert found.correlation.value[middle] == 1.0
-    np.testing.assert_allclose(found.correlation.value, found.correlation.value[::-1, ::-1], rtol=1e-12)
+    measured = autocorrelation(scan, sub_areas_for(scan))
+    assert measured.lay.low < lay < measured.lay.high
+    assert measured.lay.high - measured.lay.low < math.radians(10)
+    assert measured.length_along.low < 9.0 < measured.length_along.high
+    assert measured.length_across.low < 3.0 < measured.length_across.high
+    middle = measured.correlation.value.shape[0] // 2, measured.correlation.value.shape[1] // 2
+    assert measured.correlation.value[middle] == 1.0
+    np.testing.assert_allclose(measured.correlation.value, measured.correlation.value[::-1, ::-1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("hurst", [0.3, 0.8])
 def test_fractal_dimension_of_self_affine_surfaces(hurst):
     """The spectrum gives D within 0.02; a surface of 1024^2 points scatters by 0.012, so that two are averaged."""
-    found = []
+    intervals = []
     for seed in range(2):
         scan = complete(self_affine(1024, hurst, seed))
         parts = SubAreas(scan.grid, (3, 3), (1.0, 1.0))
         band = 2 * math.pi * 0.02, math.pi / 4
-        found.append(fractal_dimension(spectrum(scan, parts), parts, band))
-    assert np.mean([d.value for d in found]) == pytest.approx(3.0 - hurst, abs=0.02)
-    assert all(2.0 <= d.low < 3.0 - hurst < d.high <= 3.0 for d in found)
+        intervals.append(fractal_dimension(spectrum(scan, parts), parts, band))
+    assert np.mean([d.value for d in intervals]) == pytest.approx(3.0 - hurst, abs=0.02)
+    assert all(2.0 <= d.low < 3.0 - hurst < d.high <= 3.0 for d in intervals)
 
 
 @pytest.mark.parametrize("hurst", [-0.4, 1.4])

@@ -177,9 +177,9 @@ def test_of_a_wave_it_keeps_what_the_standard_says(angle, wavelength, kept):
     """1 - 2^-(cutoff / wavelength)^2 in every direction, one half at the cutoff; away from the rim, to 1e-7."""
     q = 2 * math.pi / (CUTOFF * wavelength)
     wave = np.cos(q * (X * math.cos(angle) + Y * math.sin(angle)) + 0.3)
-    found = high_pass(topography(wave, *CELL, "a wave"), CUTOFF).heights
+    filtered = high_pass(topography(wave, *CELL, "a wave"), CUTOFF).heights
     inside = slice(52, -52), slice(35, -35)
-    np.testing.assert_allclose(found[inside], kept * wave[inside], atol=1e-7)
+    np.testing.assert_allclose(filtered[inside], kept * wave[inside], atol=1e-7)
 
 
 def test_a_plane_is_taken_off_to_the_rim_and_in_holes():

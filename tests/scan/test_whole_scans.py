@@ -48,14 +48,14 @@ measured = pytest.mark.skipif(
 
 def test_the_shipped_scan_has_a_lay_along_x_and_negative_skewness():
     """Grains leave grooves along x in a plateau; its Sq and lengths are those of scene `measured`."""
-    found = scan_statistics(remove_form(read_scan(GROUND), "plane"))
-    assert found.sub_areas.sufficient
-    assert found.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
-    assert found.skewness.high < 0.0
-    assert found.autocorrelation.strength.low > 0.5
-    assert abs(found.autocorrelation.lay.value) < math.radians(3)
-    assert found.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
-    assert found.autocorrelation.length_x.low > 2.0 * found.autocorrelation.length_y.high
+    statistics = scan_statistics(remove_form(read_scan(GROUND), "plane"))
+    assert statistics.sub_areas.sufficient
+    assert statistics.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
+    assert statistics.skewness.high < 0.0
+    assert statistics.autocorrelation.strength.low > 0.5
+    assert abs(statistics.autocorrelation.lay.value) < math.radians(3)
+    assert statistics.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
+    assert statistics.autocorrelation.length_x.low > 2.0 * statistics.autocorrelation.length_y.high
 
 
 def ground():
@@ -81,16 +81,16 @@ SCANS = {
 }
 
 
-def model_of(scan, found, covariance, marginal):
+def model_of(scan, statistics, covariance, marginal):
     """As stage scan makes it."""
-    rms, own = float(found.rms_height.value), found.autocorrelation
+    rms, own = float(statistics.rms_height.value), statistics.autocorrelation
     law = fitted_marginal(marginal, scan, rms)
     if covariance == "measured":
         lengths = float(own.length_x.value), float(own.length_y.value)
         return measured_model(
             own.correlation.value, (scan.dx, scan.dy), rms, lengths, law, correct_correlation=law is not None
         )
-    (best, *_), _ = fitted_covariances(("gaussian", "exponential", "matern"), scan, found)
+    (best, *_), _ = fitted_covariances(("gaussian", "exponential", "matern"), scan, statistics)
     return gaussian_model(best.covariance, best.covariance.axis_lengths_m, law)
 
 
@@ -100,14 +100,14 @@ def described(request):
     make, covariance, marginal = SCANS[request.param]
     heights, spacing = make()
     scan = remove_form(topography(heights, spacing, spacing, request.param), "plane")
-    found = scan_statistics(scan)
-    assert found.sub_areas.sufficient
-    model = model_of(scan, found, covariance, marginal)
+    statistics = scan_statistics(scan)
+    assert statistics.sub_areas.sufficient
+    model = model_of(scan, statistics, covariance, marginal)
     sample, twins = model.sampler(scan.grid), []
     for number in range(TWINS):
         z = model.heights(sample(np.random.default_rng([22, number])))
-        twins.append(scan_statistics(topography(z, spacing, spacing, "a twin"), found.sub_areas))
-    return found, twins
+        twins.append(scan_statistics(topography(z, spacing, spacing, "a twin"), statistics.sub_areas))
+    return statistics, twins
 
 
 def count(interval, values):
@@ -116,11 +116,11 @@ def count(interval, values):
 
 @pytest.mark.slow
 def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
-    found, twins = described
-    inside = {name: count(getattr(found, name), [float(getattr(t, name).value) for t in twins]) for name in NUMBERS}
+    of_scan, twins = described
+    inside = {name: count(getattr(of_scan, name), [float(getattr(t, name).value) for t in twins]) for name in NUMBERS}
     for name in LENGTHS:
         values = np.array([float(getattr(twin.autocorrelation, name).value) for twin in twins])
-        own = getattr(found.autocorrelation, name)
+        own = getattr(of_scan.autocorrelation, name)
         if name == "lay":  # an angle between undirected lines
             values = own.value + (values - own.value + math.pi / 2) % math.pi - math.pi / 2
         inside[name] = count(own, values)
@@ -135,10 +135,10 @@ def test_curves_of_twins_lie_within_the_intervals_of_the_scan(described):
 
     A fitted model follows the spectrum to a quarter of the highest wavenumber. One point in ten may lie outside.
     """
-    found, twins = described
-    table, power = found.autocorrelation.correlation, found.spectrum.power
+    statistics, twins = described
+    table, power = statistics.autocorrelation.correlation, statistics.spectrum.power
     near = table.value > math.exp(-1)
-    below = found.spectrum.wavenumber < HIGHEST * math.pi / 1e-6
+    below = statistics.spectrum.wavenumber < HIGHEST * math.pi / 1e-6
     for own, mean, kept in (
         (table, np.mean([twin.autocorrelation.correlation.value for twin in twins], axis=0), near),
         (power, np.mean([twin.spectrum.power.value for twin in twins], axis=0), below),
@@ -150,16 +150,16 @@ def test_curves_of_twins_lie_within_the_intervals_of_the_scan(described):
 @measured
 def test_a_nearly_gaussian_scan_of_focus_variation():
     scan = read_scan(DATA / "al3d-1.al3d")
-    found = scan_statistics(remove_form(scan, "quadratic"))
-    assert found.sub_areas.sufficient
+    statistics = scan_statistics(remove_form(scan, "quadratic"))
+    assert statistics.sub_areas.sufficient
     # what another program found, to its digits; its 1/e lengths of 7.0 um lie within our intervals
-    assert found.rms_height.value == pytest.approx(0.26e-6, abs=0.005e-6)
-    assert found.skewness.value == pytest.approx(-0.04, abs=0.005)
-    assert found.kurtosis.value - 3.0 == pytest.approx(0.14, abs=0.005)
-    for length in (found.autocorrelation.length_x, found.autocorrelation.length_y):
+    assert statistics.rms_height.value == pytest.approx(0.26e-6, abs=0.005e-6)
+    assert statistics.skewness.value == pytest.approx(-0.04, abs=0.005)
+    assert statistics.kurtosis.value - 3.0 == pytest.approx(0.14, abs=0.005)
+    for length in (statistics.autocorrelation.length_x, statistics.autocorrelation.length_y):
         assert length.low < 7.0e-6 < length.high
-    assert found.skewness.low < 0.0 < found.skewness.high
-    assert found.kurtosis.low < 3.0 < found.kurtosis.high
+    assert statistics.skewness.low < 0.0 < statistics.skewness.high
+    assert statistics.kurtosis.low < 3.0 < statistics.kurtosis.high
 
 
 @pytest.mark.slow
@@ -168,19 +168,19 @@ def test_the_best_model_of_that_scan_has_its_spectrum_and_lengths():
     """Lags alone give a Matern model with fifteen times the power at 1.7 rad/um. Instruments cut short waves off,
     and above a quarter of the highest wavenumber no model follows it."""
     scan = remove_form(read_scan(DATA / "al3d-1.al3d"), "quadratic")
-    found = scan_statistics(scan)
-    (best, *_), refused = fitted_covariances(KINDS, scan, found)
+    statistics = scan_statistics(scan)
+    (best, *_), refused = fitted_covariances(KINDS, scan, statistics)
     assert refused == []
     assert max(best.misfit, best.spectrum_misfit) < 1.5
-    power, q = found.spectrum.power, found.spectrum.wavenumber
-    model = rings(scan.grid, found.sub_areas).expected(best.covariance.spectrum)
+    power, q = statistics.spectrum.power, statistics.spectrum.wavenumber
+    model = rings(scan.grid, statistics.sub_areas).expected(best.covariance.spectrum)
     inside = q < 0.25 * math.pi / scan.dx
     inside[0] = False  # takes the mean height along
     assert inside.sum() >= 8
     np.testing.assert_array_less(power.low[inside], model[inside])
     np.testing.assert_array_less(model[inside], power.high[inside])
     for length, axis in zip(best.covariance.axis_lengths_m, ("length_x", "length_y"), strict=True):
-        assert getattr(found.autocorrelation, axis).low < length < getattr(found.autocorrelation, axis).high
+        assert getattr(statistics.autocorrelation, axis).low < length < getattr(statistics.autocorrelation, axis).high
 
 
 @pytest.mark.slow
@@ -189,15 +189,15 @@ def test_an_anisotropic_scan_whose_heights_are_phases():
     scan = read_scan(DATA / "matrix-2.txt")
     assert scan.grid.shape == (650, 650)
     assert scan.dx == scan.dy == pytest.approx(0.369862e-6, rel=1e-6)
-    found = scan_statistics(remove_form(scan, "quadratic"))
-    assert found.rms_height.value == pytest.approx(0.238e-6, abs=0.0005e-6)
-    assert found.kurtosis.value - 3.0 == pytest.approx(3.3, abs=0.05)
-    assert found.autocorrelation.length_x.value == pytest.approx(8e-6, abs=0.5e-6)
-    assert found.autocorrelation.length_y.value == pytest.approx(45e-6, abs=0.5e-6)
-    assert abs(abs(found.autocorrelation.lay.value) - math.pi / 2) < math.radians(5)
-    assert found.autocorrelation.strength.low > 0.5
+    statistics = scan_statistics(remove_form(scan, "quadratic"))
+    assert statistics.rms_height.value == pytest.approx(0.238e-6, abs=0.0005e-6)
+    assert statistics.kurtosis.value - 3.0 == pytest.approx(3.3, abs=0.05)
+    assert statistics.autocorrelation.length_x.value == pytest.approx(8e-6, abs=0.5e-6)
+    assert statistics.autocorrelation.length_y.value == pytest.approx(45e-6, abs=0.5e-6)
+    assert abs(abs(statistics.autocorrelation.lay.value) - math.pi / 2) < math.radians(5)
+    assert statistics.autocorrelation.strength.low > 0.5
     # 45 um on 240 um leave too little for intervals, and the statistics say so
-    assert not found.sub_areas.sufficient
+    assert not statistics.sub_areas.sufficient
 
 
 NX, NY, DX, DY = 90, 120, 1.0, 0.7
@@ -242,10 +242,10 @@ CASES = {
 }
 
 
-def like(found, expected, factor=1.0):
+def like(interval, expected, factor=1.0):
     for end in ("value", "low", "high"):
         wanted = factor * getattr(expected, end)
-        np.testing.assert_allclose(getattr(found, end), wanted, rtol=1e-8, atol=1e-9 * abs(np.max(wanted)))
+        np.testing.assert_allclose(getattr(interval, end), wanted, rtol=1e-8, atol=1e-9 * abs(np.max(wanted)))
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -266,8 +266,8 @@ def test_statistics_go_with_the_scan(scan, name):
     a, b = one.autocorrelation, other.autocorrelation
     like(b.correlation, Estimate(*(field(end) for end in (a.correlation.value, a.correlation.low, a.correlation.high))))
     lengths = turn((a.length_x, a.length_y))
-    for found, expected in ((b.length_x, lengths[0]), (b.length_y, lengths[1])):
-        like(found, expected, metre)
+    for length, expected in ((b.length_x, lengths[0]), (b.length_y, lengths[1])):
+        like(length, expected, metre)
     for which in ("length_along", "length_across"):
         like(getattr(b, which), getattr(a, which), metre)
     like(b.strength, a.strength)
@@ -310,11 +310,11 @@ def test_fits_go_with_the_scan(scan, name):
         one, other = fits[0][kind], fits[1][kind]
         for key, value in one.parameters.items():
             scale = metre if key.endswith("_m") else 1.0
-            found = other.parameters[key]
+            parameter = other.parameters[key]
             if key == "lay_rad":
-                assert wrapped(found - lay(value)) == pytest.approx(0.0, abs=1e-4)
+                assert wrapped(parameter - lay(value)) == pytest.approx(0.0, abs=1e-4)
             else:
-                assert found == pytest.approx(scale * value, rel=1e-4)
+                assert parameter == pytest.approx(scale * value, rel=1e-4)
             assert other.standard_errors[key] == pytest.approx(scale * one.standard_errors[key], rel=1e-2)
         assert (other.misfit, other.criterion) == pytest.approx((one.misfit, one.criterion), rel=1e-6)
         assert other.spectrum_misfit == pytest.approx(one.spectrum_misfit, rel=1e-6)

@@ -188,14 +188,6 @@ def test_shapes_of_heights_have_the_limits_of_their_families():
         assert (tuple(shapes.split(", ")), tuple(limits)) == (FAMILIES[name].shapes, FAMILIES[name].limits)
 
 
-def test_lengths_at_the_edge_of_the_numbers(mine):
-    """length / cell overflows to infinity, which is no whole multiple of anything."""
-    lines = lines_of(mine, "extends: paper\nstrip: {cell_m: 1.0e-320}")
-    keys = [line.split(": ")[1] for line in lines]
-    lengths = ("cell", "length", "margin", "width", "window", "window_spacing")
-    assert sorted(keys) == [f"strip.{key}_m" for key in lengths]
-
-
 def test_friction_has_one_of_its_forms(mine):
     forms = {
         "{}": "friction: empty; give statistics, record, or mean_at_median with least_contact_fraction",
@@ -272,15 +264,6 @@ def test_a_stiffness_gives_the_frequency_with_the_mass_of_the_scene(mine):
     assert (heavy["natural_frequency_rad_per_s"], heavy["stiffness_n_per_m"]) == (200.0, 1.6e5)
     back = mine("extends: base\noscillator: {natural_frequency_rad_per_s: 316}", base=base)["oscillator"]
     assert "stiffness_n_per_m" not in back
-
-
-def test_a_scene_with_neither_says_so(mine):
-    oscillator = {key: 1.0 for key in shipped_scene("paper")["oscillator"] if "natural" not in key}
-    oscillator |= {"law": "stribeck", "stochastic_static_limit": "true", "windows_in_parallel": 1}
-    text = ", ".join(f"{key}: {value}" for key, value in oscillator.items())
-    lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [figure_scan]\noscillator: {{{text}}}")
-    line = "oscillator.natural_frequency_rad_per_s: missing; give it, or oscillator.stiffness_n_per_m"
-    assert f"scenes/mine.yaml: {line}" in lines
 
 
 @pytest.mark.parametrize("changed", ["oscillator: {mass_kg: 2}", "friction: {mean_at_median: 0.2}"])

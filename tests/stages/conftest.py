@@ -12,7 +12,6 @@ import pytest
 from roughslip import store
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
-from roughslip.verdicts.rules import BOUNDS
 
 KEY = store.Key({}, "code")
 
@@ -38,7 +37,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
             "output": output,
             "summary": folder / "summary.csv",
         }
-        key = store.Key(configuration, "code", {"bounds": BOUNDS})
+        key = store.Key(configuration, "code")
         usage = Usage(folder / f"{stem}.json", stem)
         stage.work(Job(key, Namespace(**{**defaults, **arguments}), usage, stage.STAGE.keys))
         run_stage.did, run_stage.skipped, run_stage.warnings = usage.record()["did"], usage.skipped, usage.warnings

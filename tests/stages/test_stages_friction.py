@@ -4,7 +4,6 @@ The stages that find how many strips an accuracy takes, and the shares that comp
 
 import math
 import re
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,12 +12,10 @@ import yaml
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.level import levels_of_sums
 from roughslip.friction.marginal import SHAPES
-from roughslip.friction.over_penetration import JUDGED, TRENDS, judged_estimates
-from roughslip.limits import MOST_WINDOWS, SHARES
+from roughslip.friction.over_penetration import TRENDS
+from roughslip.limits import SHARES
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
-from roughslip.stages.from_scene import geometry
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY, WINDOWS = 12, 40, 60
@@ -212,69 +209,6 @@ def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(ru
         width = (found[f"{statistic}_high"] - found[f"{statistic}_low"]) / 2 / found[statistic]
         assert run.did[f"{name}_reached"] == pytest.approx(width.max(), abs=1e-5)
         assert width.max() < 1.3 * asked
-
-    verdict_numbers_are_those_of_stage_friction(store.read_all(parts[contact_strip]), parts[expansion_strip], found)
-
-
-def verdict_numbers_are_those_of_stage_friction(solved, expanded, found):
-    """The pilot and the final strips are judged by the same numbers, with the same draws of the bootstrap.
-
-    The pilot has a mean of 1 at the median and the scene 0.3, by which mean and scatter differ.
-    """
-    strip = ALLOTTED["strip"]
-    least = ALLOTTED["friction"]["least_contact_fraction"] * strip["window_m"] * strip["width_m"]
-    of_all = [friction.area_and_force(batches) for batches in (solved, store.read_all(expanded))]
-    levels = levels_of_sums(least, *of_all)
-    lags = strip["window_spacing_m"] * np.arange(levels[0].mu.shape[2])
-    rng = np.random.default_rng([ALLOTTED["seed"], geometry.STREAM_BOOTSTRAP])
-    percentiles = np.array(strip["penetration_percentiles"])
-    numbers = judged_estimates(percentiles, levels, lags, strip["window_m"], 200, rng)
-    assert len(numbers) == 2 * len(TRENDS) + len(JUDGED) + 1
-    for name, one in numbers.items():
-        scale = 0.3 if re.search("_(mean|std)_(line|change)$", name) else 1.0
-        for end, value in (("", one.value), ("_low", one.low), ("_high", one.high)):
-            np.testing.assert_allclose(scale * value, found[f"{name}{end}"], rtol=1e-9, atol=1e-15)
-
-    # the median alone: the same numbers from the same draws, and no trend
-    median = [replace(level, mu=level.mu[:1], valid=level.valid[:1]) for level in levels]
-    rng = np.random.default_rng([ALLOTTED["seed"], geometry.STREAM_BOOTSTRAP])
-    alone = judged_estimates(percentiles[:1], median, lags, strip["window_m"], 200, rng)
-    assert alone.keys() == {name for name in numbers if not name.startswith("trend_")}
-    for name, one in alone.items():
-        np.testing.assert_allclose(one.rows[:, 0], numbers[name].rows[:, 0], rtol=1e-9, atol=1e-15)
-
-
-@pytest.mark.slow
-def test_strips_are_added_for_verdicts_as_far_as_the_limit_allows(run, allotted):
-    """As many as the most that one of them takes, if they cost less; given numbers and no limit add none."""
-    pilot, expansion, allocation = allotted
-    files, plain = {"pilot": pilot, "expansion": expansion}, store.read(allocation)
-    assert "strips_needed" not in plain
-    ample = run(strip_allocation, changed(ALLOTTED, accuracy={"verdict_limit_cpu_s": 1e6}), "ample", **files)
-    did = run.did
-    needed = dict(zip(ample["statement"].tolist(), ample["strips_needed"].tolist(), strict=True))
-    assert ample["strips_for_accuracy"] == did["strips_for_accuracy"] == plain["strips"]
-    most = MOST_WINDOWS // (2 * plain_windows() * 3)
-    affordable = [number for number in needed.values() if number <= most]
-    assert ample["strips"] == max(affordable) > plain["strips"]
-    assert ample["expansion_strips"] >= ample["strips"] * (PILOT + strip_allocation.MORE) / PILOT
-    for name, number in needed.items():
-        assert did.get(f"strips_to_decide_{name}", 0) == (number if plain["strips"] < number <= most else 0)
-    limit = 0.5 * (float(plain["cost"]) + float(ample["cost"]))
-    some = run(strip_allocation, changed(ALLOTTED, accuracy={"verdict_limit_cpu_s": limit}), "some", **files)
-    assert plain["strips"] <= some["strips"] < ample["strips"]
-    assert some["cost"] <= limit
-    assert any(name.startswith("strips_beyond_limit_for_") for name in run.did)
-    by_hand = changed(ALLOTTED, accuracy={"verdict_limit_cpu_s": 1e6}, strip={"samples": int(plain["strips"])})
-    given = run(strip_allocation, by_hand, "given", **files)
-    assert given["strips"] == plain["strips"]
-    assert "strips_needed" not in given
-
-
-def plain_windows() -> int:
-    """Windows of a strip."""
-    strip = ALLOTTED["strip"]
-    return round((strip["length_m"] - strip["window_m"]) / strip["window_spacing_m"]) + 1
 
 
 @pytest.mark.slow

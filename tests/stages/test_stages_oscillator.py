@@ -1,25 +1,40 @@
-"""From friction statistics to process and oscillator; runs without a cycle; ranges of mass and belt velocity."""
+"""From friction statistics to process and oscillator; runs without a cycle; ranges of mass and belt velocity.
 
+The answer on stick-slip: the deterministic limits without scatter, identities of the equation of motion.
+
+The stages of the stick-slip map: without scatter the deterministic limits decide, with it durations agree.
+"""
+
+import functools
+import json
+from argparse import Namespace
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 from roughslip import store
-from roughslip.errors import InputError
+from roughslip.errors import IllPosedError, InputError
+from roughslip.figures.stick_slip import DRAWN, figure_basins
 from roughslip.friction.table_variables import distribution
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.limits import cycle_period
-from roughslip.oscillator.motion import simulate
+from roughslip.oscillator.limits import cycle_period, limit_cycle
+from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.probability.level_search import ACCURACY
+from roughslip.report.machine import change_rows
 from roughslip.scene.types import scene_of
-from roughslip.stages import deterministic
+from roughslip.stages import answer, basins, deterministic, residence, stick_slip_map
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
+from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.result_tables.ensemble_table import CLOSING_PERIODS, closing_periods, cycling_share
+from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
+from tests.stages.test_stages_motion import scattered
 
 GIVEN = {"mean": 0.3, "standard_deviation": 0.05, "correlation_length_m": 2.5e-4, "beta_a": 2.1, "beta_b": 5.0}
 
@@ -245,3 +260,239 @@ def test_scatter_that_multiplies_is_the_same_over_the_mean(tmp_path):
     assert moved["additive"] == [pytest.approx(2.53, abs=0.01), pytest.approx(0.0, abs=0.2)]
     limit = mass_on_belt.response_of_limit(scenes["additive"], belt, numbers, path)[0].limit
     assert moved["multiplicative"] == [pytest.approx(2.43, abs=0.01), pytest.approx(0.933 * limit / 0.3, rel=0.01)]
+
+
+EXISTENCE = 0.324424  # of eq. (13) with the paper's numbers
+CERTAIN = [72 / (72 + 1.959964**2), 1.0]  # Wilson's interval of 72 hits in 72 runs
+
+
+@pytest.fixture(scope="module")
+def answered(folder):
+    """answered(std, varied, **oscillator) is answer.json, once; `varied` are the parameters that are searched."""
+
+    @functools.cache
+    def of_scene(std, varied=("damping",), **others):
+        asked = scattered(std, **others) | {"answer": {"realisations": 72, "duration_periods": 20.0}}
+        output, usage = folder / "answer.json", Usage(folder / "answer", "answer")
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(answer, "VARIED", varied)
+            answer.work(Job(store.Key(asked, "code"), Namespace(friction=None, output=output), usage))
+        return json.loads(output.read_text())
+
+    return of_scene
+
+
+def test_without_scatter_both_limits_of_damping_are_the_existence_limit(answered):
+    """Runs begin in stick, so that stick-slip exists up to there. From steady sliding, which is unstable, 20 periods
+    are too short for so small a push to grow by exp(2 pi (0.231 - 0.17) 20) = 2000 to the size of the cycle."""
+    found = answered(1e-9)
+    assert [found["probability"]["value"], *found["probability"]["interval"]] == pytest.approx([1, *CERTAIN], rel=1e-6)
+    assert found["probability_from_sliding"]["value"] == 0.0
+    above, below = (found["limits"]["damping"][side] for side in ("above", "below"))
+    for label in ("0.05", "0.95"):
+        assert above[label]["change"] == "falls below"
+        assert [above[label]["value"], *above[label]["interval"]] == pytest.approx([EXISTENCE] * 3, rel=2 * ACCURACY)
+    assert above["without_scatter"]["value"] == pytest.approx(EXISTENCE, rel=4e-6)
+    assert below == {"0.05": None, "0.95": None, "without_scatter": {"value": None, "interval": None, "unit": "1"}}
+    assert found["decides"]["by"] == "mean curve"
+    assert found["decides"]["existence_limit"]["value"] == pytest.approx(EXISTENCE, abs=1e-6)
+    change = found["smallest_change"]
+    assert (change["parameter"], change["side"], change["aim"]) == ("damping", "above", "end")
+    assert change["value"] == pytest.approx(EXISTENCE / 0.17 - 1, rel=4 * ACCURACY)
+
+
+def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(answered):
+    """Samples miss the extremes of the displacement by (pi / 100)^2 / 2 of the amplitude at most."""
+    found = answered(1e-9)
+    belt, law = mass_on_belt.oscillator(scene_of({"oscillator": OSCILLATOR})), StribeckLaw(0.3, 0.4)
+    assert found["frequency"]["value"] == pytest.approx(316 / limit_cycle(belt, law).period, rel=1e-5)
+    drawn = trajectory(belt, law, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
+    amplitude = 0.5 * np.ptp(drawn.position[20_000:])
+    assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= found["amplitude"]["value"] <= amplitude * (1 + 1e-5)
+    for name in ("amplitude", "frequency"):
+        assert found[f"{name}_scatter"]["value"] < 1e-3 * found[name]["value"]
+
+
+@pytest.mark.slow
+def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
+    """At D = 1 no run cycles, from either start; with hardly any scatter both levels are passed at the limit."""
+    found = answered(1e-9, damping_ratio=1.0)
+    assert found["probability"]["value"] == found["probability_from_sliding"]["value"] == 0.0
+    assert found["amplitude"] == {"value": None, "interval": None, "unit": "m"}
+    limit = found["limits"]["damping"]["below"]
+    assert limit["0.05"]["change"] == limit["0.95"]["change"] == "rises above"
+    assert limit["0.95"]["value"] == pytest.approx(EXISTENCE, rel=2 * ACCURACY)
+    assert found["smallest_change"]["aim"] == "begin"
+    assert found["smallest_change"]["value"] == pytest.approx(EXISTENCE - 1, rel=2 * ACCURACY)
+    (row,) = change_rows(found)
+    assert (row.name, row.now, row.needed, row.change) == ("less damping, D", "1", "0.324", "÷ 3.1")
+    assert "practically excluded (0 % [0, 5])" in found["summary"][0]
+    assert "begins stick-slip is -68 %" in found["summary"][2]
+
+
+@pytest.mark.slow
+def test_mass_spring_and_load_in_proportion_scale_their_limits_alone(answered):
+    """The scaled equation has N / (m omega^2), V, D and omega: with twice the mass and load at one omega all runs are
+    the same to the bit, as the factor is a power of two. The damper doubles with D."""
+    one, two = (
+        answered(0.03, answer.VARIED, mass_kg=factor, normal_force_n=factor * 2500, damping_ratio=0.3)
+        for factor in (1.0, 2.0)
+    )
+    for key in ("probability", "probability_from_sliding", "amplitude", "frequency", "frequency_scatter"):
+        assert one[key] == two[key]
+    for name, factor in {"damping": 1, "belt_velocity": 1, "mass": 2, "stiffness": 2, "load": 2}.items():
+        for side in ("below", "above"):
+            for label in ("0.05", "0.95"):
+                small, large = (found["limits"][name][side][label] for found in (one, two))
+                assert (small is None) == (large is None)
+                if small is not None:
+                    assert large["value"] == pytest.approx(factor * small["value"], rel=1e-9)
+                    assert large["change"] == small["change"]
+    assert one["limits"]["load"]["below"]["0.05"]["value"] < 2500
+    assert one["decides"]["by"] == "scatter"
+
+
+def test_an_excited_mass_has_no_answer(answered):
+    found = answered(0.03, excitation_force_n=10.0)
+    assert found["given"] is False
+    assert found["summary"] == [f"Stick-slip: no answer, because {found['reason']}."]
+
+
+MAP = {
+    "parameters": ["belt_velocity", "damping"],
+    "ranges": [[0.474, 1.896], [0.1, 0.5]],
+    "points": 5,
+    "realisations": 8,
+    "duration_periods": 40,
+}
+SURVIVAL = {"scatter_factors": [0.5, 1.0], "points": 5, "realisations": 8, "duration_periods": 40}
+ALL = 1.0  # share of the points that are run
+LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
+
+
+def asked(std: float, **others: object) -> dict:
+    found = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
+    del found["ensemble"]  # not read
+    return found
+
+
+def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run, monkeypatch):
+    """0 or 1 at every point, as runs begin in stick. mu_D' of eq. (13) by hand: the paper's own velocity is the middle
+    one, and friction rises with speed soon after. All points are computed."""
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
+    hardly = run(stick_slip_map, asked(1e-9))
+    damping, v = hardly["map_x"], hardly["map_y"]
+    assert list(hardly["map_parameters"]) == ["damping", "belt_velocity"]
+    np.testing.assert_allclose(v[[0, 2, 4]], [0.474, 0.948, 1.896], rtol=1e-12)
+    np.testing.assert_allclose(damping[1] / damping[0], 5**0.25)
+    exists = damping[:, None] < hardly["existence_limit"]
+    np.testing.assert_array_equal(hardly["probability"], exists)
+    assert 0 < exists.sum() < exists.size
+    assert hardly["is_computed"].all()
+    low, high = hardly["probability_low"], hardly["probability_high"]
+    assert np.all(high - low == pytest.approx(1.96**2 / (8 + 1.96**2), abs=1e-4))  # Wilson's, of 0 or 8 of 8
+    slope = -0.3 * 1.42 / (1 + 1.42 * v) ** 2 + 0.02 * v
+    np.testing.assert_allclose(hardly["hopf_damping"], -slope * 2500 / (2 * 316), rtol=1e-9)
+    assert hardly["existence_limit"][2] == pytest.approx(LIMIT, abs=1e-6)
+    assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
+
+
+@pytest.mark.slow
+def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run, monkeypatch):
+    """The same realisations at every point, in any order; here the paths change with one of the parameters."""
+    ranges = {"parameters": ["load", "correlation_length"], "ranges": [[2000.0, 6000.0], [1e-4, 1e-3]]}
+    scene = asked(0.05, damping_ratio=0.4) | {"map": MAP | ranges}
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
+    whole = run(stick_slip_map, scene, "whole")
+    monkeypatch.setattr(stick_slip_map, "SHARE", 18 / 25)
+    few = run(stick_slip_map, scene, "few")
+    computed = few["is_computed"] == 1
+    assert computed.sum() == 18
+    np.testing.assert_array_equal(few["probability"][computed], whole["probability"][computed])
+    assert np.isnan(whole["existence_limit"]).all()  # no axis is the damping
+    assert 0.05 < whole["probability"].mean() < 0.95
+
+
+def test_a_range_without_effect_is_refused(run):
+    scene = asked(1e-9) | {"map": MAP | {"parameters": ["windows", "damping"]}, "ensemble": {"marginal": "empirical"}}
+    with pytest.raises(InputError, match="windows has no effect in this scene; choose of: damping, belt_velocity"):
+        run(stick_slip_map, scene, "none")
+
+
+def test_lists_of_dampings_surround_the_scenes_own_limits():
+    """From below the Hopf damping, 0.2311, to above the limit. The scatter moves the limit
+    (`grazing_response`), a tenth as far with a hundred windows, so that the list draws together."""
+    numbers = FrictionNumbers(0.3, 0.05, 2.5e-4, 2.1, 5.0)
+    spread = []
+    for windows in (1, 100):
+        values = {"oscillator": OSCILLATOR | {"windows_in_parallel": windows}, "ensemble": {"damping_ratios": "auto"}}
+        found = np.array(damping_ratios(scene_of(values), numbers, None))
+        assert len(found) <= 20
+        assert np.all(np.diff(found) > 0)
+        assert found[0] == pytest.approx(0.2 * 0.2311, abs=1e-4)
+        assert found[-1] >= 1.2499 * LIMIT
+        assert np.min(np.abs(found - LIMIT)) > 1e-6  # there the count without scatter is undecided
+        spread.append(np.sort(np.abs(found - LIMIT))[11])
+    assert spread[0] > 5 * spread[1]
+    given = scene_of({"ensemble": {"damping_ratios": [0.1, 0.2]}})
+    assert damping_ratios(given, numbers, None) == (0.1, 0.2)
+    fast = {"oscillator": OSCILLATOR | {"belt_velocity_m_per_s": 20.0}, "ensemble": {}}
+    with pytest.raises(IllPosedError, match=r"takes a list around the limits .* give a list"):
+        damping_ratios(scene_of(fast), numbers, None)
+
+
+@pytest.mark.slow
+def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys, monkeypatch):
+    """At 20 m/s eq. (13) rises with speed: the quadratic term has the slope 0.4 s/m there."""
+    fast = asked(1e-9) | {"map": MAP | {"ranges": [[0.948, 20.0], [0.1, 0.5]]}}
+    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
+    found = run(stick_slip_map, fast, "fast")
+    assert list(np.isnan(found["existence_limit"][[0, -1]])) == [False, True]
+    assert found["hopf_damping"][-1] < 0
+    assert "values of belt_velocity" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_durations_change_with_damping_and_theory_has_their_order(run):
+    """Stick-slip lasts ever shorter with damping and steady sliding ever longer, in the runs and in theory."""
+    found = run(residence, asked(0.03))
+    assert found["residence_limit"] == pytest.approx(0.324424, abs=1e-6)
+    reach = 4 * found["unit_scatter"] * found["friction_deviation"]
+    ends = np.minimum(found["residence_limit"] - reach, found["residence_hopf"]), found["residence_limit"] + reach
+    np.testing.assert_allclose(found["residence_damping"][:, [0, -1]].T, ends)
+    assert np.all(found["share"][:, 0] > 0.75)  # sliding lasts some periods where a run begins with it
+    np.testing.assert_array_equal(found["share"][:, -1], 0.0)
+    for name in ("stick_slip", "sliding", "share"):
+        known = np.isfinite(found[name]) & np.isfinite(found[f"{name}_high"])  # a share is not where no state ended
+        values = (found[f"{name}{end}"][known] for end in ("_low", "", "_high"))
+        low, value, high = values
+        assert np.all((low <= value) & (value <= high))
+    theory = found["stick_slip_by_theory"][1]
+    assert np.all(np.diff(theory[np.isfinite(theory)]) < 0)
+    theory = found["sliding_by_theory"][1]
+    assert np.all(np.diff(theory[np.isfinite(theory)]) > 0)
+
+
+@pytest.mark.slow
+def test_a_half_that_the_runs_do_not_hold_is_nan_with_a_warning(run, capsys):
+    """Hardly any scatter, at the Hopf damping and just beyond the limit."""
+    found = run(residence, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
+    assert np.isfinite(found["half"]).all() or "do not hold" in capsys.readouterr().err
+    with pytest.raises(IllPosedError, match="no stick-slip cycle"):
+        run(residence, asked(0.03, belt_velocity_m_per_s=20.0), "none")
+
+
+def test_the_unstable_cycle_parts_the_basins_and_is_drawn(run, monkeypatch):
+    """Orbits do not cross: what begins within ends in sliding. Below the Hopf damping there is no such cycle."""
+    monkeypatch.setattr(basins, "STATES", 200)
+    found = run(basins, asked(1e-9, damping_ratio=0.28))
+    cycle = Path(np.column_stack([found["unstable_position"], found["unstable_velocity"]]))
+    within = cycle.contains_points(np.column_stack([found["basin_position"], found["basin_velocity"]]))
+    np.testing.assert_array_equal(found["ends_in_stick_slip"] > 0, ~within)
+    assert found["basin_share"] == pytest.approx(1 - within.mean())
+    assert np.ptp(found["from_rest_velocity"]) > np.ptp(found["unstable_velocity"])
+    figure = figure_basins({name: found[name] for name in DRAWN["figure_basins"]})
+    assert f"{100 * found['basin_share']:.0f} % of the states" in figure.axes[0].get_title(loc="left")
+    assert len(figure.axes[0].lines) == 4
+    figure = figure_basins(run(basins, asked(1e-9, damping_ratio=0.22), "below"))
+    assert figure.axes[0].lines[1].get_xdata().size == 0

@@ -14,7 +14,7 @@ from roughslip.probability import beta_moments
 from roughslip.record.synthetic import scatter_at
 from roughslip.scene.types import scene_of
 from roughslip.stages import record
-from roughslip.stages.from_scene import mass_on_belt, measured_friction, variation
+from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from tests.stages.scenes import OSCILLATOR
@@ -49,7 +49,7 @@ def recorded(tmp_path_factory):
 def test_the_law_of_the_oscillator_is_the_measured_curve(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
     result = store.read(output)
-    curve = measured_friction.curve_of(result)
+    curve = mass_on_belt.curve_of(result)
     numbers = mass_on_belt.friction_numbers(scene, output)
     law = mass_on_belt.law(scene, numbers)
     assert law.mu(curve.speeds_m_per_s) == pytest.approx(curve.friction, rel=1e-12)
@@ -68,7 +68,7 @@ def test_a_mean_that_is_varied_takes_the_curve_with_it(recorded):
 
 def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
-    scatter = measured_friction.scatter_of(store.read(output), "additive")
+    scatter = mass_on_belt.scatter_of(store.read(output), "additive")
     process = mass_on_belt.friction_process(scene, mass_on_belt.friction_numbers(scene, output), output)
     assert process.correlation_length_m == scatter.correlation_length_m
     assert process.autocorrelation(np.array([scatter.correlation_length_m])) == pytest.approx([np.exp(-1)])
@@ -82,7 +82,7 @@ def test_multiplicative_scatter_is_over_the_mean(recorded):
     values, output = recorded
     scene = scene_of(values | {"friction": values["friction"] | {"scatter": "multiplicative"}})
     numbers = mass_on_belt.friction_numbers(scene, output)
-    relative = measured_friction.scatter_of(store.read(output), "multiplicative").standard_deviation
+    relative = mass_on_belt.scatter_of(store.read(output), "multiplicative").standard_deviation
     assert numbers.standard_deviation / numbers.mean == pytest.approx(relative)
 
 

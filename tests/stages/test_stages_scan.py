@@ -239,14 +239,6 @@ def test_warnings_say_what_a_model_misses(scan_of, run, field):
     assert any(text.startswith("gaussian misses the spectrum by") for text in run.warnings)  # it has no short waves
 
 
-def test_a_model_in_words():
-    """Its kind and shapes, and how many it was the best of."""
-    assert scan.model_in_words(None, 0) == "measured autocorrelation"
-    assert scan.model_in_words(covariance_of("matern", 1e-7, 4e-6, smoothness=1.2345), 5) == (
-        "matern covariance, smoothness 1.23, best of 5 models"
-    )
-
-
 def grooves(n=N):
     """Profiles of 3 cells a correlation length along y, equal along x, with a roughness of their own."""
     lines = embed(covariance_of("exponential", 1e-7, 3e-6), Grid(1, 8 * n, STEP, STEP)).sample(

@@ -113,8 +113,10 @@ def test_a_self_affine_surface_of_a_given_slope():
     for both in ({}, {"rms_height_m": 1.0, "rms_slope": 0.3}):
         with pytest.raises(ParameterError, match="one of rms_height_m and rms_slope"):
             self_affine(**both, **lengths)
-    with pytest.raises(ParameterError, match="a wavelength must be positive"):
+    with pytest.raises(ParameterError, match="the roll-off wavelength must be positive"):
         self_affine(1.0, 0.7)
+    with pytest.raises(ParameterError, match="the roll-off wavelength must be positive and finite, not 0"):
+        self_affine(1.0, **{**lengths, "rolloff_wavelength_across_m": 0.0})
 
 
 def test_a_fitted_self_affine_model_has_the_cutoff_of_its_data_and_a_band():

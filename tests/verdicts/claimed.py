@@ -121,10 +121,10 @@ def of_runs():
 
 
 def judge(*, square_=None, friction_=None, oscillator_=None):
-    found = claims(square_, friction_, oscillator_)
-    json.dumps(found, allow_nan=False)
-    readings = {f"{claim['id']}/{one['id']}": one for claim in found for one in claim["readings"]}
-    return {claim["id"]: claim for claim in found} | readings
+    claim_list = claims(square_, friction_, oscillator_)
+    json.dumps(claim_list, allow_nan=False)
+    readings = {f"{claim['id']}/{one['id']}": one for claim in claim_list for one in claim["readings"]}
+    return {claim["id"]: claim for claim in claim_list} | readings
 
 
 def judge_one(name, arrays):

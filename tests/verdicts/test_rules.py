@@ -59,9 +59,9 @@ JUDGED = ["ours", "interval", "shown", "verdict", "turns", "at_half", "at_twice"
 
 def test_every_statement_in_the_order_of_the_paper_with_its_readings():
     """In a scene where every reading holds. One is natural, and its number is that of the statement."""
-    found = claims(square(), friction(), oscillator())
-    assert [claim["id"] for claim in found] == IDS == [one.id for one in STATEMENTS]
-    for claim in found:
+    claim_list = claims(square(), friction(), oscillator())
+    assert [claim["id"] for claim in claim_list] == IDS == [one.id for one in STATEMENTS]
+    for claim in claim_list:
         head = ["id", "statement", "paper"]
         assert list(claim) == [*head, "headline", "unit", *JUDGED, "rule", "tried", "readings"]
         (natural,) = (one for one in claim["readings"] if one["natural"])
@@ -82,11 +82,11 @@ def test_a_reading_that_was_chosen_by_its_number_is_no_evidence():
     table = friction()
     for name in ("least_squares", "one_over_e", "integral", "log_line_50"):
         table |= with_interval(f"combined_length_{name}", *([one] * LEVELS for one in (4.5e-4, 4.2e-4, 4.8e-4)))
-    found = judge(friction_=table)
-    assert found["mu-correlation-250um/log-line-90"]["verdict"] == "reproduced"
-    assert found["mu-correlation-250um/log-line-90"]["chosen"]
-    assert found["mu-correlation-250um"]["headline"] == "undecided"
-    assert under_which(found["mu-correlation-250um"]) == "none (0 of 5)"
+    verdicts = judge(friction_=table)
+    assert verdicts["mu-correlation-250um/log-line-90"]["verdict"] == "reproduced"
+    assert verdicts["mu-correlation-250um/log-line-90"]["chosen"]
+    assert verdicts["mu-correlation-250um"]["headline"] == "undecided"
+    assert under_which(verdicts["mu-correlation-250um"]) == "none (0 of 5)"
 
 
 def test_headlines_follow_from_the_verdicts_of_all_readings():
@@ -141,9 +141,9 @@ def test_a_tolerance_is_measured_from_its_centre_and_a_sign_has_none():
 @pytest.mark.parametrize("absent", ["square", "friction", "oscillator"])
 def test_a_branch_that_does_not_run_is_not_tested(absent):
     branches = {"square": square(), "friction": friction(), "oscillator": oscillator()} | {absent: None}
-    found = claims(**branches)
+    claim_list = claims(**branches)
     prefixes = {"square": ("fig2",), "friction": ("fig3", "mu-"), "oscillator": ("fig5",)}[absent]
-    for claim in found:
+    for claim in claim_list:
         not_run = claim["id"].startswith(prefixes) or (claim["id"] == OWN and absent != "square")
         assert (claim["verdict"] == "not tested") == not_run
         if not_run:
@@ -211,27 +211,27 @@ def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, bran
         for near in (-1.05, -0.95, -0.05, 0.05):  # of the edge nearer the outside, in widths
             edges = sorted((end + inwards * near * width, end + inwards * (near + 1.0) * width))
             arrays = with_number(BRANCHES[branch](), variable, index, np.mean(edges), edges)
-            found = judge_one(name, arrays)
+            claim = judge_one(name, arrays)
             verdict = "reproduced" if near > 0 else "undecided" if near > -1 else "contradicted"
-            assert found["verdict"] == verdict, (near, edges)
+            assert claim["verdict"] == verdict, (near, edges)
             second = variable != next(row[2] for row in SIMPLE if row[0] == name)
             if not second or near < 0:  # where both numbers hold, what is said is of the first
-                assert (": an interval" in found["turns"]) == second
+                assert (": an interval" in claim["turns"]) == second
                 assert_that_it_turns(name, variable, index, arrays)
 
 
 def scaled(arrays, scale, widen):
     """The arrays with so many times each number that has an interval, and of its half width as before."""
-    found = dict(arrays)
+    changed = dict(arrays)
     for name in (name for name in arrays if f"{name}_low" in arrays):
-        found[name] = scale * arrays[name]
+        changed[name] = scale * arrays[name]
         for end in ("_low", "_high"):
-            found[name + end] = found[name] + widen * (arrays[name + end] - arrays[name])
+            changed[name + end] = changed[name] + widen * (arrays[name + end] - arrays[name])
     if "distance" in arrays:  # it has none, and that of the probability of contact bounds it
-        found["distance"] = abs(scale) * arrays["distance"]
+        changed["distance"] = abs(scale) * arrays["distance"]
     if scale < 0:
-        found |= {name: np.full(5, 90) for name in arrays if name.endswith("deterministic_cycles")}
-    return found
+        changed |= {name: np.full(5, 90) for name in arrays if name.endswith("deterministic_cycles")}
+    return changed
 
 
 def test_each_rule_gives_each_of_its_verdicts():
@@ -242,9 +242,9 @@ def test_each_rule_gives_each_of_its_verdicts():
     seen = {f"{name}/{reading.id}": set() for name, reading in READINGS}
     for scale in (-1.0, 0.01, 1.0, 1.5, 10.0, 100.0):
         for widen in (0.5, 30.0):
-            found = judge(**{f"{name}_": scaled(branch(), scale, widen) for name, branch in BRANCHES.items()})
+            scaled_verdicts = judge(**{f"{name}_": scaled(branch(), scale, widen) for name, branch in BRANCHES.items()})
             for name, verdicts in seen.items():
-                verdicts.add(found[name]["verdict"])
+                verdicts.add(scaled_verdicts[name]["verdict"])
     for name, verdicts in seen.items():
         expected = {"reproduced", "contradicted"} | ({"undecided"} if "sharp-limit" not in name else set())
         assert verdicts - {"not tested"} == ({"contradicts itself"} if "by-the-beta" in name else expected), name
@@ -286,8 +286,8 @@ def assert_that_it_turns(name, variable, index, arrays):
 
     assert said, claim["turns"]
     if said["times"]:
-        found = [verdict(times=part * float(said["times"])) for part in (0.9, 1.01)]
-        assert found == ["undecided", said["then"]] == [claim["verdict"], found[1]]
+        verdicts = [verdict(times=part * float(said["times"])) for part in (0.9, 1.01)]
+        assert verdicts == ["undecided", said["then"]] == [claim["verdict"], verdicts[1]]
         return
     size = float(said["size"]) * SCALE[said["unit"]] * (1.0 if said["way"] == "higher" else -1.0)
     assert [verdict(part * size) for part in (-0.9, 0.9, 1.01)] == [claim["verdict"], claim["verdict"], "undecided"]
@@ -322,8 +322,8 @@ def test_what_would_turn_a_verdict(name, numbers, turns):
 @pytest.mark.parametrize(("value", "place"), [(0.0981, True), (0.1019, True), (0.0979, False), (0.1021, False)])
 def test_an_undecided_number_within_2_per_cent_lies_on_its_threshold(value, place):
     for half, undecided in ((0.05, True), (0.0001, False)):
-        found = judge(square_=square() | with_interval("given_between", value, value - half, value + half))
-        claim = found["fig2-variants-agree"]
+        verdicts = judge(square_=square() | with_interval("given_between", value, value - half, value + half))
+        claim = verdicts["fig2-variants-agree"]
         assert (claim["verdict"] == "undecided") == undecided
         assert (claim["turns"] == "nothing, it lies within 2% of the threshold 0.1") == (place and undecided)
 
@@ -378,18 +378,23 @@ def test_one_penetration_has_no_trend():
         for name, values in friction().items()
         if not name.startswith("trend_")
     }
-    found = judge(friction_=arrays)
+    verdicts = judge(friction_=arrays)
     without = [f"fig3-{name}-decreases" for name in ("mean", "std", "cov")] + ["mu-correlation-any-depth"]
-    assert [name for name in IDS[4:14] if found[name]["verdict"] == "not tested"] == without
-    assert found["mu-beta-2.1-5"]["verdict"] == "reproduced"
+    assert [name for name in IDS[4:14] if verdicts[name]["verdict"] == "not tested"] == without
+    assert verdicts["mu-beta-2.1-5"]["verdict"] == "reproduced"
 
 
 def test_numbers_that_do_not_exist_are_not_tested():
     """An excited oscillator has no limit of its own; a run that never sticks again has no reattachment point."""
     arrays = oscillator() | {"deterministic_existence_limit": np.array(np.nan)}
-    found = judge(oscillator_=arrays)
-    assert [found[name]["verdict"] for name in IDS[14:18]] == ["not tested", "reproduced", "not tested", "not tested"]
-    assert "excited" in found["fig5-limit-cycle"]["note"]
+    judged = judge(oscillator_=arrays)
+    assert [judged[name]["verdict"] for name in IDS[14:18]] == [
+        "not tested",
+        "reproduced",
+        "not tested",
+        "not tested",
+    ]
+    assert "excited" in judged["fig5-limit-cycle"]["note"]
     assert LEAST_ANDERSON_P == 1 / (1 + NULLS)
     note = judge(oscillator_=oscillator())["fig5-reattachment-nonnormal"]["note"]
     assert "p of normality 3e-09 by these two and at most 0.0025 by Anderson and Darling" in note
@@ -404,14 +409,14 @@ def test_numbers_that_do_not_exist_are_not_tested():
     for name in refused:
         if name.startswith(("distance_between", "given_between", "given_distance", "given_tail_error")):
             refused[name] = np.nan * refused[name]
-    found = judge(square_=refused)
-    assert [found[name]["verdict"] for name in IDS[:4]] == ["reproduced", *["not tested"] * 3]
+    judged = judge(square_=refused)
+    assert [judged[name]["verdict"] for name in IDS[:4]] == ["reproduced", *["not tested"] * 3]
 
 
 def test_a_cycle_needs_a_damping_below_the_limit():
-    found = judge(oscillator_=oscillator() | {"nominal_damping": np.array(0.33)})["fig5-limit-cycle"]
-    assert found["verdict"] == "contradicted"
-    assert "undecided" not in found["note"]
+    claim = judge(oscillator_=oscillator() | {"nominal_damping": np.array(0.33)})["fig5-limit-cycle"]
+    assert claim["verdict"] == "contradicted"
+    assert "undecided" not in claim["note"]
 
 
 @pytest.mark.parametrize(
@@ -452,10 +457,10 @@ def test_sharp_limit_for_lists_of_dampings(damping, cycles, verdict):
         **with_interval("stick_slip_share", *np.zeros((3, len(cycles)))),
         **with_interval("returns", *np.zeros((3, len(cycles)))),
     }
-    found = judge(oscillator_=arrays)
-    assert found["fig5-sharp-limit"]["verdict"] == verdict
-    assert (found["fig5-range-beyond-limit"]["verdict"] == "not tested") == (verdict == "not tested")
-    at_the_end = found["fig5-range-beyond-limit/runs-at-the-end"]["verdict"]
+    verdicts = judge(oscillator_=arrays)
+    assert verdicts["fig5-sharp-limit"]["verdict"] == verdict
+    assert (verdicts["fig5-range-beyond-limit"]["verdict"] == "not tested") == (verdict == "not tested")
+    at_the_end = verdicts["fig5-range-beyond-limit/runs-at-the-end"]["verdict"]
     assert (at_the_end == "not tested") == (max(damping) < 0.3244)
 
 
@@ -480,10 +485,10 @@ def test_a_range_beyond_the_limit_needs_runs_that_cycle_to_the_end(share, half, 
         **with_interval("returns", 90 * share, 90 * share - half, 90 * share + half),
     }
     arrays |= {name: np.zeros(3) for name in ("difference", "difference_low", "difference_high")}
-    found = judge(oscillator_=arrays)["fig5-range-beyond-limit/runs-at-the-end"]
+    claim = judge(oscillator_=arrays)["fig5-range-beyond-limit/runs-at-the-end"]
     best = max(share[1:])
-    assert found["verdict"] == verdict
-    assert (found["ours"], *found["interval"]) == pytest.approx((best, best - half, best + half), abs=1e-12)
+    assert claim["verdict"] == verdict
+    assert (claim["ours"], *claim["interval"]) == pytest.approx((best, best - half, best + half), abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -511,24 +516,24 @@ def test_a_range_needs_more_time_in_stick_slip_than_single_returns(beyond, half,
         **with_interval("returns", 94 * returns, 94 * (returns - half), 94 * (returns + half)),
         **with_interval("stick_slip_share", share, share - half, share + half),
     }
-    found = judge(oscillator_=oscillator() | {reading + name: value for name, value in changed.items()})
-    natural, belt = found["fig5-range-beyond-limit"], found["fig5-range-beyond-limit/belt-travel"]
+    verdicts = judge(oscillator_=oscillator() | {reading + name: value for name, value in changed.items()})
+    natural, belt = verdicts["fig5-range-beyond-limit"], verdicts["fig5-range-beyond-limit/belt-travel"]
     own, other = (belt, natural) if reading else (natural, belt)
     assert (own["verdict"], other["verdict"]) == (verdict, "reproduced")
     if verdict != "not tested":
         assert own["ours"] == pytest.approx(np.nanmax(beyond))
     if not reading:
-        every = found["fig5-range-beyond-limit/every-return"]
+        every = verdicts["fig5-range-beyond-limit/every-return"]
         assert every["verdict"] == (verdict if np.isfinite(beyond).any() else "contradicted")
 
 
 def test_a_scene_without_runs_of_other_readings_does_not_test_them():
     own = {name: value for name, value in oscillator().items() if not name.startswith("belt_travel_")}
-    found = judge(oscillator_=own)
+    verdicts = judge(oscillator_=own)
     for name in ("fig5-limit-cycle", "fig5-reattachment-nonnormal", "fig5-range-beyond-limit"):
-        assert found[f"{name}/belt-travel"]["verdict"] == "not tested"
-        assert found[f"{name}/belt-travel"]["note"].startswith("the scene does not run this reading")
-        assert found[name]["tried"] == len(found[name]["readings"]) - 1
+        assert verdicts[f"{name}/belt-travel"]["verdict"] == "not tested"
+        assert verdicts[f"{name}/belt-travel"]["note"].startswith("the scene does not run this reading")
+        assert verdicts[name]["tried"] == len(verdicts[name]["readings"]) - 1
 
 
 @pytest.mark.parametrize(
@@ -543,44 +548,44 @@ def test_shapes_of_sets_of_windows(first, second, verdict):
     table = friction()
     for name, (value, low, high) in (("a", first), ("b", second)):
         table |= with_interval(f"set_beta_{name}", *([one] * LEVELS for one in (value, low, high)))
-    found = judge(friction_=table)
-    assert found["mu-beta-2.1-5/scaled-by-sets"]["verdict"] == verdict
-    assert found["mu-beta-any-depth/scaled-by-sets"]["verdict"] == verdict
+    verdicts = judge(friction_=table)
+    assert verdicts["mu-beta-2.1-5/scaled-by-sets"]["verdict"] == verdict
+    assert verdicts["mu-beta-any-depth/scaled-by-sets"]["verdict"] == verdict
 
 
 def test_a_beta_at_another_penetration_is_no_beta_at_the_median():
     table = friction() | with_interval("beta_distance_standardised", [0.02, 0.3, 0.3], [0, 0.2, 0.2], [0.04, 0.4, 0.4])
-    found = judge(friction_=table)
-    assert found["mu-beta-2.1-5"]["verdict"] == "contradicted"
-    assert found["mu-beta-2.1-5"]["headline"] == "holds under another reading"
-    assert "percentile 10, the nearest of 2" in found["mu-beta-2.1-5/at-another-penetration"]["note"]
-    assert found["mu-beta-any-depth"]["verdict"] == "contradicted"
+    verdicts = judge(friction_=table)
+    assert verdicts["mu-beta-2.1-5"]["verdict"] == "contradicted"
+    assert verdicts["mu-beta-2.1-5"]["headline"] == "holds under another reading"
+    assert "percentile 10, the nearest of 2" in verdicts["mu-beta-2.1-5/at-another-penetration"]["note"]
+    assert verdicts["mu-beta-any-depth"]["verdict"] == "contradicted"
 
 
 def test_a_fall_at_every_step_fails_where_one_level_rises():
     table = friction() | with_interval("combined_mean", [0.3, 0.1, 0.2], [0.29, 0.09, 0.19], [0.31, 0.11, 0.21])
-    found = judge(friction_=table)
-    assert found["fig3-mean-decreases"]["verdict"] == "reproduced"  # from first to last it falls
-    assert found["fig3-mean-decreases/every-step"]["verdict"] == "contradicted"
+    verdicts = judge(friction_=table)
+    assert verdicts["fig3-mean-decreases"]["verdict"] == "reproduced"  # from first to last it falls
+    assert verdicts["fig3-mean-decreases/every-step"]["verdict"] == "contradicted"
 
 
 def test_the_mean_by_sums_of_areas_and_forces_is_a_reading_of_its_own():
     """Errors of the first and the last level add as squares: 0.06, 0.08 make 0.1."""
     table = friction() | with_interval("ratio_of_sums", [0.3, 0.3, 0.35], [0.24, 0.29, 0.27], [0.36, 0.31, 0.43])
-    found = judge(friction_=table)
-    assert found["fig3-mean-decreases"]["verdict"] == "reproduced"
-    one = found["fig3-mean-decreases/sums"]
+    verdicts = judge(friction_=table)
+    assert verdicts["fig3-mean-decreases"]["verdict"] == "reproduced"
+    one = verdicts["fig3-mean-decreases/sums"]
     assert (one["verdict"], one["ours"]) == ("undecided", pytest.approx(0.05))
     assert one["interval"] == pytest.approx((-0.05, 0.15))
 
 
 def test_notes_report_p_values():
     """One a reading, none where there is no such number; the least of the bootstrap is a bound."""
-    found = judge(friction_=friction())
+    verdicts = judge(friction_=friction())
     for name, p_value in P_VALUES.items():
-        assert found[name]["note"].endswith(f"; {p_value.hypothesis}: p = 0.031")
+        assert verdicts[name]["note"].endswith(f"; {p_value.hypothesis}: p = 0.031")
         without = judge(friction_=friction() | {p_value.variable: np.array(np.nan)})
-        assert {key for key in found if "/" not in key and found[key]["note"] != without[key]["note"]} == {name}
+        assert {key for key in verdicts if "/" not in key and verdicts[key]["note"] != without[key]["note"]} == {name}
         least = judge(friction_=friction() | {p_value.variable: np.array(1 / 401)})[name]["note"]
         assert least.endswith(f"; {p_value.hypothesis}: p at most 0.0025")
 
@@ -639,11 +644,14 @@ def test_notes_say_the_numbers_of_their_own_place():
         for name, value in branch.items():
             if value.ndim and not name.endswith(LEVEL_NAMES):
                 branch[name] = value * (1.0 + 0.1 * (1 + np.arange(len(value))))
-    found = judge(**dict(zip(("square_", "friction_", "oscillator_"), branches, strict=True)))
+    judged = judge(**dict(zip(("square_", "friction_", "oscillator_"), branches, strict=True)))
     plain = judge(square_=square())["fig2-mcs-lhs"]["note"]
     assert plain == "Kolmogorov distance given contact"  # the modes carry 95 % here
     for name, said in SAID.items():
-        assert re.search(".*".join(map(re.escape, said.split(" * "))), found[name]["note"]), (name, found[name]["note"])
+        assert re.search(".*".join(map(re.escape, said.split(" * "))), judged[name]["note"]), (
+            name,
+            judged[name]["note"],
+        )
 
 
 def test_notes_name_the_window_that_would_give_the_number_of_the_paper():
@@ -668,9 +676,9 @@ def stationary(strips, windows, draw, seed):
     distance = distance_to_beta(mu, valid, weights).standardised
     skewness = window_statistics(mu, valid, weights).skewness
     arrays = friction()
-    for name, found in (("beta_distance_standardised", distance), ("combined_skewness", skewness)):
+    for name, estimate in (("beta_distance_standardised", distance), ("combined_skewness", skewness)):
         for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
-            arrays[name + suffix] = np.full_like(arrays[name + suffix], float(getattr(found, part)))
+            arrays[name + suffix] = np.full_like(arrays[name + suffix], float(getattr(estimate, part)))
     return judge(friction_=arrays)["mu-beta-2.1-5"]
 
 
@@ -700,9 +708,9 @@ def test_a_normal_law_is_not_taken_for_the_beta():
     assert apart == pytest.approx(0.0518, abs=5e-4)
     assert apart < VISIBLE
     for seed in range(2):
-        found = stationary(225, 16, normal, seed)
-        assert found["interval"][1] < VISIBLE
-        assert found["verdict"] == "contradicted"
+        values = stationary(225, 16, normal, seed)
+        assert values["interval"][1] < VISIBLE
+        assert values["verdict"] == "contradicted"
 
 
 def along_strips(mu, spacing=15e-6, window=600e-6):
@@ -711,17 +719,17 @@ def along_strips(mu, spacing=15e-6, window=600e-6):
     lags = spacing * np.arange(mu.shape[1])
     fit = correlation_fit(lags, autocorrelation(mu, valid, len(lags), weights), window)
     arrays = friction()
-    found = {"combined_misfit_difference": fit.misfit_difference, "combined_log_line_r2": fit.log_line_r2}
-    found |= {"misfit_exponential": fit.misfit_exponential}
+    variables = {"combined_misfit_difference": fit.misfit_difference, "combined_log_line_r2": fit.log_line_r2}
+    variables |= {"misfit_exponential": fit.misfit_exponential}
     lengths = ("least_squares", "one_over_e", "integral", "log_line_50", "log_line_90")
-    found |= {f"combined_length_{name}": getattr(fit, name) for name in lengths}
-    for name, estimate in found.items():
+    variables |= {f"combined_length_{name}": getattr(fit, name) for name in lengths}
+    for name, estimate in variables.items():
         for suffix, part in (("", "value"), ("_low", "low"), ("_high", "high")):
             arrays[name + suffix] = np.full(LEVELS, float(getattr(estimate, part)))
     arrays["length_name"], arrays["triangle_length"] = np.array(lengths), np.array(list(of_window(lags, lengths)))
-    found = judge(friction_=arrays)
+    variables = judge(friction_=arrays)
     ids = ("mu-correlation-exponential", "mu-correlation-250um")
-    return {f"{name}/{one['id']}": one["verdict"] for name in ids for one in found[name]["readings"]}
+    return {f"{name}/{one['id']}": one["verdict"] for name in ids for one in variables[name]["readings"]}
 
 
 def of_window(lags, names, window=600e-6):
@@ -732,18 +740,18 @@ def of_window(lags, names, window=600e-6):
 def test_an_exponential_process_is_told_from_a_moving_average():
     """480 strips of 1.8 mm: an Ornstein-Uhlenbeck process of length 250 µm, and white noise averaged over a window."""
     rng = np.random.default_rng(11)
-    found = along_strips(0.3 + 0.03 * autoregressive(rng, 480, 121, np.exp(-15 / 250)))
-    integral = found.pop("mu-correlation-250um/integral")  # its noise grows with the lags that it takes
+    strips = along_strips(0.3 + 0.03 * autoregressive(rng, 480, 121, np.exp(-15 / 250)))
+    integral = strips.pop("mu-correlation-250um/integral")  # its noise grows with the lags that it takes
     assert integral != "contradicted"
-    assert found == dict.fromkeys(found, "reproduced")  # under every other reading
+    assert strips == dict.fromkeys(strips, "reproduced")  # under every other reading
     sums = np.cumsum(rng.standard_normal((480, 161)), axis=1)
-    found = along_strips(0.3 + 0.005 * (sums[:, 40:] - sums[:, :-40]))
+    strips = along_strips(0.3 + 0.005 * (sums[:, 40:] - sums[:, :-40]))
     exponential, length = "mu-correlation-exponential", "mu-correlation-250um"
-    assert found[f"{exponential}/nearer-than-the-window"] == "contradicted"
-    assert found[f"{exponential}/straight-logarithm"] != "reproduced"  # R2 is 0.92, and 0.95 is wanted
+    assert strips[f"{exponential}/nearer-than-the-window"] == "contradicted"
+    assert strips[f"{exponential}/straight-logarithm"] != "reproduced"  # R2 is 0.92, and 0.95 is wanted
     for name in ("least-squares", "log-line-50", "one-over-e"):  # 320, 440 and 379 µm of the triangle
-        assert found[f"{length}/{name}"] == "contradicted"
-    assert found[f"{length}/log-line-90"] != "contradicted"  # 271 µm: a window alone may pass for the paper's
+        assert strips[f"{length}/{name}"] == "contradicted"
+    assert strips[f"{length}/log-line-90"] != "contradicted"  # 271 µm: a window alone may pass for the paper's
 
 
 def test_normal_reattachment_points_are_not_called_non_normal():
@@ -754,10 +762,10 @@ def test_normal_reattachment_points_are_not_called_non_normal():
         (lambda rng: 2e-4 * rng.gamma(16.0, size=24_000), "reproduced"),
     ):
         rng = np.random.default_rng(3)
-        found = reattachment_statistics(draw(rng), owners, rng)
+        statistics = reattachment_statistics(draw(rng), owners, rng)
         arrays = oscillator()
         for name in ("distance_to_normal", "skewness", "kurtosis"):
-            arrays |= with_interval(f"reattachment_{name}", *getattr(found, name))
+            arrays |= with_interval(f"reattachment_{name}", *getattr(statistics, name))
         assert judge(oscillator_=arrays)["fig5-reattachment-nonnormal"]["verdict"] == verdict
 
 
@@ -803,11 +811,11 @@ def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
         value = value**power
         return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
 
-    found = bracket.range_end(answer, 1.0, 10.0**power)
-    assert found.last_same**power == pytest.approx(stands, rel=2e-6)
-    assert (found.first_different and found.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
-    assert answer(found.last_same) == "own"
-    assert found.first_different is None or answer(found.first_different) == "other"
+    end = bracket.range_end(answer, 1.0, 10.0**power)
+    assert end.last_same**power == pytest.approx(stands, rel=2e-6)
+    assert (end.first_different and end.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
+    assert answer(end.last_same) == "own"
+    assert end.first_different is None or answer(end.first_different) == "other"
 
 
 @pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, np.inf), (np.nan, 1.0)])

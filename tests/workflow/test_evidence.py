@@ -15,12 +15,11 @@ import pytest
 
 from roughslip import store
 from roughslip.contact import influence
-from roughslip.errors import InputError
 from roughslip.report.page import MEASURED
 from roughslip.scene.loader import load
 from roughslip.stages.report import read_evidence
 from workflow.benchmarks.plot import FIGURES
-from workflow.monte_carlo import friction, pressure, references
+from workflow.monte_carlo import friction, pressure
 from workflow.monte_carlo.references import KINDS, reference_file
 from workflow.stress import runner
 from workflow.stress.runner import SEED, row_of
@@ -53,11 +52,6 @@ def test_errors_are_binomial_for_independent_nodes_and_those_of_a_node_for_equal
     errors = kept["contact_probability_standard_error"].values
     np.testing.assert_allclose(errors, [math.sqrt(0.25 / 80_000), math.sqrt(0.25 / 20_000)], rtol=0.02)
     assert kept["cumulative"].values[:, -1] == pytest.approx(1.0)
-
-
-def test_a_penetration_without_contact_is_refused():
-    with pytest.raises(InputError, match="contact at every penetration"):
-        gathered(np.stack([np.ones((5, 4)), np.zeros((5, 4))], axis=1))
 
 
 # The kept files.
@@ -136,33 +130,6 @@ def test_the_present_solver_gives_the_pressures_of_the_reference():
     assert np.all((found == 0) | (np.abs(gap) < 1e-6 * 5e-8))
     assert found.dtype == np.float32
     assert np.array_equal(solved(6, 12)["pressure"].values, found[6:12])
-
-
-def test_a_reference_is_made_of_whole_batches_of_which_those_that_are_there_stay(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(pressure.SAMPLES, "paper", (300, 100))
-    references.make("paper", "pressure", samples=101, jobs=1)
-    first = {file: file.stat().st_mtime_ns for file in tmp_path.glob("results/monte_carlo/pressure-*/*.nc")}
-    assert sorted(file.name for file in first) == ["0-100.nc", "100-200.nc"]
-    references.make("paper", "pressure", samples=10**9, jobs=1)
-    assert [file.stat().st_mtime_ns for file in first] == [*first.values()]
-    made = store.read(tmp_path / reference_file("paper", "pressure"))
-    assert (made["surfaces"], made["nodes"]) == (300, 4)
-    np.testing.assert_allclose(made["mean_pressure"], MEANS, rtol=1e-5)
-
-
-def test_only_the_physics_makes_solves_again():
-    whole = scene("paper")
-    for section, name, value, changes in (
-        ("roughness", "rms_height_m", 6e-8, True),
-        ("material", "young_modulus_pa", 2e11, True),
-        ("square", "nodes", 12, True),
-        ("square", "penetration_percentile", 40, False),
-        ("expansion", "samples", 500, False),
-        ("numerics", "contact_tolerance", 1e-8, False),
-    ):
-        changed = {**whole, section: {**whole[section], name: value}}
-        assert (pressure.slice_of(changed) != pressure.slice_of(whole)) is changes, name
 
 
 # The friction of windows, solved directly.

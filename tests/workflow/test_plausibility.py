@@ -7,10 +7,10 @@ import shutil
 import pytest
 
 from roughslip.errors import InputError
-from roughslip.scene.plausibility import inherited, warnings
+from roughslip.scene.plausibility import inherited
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
-from roughslip.surface.plausibility import plasticity_index, rms_slope
+from roughslip.surface.plausibility import rms_slope
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from workflow.study.scenes import Scenes
 from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
@@ -118,15 +118,6 @@ def test_shipped_scenes_have_one_warning_at_most():
     assert scene_warnings(changed("paper", targets=["figure3"]))[0].startswith("strip.cell_m = 2.5e-06 m above")
 
 
-def test_columns_of_a_strip_count_each_where_the_correlation_length_is_not_known():
-    """Of 1920 columns every eighth trains, 240 a strip; a scan has no length before it is read."""
-    scene = changed("measured", strip={"training_samples": 1})
-    assert warnings(scene)[0].startswith(
-        "strip.training_samples = 1 have 240 independent columns, fewer than 2 for each"
-    )
-    assert warnings(changed("measured", strip={"training_samples": 2})) == []
-
-
 def test_a_surface_that_does_not_exist_is_a_mistake_of_its_scene(tmp_path, monkeypatch):
     """126 frequencies, ln(2.4e-3 / 5.2e-6) / ln(1.05), at 1000 azimuths: refused by the surface, before any job."""
     monkeypatch.chdir(tmp_path)
@@ -227,12 +218,6 @@ def test_elastic_contact_that_the_hardest_solid_would_not_bear_is_warned_of(youn
     assert line.startswith("material.hardness_pa is not given: elastic contact here has E* h' / H = 0.3 with the")
     assert warned(1.001 * limit, hardness_pa=1e9) == []
     assert warned(0.49, young_modulus_pa=0.99e8) == []
-
-
-def test_the_index_by_hand():
-    """Steel of 115 GPa on a slope of 0.04, 4 GPa hard."""
-    assert plasticity_index(1.15e11, 0.04, 4e9) == pytest.approx(1.15)
-    assert plasticity_index(1.15e11, 0.04, math.inf) == 0.0
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -84,8 +84,7 @@ def run_stage(stage: ModuleType, scene: Values, output: Path, **arguments: objec
 
 def run_chain(scene: Values, folder: Path) -> Run:
     """Run the chain for the accuracy of friction that the scene asks. Raises IllPosedError where that is refused."""
-    auto, no_verdicts = {"samples": AUTO, "expansion_samples": AUTO}, {"verdict_limit_cpu_s": 0.0}
-    scene = changed(scene, strip=auto, accuracy=no_verdicts)
+    scene = changed(scene, strip={"samples": AUTO, "expansion_samples": AUTO})
     pilot, fitted, allocation, statistics = (folder / f"{name}.nc" for name in ("pilot", "fit", "allocation", "end"))
     typed = scene_of(scene)
     least = typed.friction.least_contact_fraction * typed.strip.window_m * typed.strip.width_m

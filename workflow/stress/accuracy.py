@@ -117,8 +117,8 @@ def windows_of(scene: Scene, fields: Sequence[np.ndarray]) -> tuple[np.ndarray, 
     area, force = np.concatenate(
         [solve_windows(scene, fields, [percentile], TOLERANCE) for percentile in percentiles], axis=2
     )
-    least = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
-    return friction_coefficient(area, force, 1.0, least)
+    minimum = scene.friction.least_contact_fraction * scene.strip.window_m * scene.strip.width_m
+    return friction_coefficient(area, force, 1.0, minimum)
 
 
 def statistics(mu: np.ndarray, valid: np.ndarray, median: int) -> tuple[np.ndarray, np.ndarray]:

@@ -47,11 +47,11 @@ def attempt(trial: Trial) -> None:
         misfit = misfit_of(z, model)
         steps = (0.95, 1.0, 1.05)
         near = [stats.beta.ppf(PROBABILITIES, *np.clip((a * s, b * t), *SHAPES)) for s in steps for t in steps]
-        least = min(misfit_of(z, other) for other in (*near, *beta_grid()))
+        minimum = min(misfit_of(z, other) for other in (*near, *beta_grid()))
         fitted = fit.lower.rows[row] + (fit.upper.rows[row] - fit.lower.rows[row]) * model
         slack = 1e-9 + 64 * EPS * float(np.abs(q).max()) / spread
         trial.check(f"distance, row {row}", abs(fit.distance.rows[row] ** 2 - misfit), 1e-9 + slack)
-        trial.check(f"no nearer Beta, row {row}", misfit - least, (TABLE_FIT if row else SAMPLE_FIT) + slack)
+        trial.check(f"no nearer Beta, row {row}", misfit - minimum, (TABLE_FIT if row else SAMPLE_FIT) + slack)
         trial.check(f"its mean, row {row}", abs(fitted.mean() - mean) / spread, slack)
         trial.check(f"its ends, row {row}", abs(np.mean(z * (fitted - mean)) / spread - 1 + misfit), 1e-6 + slack)
         bounds = max(a / SHAPES[1], b / SHAPES[1], SHAPES[0] / a, SHAPES[0] / b)

@@ -85,10 +85,10 @@ def draw_covariance(rng: np.random.Generator, grid: Grid) -> Covariance:
     return covariance_of(kind, log_uniform(rng, -12, 3), length, across, lay, **shapes)
 
 
-def draw_mesh(rng: np.random.Generator, least: int) -> Grid:
+def draw_mesh(rng: np.random.Generator, minimum: int) -> Grid:
     """Draw rectangles, lines and squares; cells of aspect 1/30 to 30, of 1e-12 to 1e3 m."""
     nx = ny = 0
-    while nx * ny < least:
+    while nx * ny < minimum:
         kind = rng.random()
         nx, ny = (round(MOST_NODES ** rng.random()) for _ in range(2))
         if kind < 0.2:
@@ -244,12 +244,12 @@ def attempt_fit(trial: Trial) -> None:
     trial.answers = () if determined and enough else (IllPosedError, ConvergenceError)
     fit = fit_covariance(kind, data, truth.rms_height_m, cutoff_wavelength_m=cutoff)
     assert np.isfinite([*fit.parameters.values(), fit.misfit]).all(), "parameters that are not finite"
-    least = squares(data, fit.covariance)
+    minimum = squares(data, fit.covariance)
     nearby = min((squares(data, near) for near in neighbours(fit)), default=math.inf)
-    misfit = math.sqrt(least / len(data.x))
+    misfit = math.sqrt(minimum / len(data.x))
     trial.check("its misfit", abs(fit.misfit - misfit), 1e-6 * misfit + 1e-9)
     trial.check("errors are not negative", -min(fit.standard_errors.values()))
-    trial.check("fewer squares nearby", least - nearby, STATIONARY * least + 1e-9)
+    trial.check("fewer squares nearby", minimum - nearby, STATIONARY * minimum + 1e-9)
     if determined and not fit.at_bound:
         off = np.abs(correlation(fit.covariance, data) - correlation(truth, data)).max()
         trial.check("the model comes back", off, 1e-5)

@@ -264,7 +264,7 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         text = "is not there; a path from the folder of the scenes or of the project"
         if path.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (path.is_file() and any(_is_inside(path, one) for one in (folder, root, Path.cwd()))):
+        if not (path.is_file() and any(_is_inside(path, inside) for inside in (folder, root, Path.cwd()))):
             raise InputError(line(scene_file(name, folder), tuple(key.split(".")), f"{shown(file)} {text}"))
     return scene
 

@@ -113,11 +113,11 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
     return "load", _load_mistake(scene, covariance, lengths, cell)
 
 
-def _length_mistake(scene: dict[str, Any], least: float, key: str, cell: float) -> str:
+def _length_mistake(scene: dict[str, Any], minimum: float, key: str, cell: float) -> str:
     """Of a correlation length that the cells of the strip leave far behind."""
-    nodes = 4 * get(scene, "strip.length_m") / max(least, sys.float_info.min)  # a tiny length rounds to 0
+    nodes = 4 * get(scene, "strip.length_m") / max(minimum, sys.float_info.min)  # a tiny length rounds to 0
     return (
-        f"a correlation length of {least:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
+        f"a correlation length of {minimum:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
         f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "
         f"node, give {cell / 10:.2g} m"
     )
@@ -130,9 +130,9 @@ def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, 
 
     solid, modulus = get(scene, "material"), _modulus(scene)
     hardness = math.inf if solid["hardness_pa"] is None else solid["hardness_pa"]
-    least = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
+    minimum = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     slope = rms_slope(covariance, cell)
-    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, least)
+    return contact_mistake(scene["load"]["nominal_pressure_pa"], modulus, slope, hardness, minimum)
 
 
 def _modulus(scene: dict[str, Any]) -> float:

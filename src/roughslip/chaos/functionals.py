@@ -13,7 +13,7 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError
-from roughslip.validation import finite, whole_at_least
+from roughslip.validation import finite, gate, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
@@ -25,6 +25,7 @@ HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each under half a turn, 
 INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
+@gate
 @dataclass(frozen=True)
 class Stencil:
     """Boxes of the near and the far mean of the heights.
@@ -42,6 +43,7 @@ class Stencil:
             whole_at_least("half width of a box", half, 0)
 
 
+@gate
 def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     """The functionals NAMES at every node, in units of height: derivatives are per node, not per metre.
 
@@ -52,7 +54,6 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border. Raises ParameterError for heights that
     are not finite.
     """
-    heights = finite("heights", heights)
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
     return np.stack(
         [

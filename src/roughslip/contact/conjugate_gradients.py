@@ -12,7 +12,8 @@ the inverse of B. One iteration, with one product B t:
     - move: p <- p + theta t, w <- w + theta B t
 
 With a given sum of pressures, s and d have zero sum, and a common shift of the free pressures restores the sum
-after the clip. The plane is then unknown, and is set so that the mean gap in contact is zero.
+after the clip. Along a periodic belt s is corrected for long waves (`blocks`). The plane is then unknown, and is set so
+that the mean gap in contact is zero.
 """
 
 from __future__ import annotations
@@ -24,16 +25,13 @@ from functools import cached_property
 
 import numpy as np
 
-from roughslip.contact import kernels
+from roughslip.compilation.cache import compiled
+from roughslip.contact import blocks, kernels
 from roughslip.contact.influence import Influence
 from roughslip.errors import ConvergenceError
 
 # Nearly full contact of a rough surface of 256 x 256 nodes takes some 70 at 1e-10.
 PRODUCT_LIMIT = 2000
-
-# A clipped step is taken whole where the energy is least beyond this share of it, so that nodes stay on their bounds.
-# Shares of 0.7 to 0.9 take as many products, 0.5 takes a tenth more.
-WHOLE = 0.8
 
 # lambda is multiplied by theta to this power. With 0.5 and 1 solves take 1 to 6 % more products.
 ADAPTION = 0.75
@@ -45,6 +43,9 @@ SHORT, PATIENCE = 0.5, 5
 # A given sum is restored where its error exceeds this share. A long theta multiplies the rounding of a small step, and
 # steps that restore the sum on their way end where they no longer lower the energy.
 SUM_ERROR = 1e-12
+
+# Misfits and products are in single precision where displacements [m] are among its numbers, squares too.
+LEAST_SINGLE = 1e-18
 
 # Steps are multiplied in single precision, which leaves an error of ROUNDING of the residual at which the gap was last
 # computed in double precision. It is computed again at REFRESH of that residual.
@@ -71,7 +72,7 @@ class Problem:
         """Height [m] of the plane for which the mean gap of the nodes between the bounds is zero."""
         if self.pressure_sum is None:
             return 0.0
-        mean, between = kernels.mean_between(gap, pressure, self.cap)
+        mean, between, _, _ = kernels.sums(pressure, gap, self.cap)
         if between:
             return -mean
         pressed = pressure > 0  # all at the cap and with the given sum: any plane that reaches these and no others
@@ -79,15 +80,9 @@ class Problem:
             return math.nan  # the load is lost in the rounding of the heights
         return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
-    def scale(self, pressure: np.ndarray, plane: float) -> float:
-        """The scale of residuals [m]: ||max(u_bar - plane, 0)||, or B_00 ||p|| where that is more."""
-        if self.pressure_sum is None:  # the second is never more at the solution
-            return self._scale_of_the_given_plane
-        own_displacement = self.influence.diagonal * math.sqrt(kernels.inner(pressure, pressure))
-        return max(math.sqrt(kernels.positive_square(self.interference, plane)), own_displacement)
-
     @cached_property
-    def _scale_of_the_given_plane(self) -> float:
+    def scale(self) -> float:
+        """The scale of residuals [m] at a given plane, ||max(u_bar, 0)||."""
         return math.sqrt(kernels.positive_square(self.interference, 0.0))
 
 
@@ -165,11 +160,14 @@ class _Iteration:
     """Fields of a solve, and the steps that change them.
 
     pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
-    misfit, descent, direction, step, product : (nx, ny) r, s, d, t and B t; at a fixed plane in single precision
+    misfit, descent, product : (nx, ny) r, s, B t, in single precision; `levelled` is P r of a belt
     stencil : (5, 5) M, in the same precision
     padded : (nx + 4, ny + 4) r between two rows and columns of zeros
-    uniform_descent : (nx, ny) M 1 on F, of which a multiple makes the sum of a direction zero
+    along, across, exchange : edges of blocks, and C between them at a share of free nodes
+    step : (nx, ny) t, in single precision at a fixed plane; a step in double precision keeps the sum
+    trial : (nx, ny) [Pa] p + lambda d
     free : (nx, ny) whether a node may move
+    sum, share : of the pressures [Pa], and of nodes between the bounds, where a sum is given
     length, usual_length : lambda, and lambda of the last step that was not short
     short_steps : number of short steps in turn
     curvature : t' B t; zero where there is no earlier step
@@ -177,26 +175,41 @@ class _Iteration:
     """
 
     def __init__(self, problem: Problem, guess: np.ndarray | None, displacement: np.ndarray | None = None) -> None:
-        self.problem, self.products, self.curvature, self.plane = problem, 0, 0.0, 0.0
+        self.problem, self.products, self.curvature = problem, 0, 0.0
+        self.plane, self.sum, self.share, self.exchange_share = 0.0, 0.0, 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
-        shape = self.gap.shape
-        precision = np.float32 if problem.pressure_sum is None else np.float64  # which keeps the sum
+        shape, given = self.gap.shape, problem.pressure_sum is not None
+        largest = problem.influence.diagonal * float(self.pressure.max())
+        is_single = not given or LEAST_SINGLE < largest < 1 / LEAST_SINGLE
+        precision = np.float32 if is_single else np.float64
         self.stencil = problem.influence.approximate_inverse.astype(precision)
-        fields = (np.zeros(shape, precision) for _ in range(5))
-        self.misfit, self.descent, self.direction, self.step, self.product = fields
+        self.misfit, self.descent, self.product = (np.zeros(shape, precision) for _ in range(3))
         self.padded = np.zeros((shape[0] + 4, shape[1] + 4), precision)
-        self.uniform_descent = np.zeros(0 if problem.pressure_sum is None else shape, precision)
-        self.free = np.zeros(self.gap.shape, dtype=np.bool_)
+        self.along, self.across = blocks.block_edges(problem.influence)
+        self.exchange = np.zeros((1, 1))
+        belt = given and max(self.along.size, self.across.size) > 2
+        self.levelled = np.zeros(shape, precision) if belt else self.misfit
+        self.step = np.zeros(shape, np.float64 if given else precision)
+        self.trial = np.empty(shape)
+        self.free = np.zeros(shape, dtype=np.bool_)
 
     def assess(self) -> float:
-        """Find the plane, the misfit and the free nodes. Returns the relative residual."""
-        problem = self.problem
-        self.plane = problem.plane(self.pressure, self.gap)
-        square = kernels.assess(
-            self.pressure, self.gap, self.plane, problem.influence.diagonal, problem.cap, self.misfit, self.free
-        )
-        scale = problem.scale(self.pressure, self.plane)
+        """Find the plane, the misfit and the free nodes. Returns the relative residual.
+
+        It is relative to ||max(u_bar - plane, 0)||, or to B_00 ||p|| where that is more; only under a load it may be.
+        """
+        problem, diagonal = self.problem, self.problem.influence.diagonal
+        if problem.pressure_sum is None:
+            scale = problem.scale
+        else:
+            mean, between, self.sum, square = kernels.sums(self.pressure, self.gap, problem.cap)
+            self.plane = -mean if between else problem.plane(self.pressure, self.gap)
+            self.share = between / self.gap.size
+            heights = kernels.positive_square(problem.interference, self.plane)
+            scale = math.sqrt(max(heights, diagonal**2 * square))
+        fields = self.misfit, self.free
+        square = kernels.assess(self.pressure, self.gap, self.plane, diagonal, problem.cap, *fields)
         return math.sqrt(square) / scale if scale > 0 else math.nan
 
     def compute_gap(self) -> None:
@@ -230,50 +243,43 @@ class _Iteration:
             raise _failure(tolerance, residual, self.products)
         if self.restore_sum():
             return
-        self.precondition()
-        self.choose_direction()
         slope, clipped = self.choose_step()
         self._multiply(self.step, self.product, rounded=True)
-        self.curvature = kernels.inner(self.step, self.product)
-        if not (slope > 0 and self.curvature > 0):
+        state = self.pressure, self.gap, self.plane, self.problem.influence.diagonal, self.problem.cap
+        self.curvature, theta = kernels.take_step(*state, slope, clipped, self.step, self.product)
+        if not theta > 0:
             raise _failure(tolerance, residual, self.products)
-        self.move(slope / self.curvature, clipped)
+        if theta >= SHORT:
+            self.usual_length, self.short_steps = self.length, 0
+        else:
+            self.short_steps += 1
+        self.length *= theta**ADAPTION
 
     def restore_sum(self) -> bool:
         """Restore a given sum of pressures, and compute the gap anew; False, and nothing, where the sum is right."""
         wanted = self.problem.pressure_sum
-        if wanted is None or abs(float(self.pressure.sum()) - wanted) <= SUM_ERROR * wanted:
+        if wanted is None or abs(self.sum - wanted) <= SUM_ERROR * wanted:
             return False
         self.pressure = _with_sum(self.problem, self.pressure, self.free & (self.pressure > 0))
         self.curvature, self.length = 0.0, self.usual_length
         self.compute_gap()
         return True
 
-    def precondition(self) -> None:
-        """s = M r on the free nodes; with a given sum, less a multiple of M 1, so that the sum of s is zero."""
-        stencil = self.stencil
-        kernels.stencil_product(stencil, self.misfit, self.free, self.padded, self.descent)
-        if self.problem.pressure_sum is not None:
-            kernels.stencil_product(stencil, self.free, self.free, self.padded, self.uniform_descent)
-            kernels.balance(self.descent, self.uniform_descent)
-
-    def choose_direction(self) -> None:
-        """d = s + beta t, conjugate to the last step; with a given sum, of zero sum."""
-        kernels.conjugate(self.descent, self.step, self.product, self.curvature, self.free, self.direction)
-        if self.problem.pressure_sum is not None:
-            kernels.balance(self.direction, self.uniform_descent)
-
     def choose_step(self) -> tuple[float, bool]:
         """t = clip(p + lambda d, 0, cap) - p, or where that does not descend a step of gradient projection.
 
         Returns the slope r' t, by which the energy falls per unit of theta, and whether the clip changed the step.
         """
-        problem, shift, met = self.problem, 0.0, True
-        bounds = self.pressure, self.length, self.direction, problem.cap
-        if problem.pressure_sum is not None:
-            shift, met = kernels.shift_to_sum(*bounds, problem.pressure_sum, self.free, False)
-        if met and self.short_steps < PATIENCE:
-            slope, clipped = kernels.clipped_step(*bounds, shift, self.free, self.misfit, self.step)
+        problem = self.problem
+        if self.levelled is not self.misfit and not 0.9 < self.share / (self.exchange_share or math.inf) < 1.1:
+            self.exchange_share = max(self.share, 1 / self.gap.size)
+            count = (self.along.size - 1) * (self.across.size - 1)
+            self.exchange = blocks.exchange(problem.influence, count, self.exchange_share)
+        if self.short_steps < PATIENCE:
+            nodes = self.stencil, self.misfit, self.free, self.padded, self.descent
+            belt = self.along, self.across, self.exchange, self.levelled
+            before = self.step, self.product, self.curvature, self.pressure, self.length
+            slope, clipped = _search(*nodes, *belt, *before, problem.cap, problem.pressure_sum or 0.0, self.trial)
             if slope > 0:
                 return slope, clipped > 0
         # The free nodes cannot carry the sum, so that further nodes must come into contact; or d is of no use.
@@ -282,21 +288,6 @@ class _Iteration:
         self.step[:] = _nearest(problem, trial) - self.pressure
         return -kernels.inner(self.gap + self.plane, self.step.astype(np.float64, copy=False)), True
 
-    def move(self, theta: float, clipped: bool) -> None:
-        """p <- p + theta t within the bounds, and its gap."""
-        cap = self.problem.cap
-        if theta >= SHORT:
-            self.usual_length, self.short_steps = self.length, 0
-        else:
-            self.short_steps += 1
-        self.length *= theta**ADAPTION
-        if clipped and theta > WHOLE:
-            theta = 1.0
-        elif theta > 1:
-            theta = min(theta, kernels.room(self.pressure, self.step, cap))
-        state = self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap
-        kernels.move(*state, theta, self.step, self.product)
-
     def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""
         u_bar, cap, pressure_sum = self.problem.interference, self.problem.cap, self.problem.pressure_sum
@@ -304,6 +295,7 @@ class _Iteration:
             if pressure_sum is None:
                 return np.zeros_like(u_bar), -u_bar
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
+            displacement = np.zeros_like(u_bar) if self.problem.influence.periodic else None
         pressure = np.minimum(np.maximum(guess, 0.0), cap)
         pressure = _with_sum(self.problem, pressure, pressure > 0)
         if displacement is None or not np.array_equal(pressure, guess):
@@ -321,6 +313,47 @@ class _Iteration:
         return self.problem.influence.apply(pressure, result, rounded)
 
 
+@compiled()
+def _search(
+    stencil: np.ndarray,
+    misfit: np.ndarray,
+    free: np.ndarray,
+    padded: np.ndarray,
+    descent: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+    exchange: np.ndarray,
+    levelled: np.ndarray,
+    step: np.ndarray,
+    product: np.ndarray,
+    curvature: float,
+    pressure: np.ndarray,
+    length: float,
+    cap: float,
+    pressure_sum: float,
+    trial: np.ndarray,
+) -> tuple[float, int]:
+    """Write the next step t. Returns its slope r' t, zero where the free nodes cannot carry the sum, and its clips.
+
+    pressure_sum : [Pa] the given sum, zero for none
+    """
+    force, number = np.zeros(1), np.ones(1)
+    if exchange.size > 1:
+        force, number = blocks.block_sums(misfit, free, along, across)
+    if exchange.size > 1 and number.min() > blocks.LEAST_SHARE * number.mean():
+        blocks.add_to_blocks(misfit, -force / number, free, along, across, levelled)
+        kernels.stencil_product(stencil, levelled, free, padded, descent)
+        mean = blocks.block_sums(descent, free, along, across)[0] / number
+        blocks.add_to_blocks(descent, (exchange * force).sum(axis=1) - mean, free, along, across, descent)
+    else:
+        kernels.stencil_product(stencil, misfit, free, padded, descent)
+    given, shift, met = pressure_sum > 0, 0.0, True
+    kernels.trials(pressure, length, descent, step, product, curvature, free, given, trial)
+    if given:
+        shift, met = kernels.shift_to_sum(trial, cap, pressure_sum, False)
+    return kernels.clipped_step(pressure, trial, shift, cap, misfit, step) if met else (0.0, 0)
+
+
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
     if math.isnan(residual):
         text = (
@@ -336,8 +369,12 @@ def _failure(tolerance: float, residual: float, products: int) -> ConvergenceErr
 
 
 def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, pressure_sum: float) -> np.ndarray | None:
-    """Pressures shifted at the nodes until the sum is as wanted; None where these nodes cannot carry it."""
-    shift, met = kernels.shift_to_sum(pressure, 0.0, pressure, cap, pressure_sum, nodes, False)
+    """Pressures shifted at the nodes, where they are positive, until the sum is as wanted; None where it cannot be.
+
+    Elsewhere pressures are zero or the cap.
+    """
+    trial = np.where(nodes | (pressure == 0), pressure, np.inf)
+    shift, met = kernels.shift_to_sum(trial, cap, pressure_sum, False)
     return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
 
 
@@ -353,6 +390,5 @@ def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
     """The allowed pressures nearest to a trial."""
     shift = 0.0
     if problem.pressure_sum is not None:
-        nodes = np.ones(trial.shape, dtype=np.bool_)
-        shift, _ = kernels.shift_to_sum(trial, 0.0, trial, problem.cap, problem.pressure_sum, nodes, True)
+        shift, _ = kernels.shift_to_sum(trial, problem.cap, problem.pressure_sum, True)
     return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)

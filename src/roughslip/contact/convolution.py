@@ -66,6 +66,13 @@ class Convolution:
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
         """Write B applied to a field (nx, ny) into the result (nx, ny)."""
         (nx, ny), n = self.shape, self.torus[1]
+        if self.shape == self.torus and len(self._parts) == 1:  # a period: nothing is padded
+            np.copyto(self._rows, field)
+            fft.r2c(self._rows, axes=(0, 1), out=self._spectrum)
+            _multiply(self._spectrum.view(self._rows.dtype), self._parts[0][1])
+            fft.c2r(self._spectrum, axes=(0, 1), lastsize=n, forward=False, out=self._rows)
+            np.multiply(self._rows, self._unit, out=result, dtype=result.dtype)
+            return
         _padded(field, self._rows)
         fft.r2c(self._rows, axes=(1,), out=self._spectrum)
         for part, symbol, block in self._parts:

@@ -116,6 +116,7 @@ class Influence:
 
     grid : the mesh
     periodic : whether the mesh is one cell of a periodic surface; the free half-space otherwise
+    modulus : E* [Pa]
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
     largest_eigenvalue : upper bound of the eigenvalues of B [m/Pa], from the circulant matrix that contains it
@@ -132,7 +133,7 @@ class Influence:
         if periodic and grid.size == 1:
             raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic
-        self._modulus = plane_strain_modulus_pa
+        self.modulus = plane_strain_modulus_pa
         self._whole: Influence | None = None  # the mesh of which this one is a part, see `on`
         self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
         if periodic:
@@ -172,7 +173,7 @@ class Influence:
         ny, dy = ((g.ny + 1) // 2, 2 * g.dy) if halve_y else (g.ny, g.dy)
         if self._whole is not None and (self._whole.coarser.grid.dx, self._whole.coarser.grid.dy) == (dx, dy):
             return self._whole.coarser.on((nx, ny))
-        return Influence(Grid(nx, ny, dx, dy), self._modulus, self.periodic)
+        return Influence(Grid(nx, ny, dx, dy), self.modulus, self.periodic)
 
     def on(self, shape: tuple[int, int]) -> Influence:
         """B between the nodes of a part of the mesh with this shape; free half-space only."""

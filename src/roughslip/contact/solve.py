@@ -11,7 +11,7 @@ import numpy as np
 from roughslip.contact import conjugate_gradients, dense_solver, nested
 from roughslip.contact.conjugate_gradients import Problem
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import relative_residual
+from roughslip.contact.kernels import square_ratio
 from roughslip.contact.solution import ContactSolution, ContactSweep, curve_of
 from roughslip.errors import ConvergenceError, ParameterError, real
 from roughslip.validation import Field, finite, gate
@@ -208,7 +208,7 @@ def _lone_node(
     if interference.size < 2 or pressure_sum > hardness_pa:
         return None
     displacement = influence.diagonal * pressure_sum
-    if -np.partition(interference, -2, axis=None)[-2] < 2 * displacement:  # no other node rises by more beside it
+    if np.count_nonzero(interference > -2 * displacement) > 1:  # no other node rises by more beside it
         return None
     pressure = np.zeros(interference.shape)
     pressure.flat[interference.argmax()] = pressure_sum
@@ -291,7 +291,7 @@ def _checked(
     gap : (nx, ny) [m] B p - u_bar
     how : work, method, nodes and start of ContactSolution
     """
-    residual = relative_residual(gap, pressure, influence.diagonal, interference, hardness_pa)
+    residual = math.sqrt(square_ratio(gap, pressure, influence.diagonal, interference, hardness_pa))
     if not residual <= tolerance:
         raise ConvergenceError(
             f"the contact residual is above the tolerance {tolerance:.1e}, and rounding allows about 1e-14: try a "

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from roughslip.figures.figure3 import PANELS as FRICTION
 from roughslip.figures.figure3 import PENETRATION
-from roughslip.figures.figure_map import LABELS
+from roughslip.figures.stick_slip import LABELS
 from roughslip.figures.style import (
     Arrays,
     Look,

@@ -23,7 +23,7 @@ J. Roy. Stat. Soc. 97 (1934) 558. With more levels see Giles, Acta Numerica 24 (
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,12 +98,6 @@ class SampleLimits:
     costs: tuple[float, float]
     limit: float
     minimum: int = 2
-
-    def raised(self, strips: int, many: int, limit: float) -> SampleLimits:
-        """Limits with more strips to begin with, as far as those of the control allow, and perhaps a lower cost."""
-        many_range = (max(self.many[0], min(many, self.many[1])), self.many[1])
-        strip_range = (max(self.strips[0], strips), self.strips[1])
-        return replace(self, strips=strip_range, many=many_range, limit=min(limit, self.limit))
 
 
 def half_width(sigma: float, mesh: tuple[float, float]) -> float:
@@ -264,25 +258,6 @@ def strip_pilot(options: Sequence[Option], asked: Accuracy, cell_m: float) -> Pi
         return "widen strip.window_spacing_m, or leave the number of strips that you gave to auto"
 
     return Pilot(asked, lambda accuracy: cheapest(options, accuracy), advice)
-
-
-def with_more_strips(
-    options: Sequence[Option],
-    asked: Accuracy,
-    needed: Iterable[int],
-    ratio: float,
-    limit: float,
-) -> tuple[Option, Allocation] | None:
-    """The largest of the numbers of strips needed that costs at most `limit` [s] in all; None where none does.
-
-    ratio : strips of the control for each of these, at least
-    """
-    for strips in sorted(needed, reverse=True):
-        many = math.ceil(ratio * strips)
-        more = [replace(option, limits=option.limits.raised(strips, many, limit)) for option in options]
-        if (chosen := cheapest(more, asked)) is not None:
-            return chosen
-    return None
 
 
 def _variances_within(asked: float, source: ErrorSources, strips: np.ndarray) -> np.ndarray:

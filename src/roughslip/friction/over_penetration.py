@@ -1,4 +1,4 @@
-"""Statistics of all penetrations from all strips: correlation lengths, trends, and what the rules of verdicts read."""
+"""Statistics of all penetrations from all strips: correlation lengths and trends."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roughslip.friction.combination import Combined, Replicates, combine, mesh_factors
+from roughslip.friction.combination import Combined, Replicates, combine
 from roughslip.friction.correlation import correlation_fit
-from roughslip.friction.level import Level, group_weights
-from roughslip.friction.marginal import distance_to_beta
+from roughslip.friction.level import Level
 from roughslip.friction.penetration import Trend, trend
 from roughslip.friction.statistics import estimate_of
 from roughslip.probability import Estimate
@@ -19,9 +18,6 @@ LENGTHS = ("least_squares", "one_over_e", "integral", "log_line_50", "log_line_9
 
 TRENDS = ("mean", "std", "variation", "length_least_squares", "length_log_line_50", "length_log_line_90")
 """Statistics of which the change with penetration is given too."""
-
-JUDGED = ("length_least_squares", "misfit_difference", "skewness", "kurtosis")
-"""Combined statistics that rules read at single penetrations."""
 
 
 def combined_estimates(combined: list[Combined], lags: np.ndarray, window: float) -> dict[str, list[Estimate]]:
@@ -65,34 +61,3 @@ def calibrated_levels(
     median = combined[int(np.flatnonzero(percentiles == 50.0)[0])]
     shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels[0].strips)
     return [each.calibrated(mean, median) for each in combined], shear
-
-
-def judged_estimates(
-    percentiles: np.ndarray,
-    levels: Sequence[Level],
-    lags: np.ndarray,
-    window: float,
-    replicates: int,
-    rng: np.random.Generator,
-) -> dict[str, Estimate]:
-    """What the rules of verdicts read, by the name that stage friction stores it under, each () or (levels,).
-
-    percentiles : (levels,) [%], 50 among them
-    levels : each (levels, S, W), as of `combine` at each penetration
-    lags, window : [m] as of `correlation_fit`
-    """
-    weights = group_weights(levels, replicates, rng)
-    factors = mesh_factors(replicates, rng)
-    best, _ = calibrated_levels(percentiles, levels, weights, factors, 1.0)
-    combined = combined_estimates(best, lags, window)
-    judged = {f"combined_{name}": combined[name] for name in JUDGED}
-    pairs = zip(levels[0].mu, levels[0].valid, strict=True)
-    judged["beta_distance_standardised"] = [distance_to_beta(*pair, weights[0]).standardised for pair in pairs]
-    trends = trend_estimates(combined, percentiles) if len(percentiles) > 1 else {}
-    return {name: _stacked(of_levels) for name, of_levels in judged.items()} | trends
-
-
-def _stacked(estimates: list[Estimate]) -> Estimate:
-    """Estimates () of the levels as one (levels,)."""
-    parts = ("value", "low", "high", "replicates")
-    return Estimate(*(np.stack([getattr(each, part) for each in estimates]) for part in parts))

@@ -14,11 +14,12 @@ Windows of a strip are solved alone: the elastic displacement by the neighbours 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
+from numpy.polynomial.legendre import legvander
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.bowden_tabor import window_sums
@@ -45,23 +46,43 @@ class Surface:
     lengths_m: tuple[float, float]
 
 
-def mean_powers(surface: Surface, length_m: float, width_m: float, lag_m: float = 0.0) -> np.ndarray:
-    """Mean (POWERS,) of rho^m over pairs of points of two equal rectangles, one a lag along the belt behind the other.
+def mean_powers(
+    surface: Surface, length_m: float, width_m: float, lag_m: float | Sequence[float] | np.ndarray = 0.0
+) -> np.ndarray:
+    """Means of rho^m over pairs of points of two equal rectangles, one a lag along the belt behind the other.
 
-    The distance of two points has the density of a triangle along either edge. Panels double from an eighth of a
-    correlation length on; the error is below 1e-4 where rho is smooth.
+    lag_m : () or (K,) [m]
+
+    Returns (POWERS,) or (K, POWERS). The distance of two points has the density of a triangle along either edge. Panels
+    double from an eighth of a correlation length on; the error is below 1e-4 where rho is smooth. The mean across the
+    belt is taken once, and interpolated along it between the nodes of a panel.
     """
-    x, weight_x = distances(length_m, lag_m, surface.lengths_m[0])
+    lags, scale = np.atleast_1d(lag_m), surface.lengths_m[0]
     y, weight_y = distances(width_m, 0.0, surface.lengths_m[1])
-    rho = surface.correlation(x[:, None], y[None, :])
-    return np.array([weight_x @ rho**power @ weight_y for power in POWERS])
+    ends = graded(scale / FINEST, float(lags.max()) + length_m)
+    low, half = ends[:-1], np.diff(ends) / 2.0
+    rho = surface.correlation((low[:, None] + half[:, None] * (1.0 + NODE)).reshape(-1, 1), y[None, :])
+    across = np.array([(rho**power @ weight_y).reshape(-1, len(NODE)) for power in POWERS])
+    legendre = across @ (legvander(NODE, len(NODE) - 1) * WEIGHT[:, None]) * (np.arange(len(NODE)) + 0.5)
+    means = []
+    for lag in lags:
+        x, weight = distances(length_m, float(lag), scale)
+        panel = np.minimum(np.searchsorted(ends, np.abs(x), side="right") - 1, len(half) - 1)
+        at = legvander((np.abs(x) - low[panel]) / half[panel] - 1.0, len(NODE) - 1)
+        means.append(np.einsum("mxk,xk,x->m", legendre[:, panel], at, weight))
+    return np.reshape(means, (*np.shape(lag_m), len(POWERS)))
+
+
+def graded(step: float, end: float) -> np.ndarray:
+    """Distances from zero to at least the end, at steps that double."""
+    return step * (2.0 ** np.arange(1 + math.ceil(math.log2(2.0 + end / step))) - 1.0)
 
 
 def distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Distances of points on two intervals `edge` long, a lag apart, and the weights of a mean over pairs."""
-    low, high, step = lag - edge, lag + edge, scale / FINEST
-    graded = step * (2.0 ** np.arange(math.ceil(math.log2(2.0 + high / step))) - 1.0)
-    ends = np.unique([low, lag, high, *(lag_m for lag_m in (*graded, *-graded) if low < lag_m < high)])
+    low, high = lag - edge, lag + edge
+    steps = graded(scale / FINEST, high)
+    ends = np.unique([low, lag, high, *(x for x in (*steps, *-steps) if low < x < high)])
     half = np.diff(ends)[:, None] / 2.0
     x = (ends[:-1, None] + half * (1.0 + NODE)).ravel()
     return x, (half * WEIGHT).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
@@ -110,7 +131,7 @@ def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width
     block_m, width_m : length of a block, width of the strip
     """
     blocks = covariance.shape[1]
-    lags = np.array([mean_powers(surface, block_m, width_m, lag * block_m) for lag in range(blocks)])
+    lags = mean_powers(surface, block_m, width_m, block_m * np.arange(blocks))
     table = np.column_stack((lags, np.arange(blocks) == 0))
     noise = np.sqrt(blocks - np.arange(blocks))  # C_g of a lag is known as from so many pairs
     q, r = np.linalg.qr(table * noise[:, None])
@@ -167,7 +188,7 @@ def pad_means(
     """
     length, width = pad_m
     none = block_m * width_m / (length * width) * np.maximum(1.0 - lags_m / length, 0.0)
-    return np.array([[*mean_powers(surface, length, width, lag), more] for lag, more in zip(lags_m, none, strict=True)])
+    return np.column_stack((mean_powers(surface, length, width, lags_m), none))
 
 
 def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:

@@ -64,8 +64,10 @@ def estimate_of(statistic: str, rows: np.ndarray, strips: int) -> Estimate:
 def check_windows(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """mu as (S, W) floats with 0 where not valid, and valid; refuses what statistics cannot be taken of."""
     mu, valid, weights = reals("mu", mu), np.asarray(valid), np.asarray(weights)
-    if mu.ndim != 2 or valid.shape != mu.shape or valid.dtype != bool:
-        raise ParameterError(f"mu and valid (bool) must be (strips, windows), not {mu.shape} and {valid.shape}")
+    if valid.dtype != bool:
+        raise ParameterError(f"valid must be of bool, not {valid.dtype}: take valid != 0")
+    if mu.ndim != 2 or valid.shape != mu.shape:
+        raise ParameterError(f"mu and valid must be (strips, windows), not {mu.shape} and {valid.shape}")
     if not np.isfinite(mu[valid]).all():
         raise ParameterError("mu must be finite in every valid window")
     if weights.ndim != 2 or weights.shape[1] != mu.shape[0] or weights.dtype.kind not in "iu" or (weights < 0).any():

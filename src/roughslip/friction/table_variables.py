@@ -23,6 +23,7 @@ from roughslip.friction.penetration import p_value, p_value_of_equality, penetra
 from roughslip.friction.statistics import PERCENTS, ratio_of_sums
 from roughslip.friction.table import BY_SOURCE, FrictionTable, WindowLayout
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 
 WHITE_REPLICATES = 200
 MOST_MISSING = 0.01  # of the windows, above which a warning says that some have no friction coefficient
@@ -110,9 +111,7 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
     if dimensions[:2] == ("source", "level"):
         leading = (len(SOURCES), -1)
     shape = (*leading, *np.shape(estimates[0].value))
-    columns = [
-        np.array([getattr(each, part) for each in estimates]).reshape(shape) for part in ("value", "low", "high")
-    ]
+    columns = [column.reshape(shape) for column in columns_of(estimates)]
     return store.with_interval(name, dimensions, columns, unit, title)
 
 
@@ -223,10 +222,8 @@ def candidate_variables(mu: Windows, weights: np.ndarray) -> dict[str, store.Var
         ("distance", "2-Wasserstein distance of the windows from the family over their standard deviation"),
         ("skewness", "skewness of the nearest member of the family"),
     ):
-        columns = [
-            np.array([[getattr(getattr(level[family], name), part) for level in levels] for family in FAMILIES])
-            for part in ("value", "low", "high")
-        ]
+        estimates = [getattr(level[family], name) for family in FAMILIES for level in levels]
+        columns = [column.reshape(len(FAMILIES), -1) for column in columns_of(estimates)]
         variables |= store.with_interval(f"family_{name}", ("family", "level"), columns, "1", title)
     return variables
 
@@ -254,10 +251,10 @@ def p_value_variables(table: FrictionTable) -> dict[str, store.Variable]:
 def fit_variables(means: list[Estimate], percentiles: np.ndarray) -> dict[str, store.Variable]:
     """mu_fit(d) between the first and the last level, its slope, and their bands; of one level there is no slope."""
     points = percentiles
-    columns = [[getattr(means[0], part)[None] for part in ("value", "low", "high")], [np.full(1, np.nan)] * 3]
+    columns = [columns_of(means[:1]), (np.full(1, np.nan),) * 3]
     if len(percentiles) > 1:
         points, curve = np.linspace(percentiles[0], percentiles[-1], FIT_POINTS), penetration_curve(percentiles, means)
-        columns = [[line.value, line.low, line.high] for line in (curve.at(points), curve.slope(points))]
+        columns = [columns_of(line) for line in (curve.at(points), curve.slope(points))]
     names = {
         "fit": ("1", "mu_fit, the mean friction coefficient as a function of penetration"),
         "fit_slope": ("percent-1", "derivative of mu_fit by the percentile of penetration"),
@@ -275,9 +272,9 @@ def white_variables(layout: WindowLayout, strips: int, rng: np.random.Generator)
     curve = white_autocorrelation(strips, columns, length, spacing, layout.count, WHITE_REPLICATES, rng)
     fit = correlation_fit(layout.lags, curve, layout.window_m).least_squares
     title = "autocorrelation of windows of white pressure, and the range of 95 % of such measurements"
-    variables = store.with_interval("white_autocorrelation", ("lag",), [curve.value, curve.low, curve.high], "1", title)
+    variables = store.with_interval("white_autocorrelation", ("lag",), columns_of(curve), "1", title)
     title = f"exponential length of windows of white pressure, lags to {LONGEST_WINDOWS:g} windows; range of 95 %"
-    return variables | store.with_interval("white_length", (), [fit.value, fit.low, fit.high], "m", title)
+    return variables | store.with_interval("white_length", (), columns_of(fit), "m", title)
 
 
 def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str, store.Variable]:
@@ -291,7 +288,6 @@ def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str
     own = [float(log_line(lags, triangle[None], lag)[0][0]) for lag in largest]
     straight = float(log_line(lags, triangle[None], LOG_LINE_WINDOWS[-1] * window)[1][0])
     names, title = np.array(LENGTHS), "length that the triangle of the window alone gives"
-    columns = [np.array([getattr(each, part) for each in lines]) for part in ("value", "low", "high")]
     variables = {
         "length_name": store.Variable(("length",), names, "1", "how a length follows from the autocorrelation"),
         "triangle_length": store.Variable(("length",), [getattr(lengths, name) for name in LENGTHS], "m", title),
@@ -300,7 +296,7 @@ def line_variables(curve: Estimate, lags: np.ndarray, window: float) -> dict[str
         "triangle_log_line": store.Variable(("largest_lag",), own, "m", "length by it of the triangle of the window"),
     }
     title = "length by it at median penetration"
-    return variables | store.with_interval("log_line", ("largest_lag",), columns, "m", title)
+    return variables | store.with_interval("log_line", ("largest_lag",), columns_of(lines), "m", title)
 
 
 def law_variables(table: FrictionTable, rng: np.random.Generator) -> dict[str, store.Variable]:
@@ -324,7 +320,7 @@ def windows_variables(table: FrictionTable) -> dict[str, store.Variable]:
 def solve_variables(batches: list[store.Result], shear: Estimate, weights: np.ndarray) -> dict[str, store.Variable]:
     """Shear strength [Pa], what the mesh does to the contact area, and the largest residual of all solves."""
     title = "shear strength that gives the mean at the median"
-    variables = store.with_interval("shear_strength", (), [shear.value, shear.low, shear.high], "Pa", title)
+    variables = store.with_interval("shear_strength", (), columns_of(shear), "Pa", title)
     corrected, of_nodes = (store.join(batches, f"area_{name}").T for name in ("corrected", "of_nodes"))
     pairs = zip(corrected, of_nodes, strict=True)
     ratios = [ratio_of_sums(area[:, None], other[:, None], 1.0, weights) for area, other in pairs]

@@ -138,7 +138,7 @@ class Runs:
         """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""
         belt = changed_oscillator(self.own, {name: value})
         periods = self.periods(belt)
-        return np.array([self.one(belt, one, periods, False).cycles for one in numbers], dtype=bool)
+        return np.array([self.one(belt, number, periods, False).cycles for number in numbers], dtype=bool)
 
     def drawn(self, path: FrictionPath, periods: float) -> Trajectory:
         """The motion of the own oscillator from rest, sampled as finely as so long a run allows."""

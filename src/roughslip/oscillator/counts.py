@@ -16,7 +16,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
 from roughslip.oscillator.states import longest_slip, states_of
 from roughslip.short_repr import short_repr
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 
 @short_repr
@@ -67,7 +67,10 @@ def ensemble(
         raise ParameterError("paths must hold a path at least, or None for the motion without scatter")
     if unknown or not over:
         raise ParameterError(f"over must have values of {', '.join(PARAMETERS)}, not of {unknown or 'nothing'}")
-    values = {name: np.atleast_1d(np.asarray(one, dtype=np.float64)) for name, one in over.items()}
+    values = {name: np.atleast_1d(finite(name, value)) for name, value in over.items()}
+    for name, row in values.items():
+        if row.ndim != 1 or row.size == 0:
+            raise ParameterError(f"over must have a row of values of {name}, not the shape {row.shape}")
     changes = [dict(zip(values, map(float, each), strict=True)) for each in itertools.product(*values.values())]
     belts = [changed_oscillator(oscillator, change) for change in changes]
     rows = [
@@ -75,7 +78,7 @@ def ensemble(
         for path in paths
         for belt in belts
     ]
-    shape = (len(paths), *(one.size for one in values.values()))
+    shape = (len(paths), *(value.size for value in values.values()))
     columns = zip(*rows, strict=True)
     cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
     return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)

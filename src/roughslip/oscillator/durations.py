@@ -99,7 +99,7 @@ def stationary_share(death: np.ndarray, birth: np.ndarray) -> np.ndarray:
         )
         return 1.0 / (1.0 + np.exp(-np.array([odds, odds - low, odds + high])))
     pairs = zip(birth, death[[0, 2, 1]], strict=True)
-    return np.array([_part(one, other) for one, other in pairs])
+    return np.array([_part(births, deaths) for births, deaths in pairs])
 
 
 def _part(birth: float, death: float) -> float:
@@ -116,13 +116,13 @@ def states_of_answer(measured: Residence, theory: Residence | None, omega: float
     """
     period = 2.0 * math.pi / omega
 
-    def rows(found: Residence) -> dict[str, list[float | None]]:
+    def rows(durations: Residence) -> dict[str, list[float | None]]:
         parts = {
-            "share_of_time": found.share,
-            "mean_stick_slip_s": period * found.stick_slip,
-            "mean_sliding_s": period * found.sliding,
-            "death_per_s": found.death / period,
-            "birth_per_s": found.birth / period,
+            "share_of_time": durations.share,
+            "mean_stick_slip_s": period * durations.stick_slip,
+            "mean_sliding_s": period * durations.sliding,
+            "death_per_s": durations.death / period,
+            "birth_per_s": durations.birth / period,
         }
         return {name: [float(x) if math.isfinite(x) else None for x in values] for name, values in parts.items()}
 

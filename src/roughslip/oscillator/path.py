@@ -274,6 +274,6 @@ class KeptPath:
 
 def _checked(piece: np.ndarray) -> np.ndarray:
     row = np.ascontiguousarray(reals("a friction path", piece))
-    if row.ndim != 1:
+    if row.ndim != 1 or row.size == 0:  # of empty rows without end a motion would wait for ever
         raise ParameterError(NO_PATH)
     return row

@@ -176,7 +176,7 @@ def answer(
         name: [runs.one(oscillator, number, periods, from_sliding) for number in range(count)]
         for name, from_sliding in STARTS.items()
     }
-    cycles = {name: np.array([one.cycles for one in found], dtype=bool) for name, found in of.items()}
+    cycles = {name: np.array([run.cycles for run in started], dtype=bool) for name, started in of.items()}
     at_start = cycles["from_rest"]
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     cycle = cycle_statistics(drawn, oscillator.natural_frequency_rad_per_s, np.random.default_rng([*seed]))
@@ -251,19 +251,19 @@ def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.r
     """
     run = np.repeat(np.arange(len(cycles)), [len(one) for one in cycles])
     amplitude, duration = np.concatenate(cycles).T
-    found: dict[str, Any] = {}
+    quantities: dict[str, Any] = {}
     for name, values, unit in (("amplitude", amplitude, "m"), ("frequency", omega / duration, "Hz")):
         try:
             moments = reattachment_statistics(values, run, generator)
         except IllPosedError:  # too few runs with a cycle, or no scatter
             enough = np.unique(run).size >= FEWEST_REALISATIONS
             alike = enough and np.ptp(values) <= NO_SCATTER * abs(values[0])
-            found[name] = Quantity(float(values[0]) if alike else None, None, unit)
-            found[f"{name}_scatter"] = Quantity(0.0 if alike else None, None, unit)
+            quantities[name] = Quantity(float(values[0]) if alike else None, None, unit)
+            quantities[f"{name}_scatter"] = Quantity(0.0 if alike else None, None, unit)
             continue
         for key, (value, low, high) in ((name, moments.mean), (f"{name}_scatter", moments.std)):
-            found[key] = Quantity(float(value), (float(low), float(high)), unit)
-    return found
+            quantities[key] = Quantity(float(value), (float(low), float(high)), unit)
+    return quantities
 
 
 def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]:
@@ -305,15 +305,15 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
 
 def smallest_change(limits: Mapping[str, Limits], is_likely: bool) -> Change | None:
     """The parameter with the relatively nearest limit that ends stick-slip where it is likely, else begins it."""
-    aim, found = "end" if is_likely else "begin", []
-    for name, one in limits.items():
+    aim, changes = "end" if is_likely else "begin", []
+    for name, of_parameter in limits.items():
         for side in SIDES:
-            limit = getattr(one, side)["0.05" if is_likely else "0.95"]
-            if limit is not None and one.value:
-                low, high = (None if end is None else end / one.value - 1.0 for end in limit.interval)
-                change = limit.value / one.value - 1.0
-                found.append((abs(change), name, Change(change, (low, high), "1", name, side, aim)))
-    return min(found, key=lambda one: one[:2])[2] if found else None
+            limit = getattr(of_parameter, side)["0.05" if is_likely else "0.95"]
+            if limit is not None and of_parameter.value:
+                low, high = (None if end is None else end / of_parameter.value - 1.0 for end in limit.interval)
+                change = limit.value / of_parameter.value - 1.0
+                changes.append((abs(change), name, Change(change, (low, high), "1", name, side, aim)))
+    return min(changes, key=lambda entry: entry[:2])[2] if changes else None
 
 
 def deciding(belt: Oscillator, law: FrictionLaw, share: float, damping: Limits | None) -> Decision:
@@ -348,7 +348,7 @@ def memory_of_the_start(runs: Runs, periods: float, cycles: Mapping[str, np.ndar
     rest, sliding = cycles["from_rest"], cycles["from_sliding"]
     more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
     differ = bool(abs(more - less) > 2.0 * np.sqrt(more + less))
-    scale, needed = max(runs.scales(runs.own).items(), key=lambda one: one[1])
+    scale, needed = max(runs.scales(runs.own).items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,
         "decided": not differ or periods >= needed * (1.0 - 1e-9),

@@ -172,15 +172,15 @@ def _grazing(oscillator: Oscillator, law: FrictionLaw, options: MotionOptions) -
 
     At the limit D* that trough is u*, and U - u* over D* - D makes depths of damping ratios.
     """
-    found = grazing_response(oscillator, law, options.stochastic_static_limit, options.scatter)
+    response = grazing_response(oscillator, law, options.stochastic_static_limit, options.scatter)
     ratio = oscillator.damping_ratio
-    if abs(ratio - found.limit) < APART * found.limit:
-        ratio = (1.0 - APART) * found.limit
+    if abs(ratio - response.limit) < APART * response.limit:
+        ratio = (1.0 - APART) * response.limit
     damped = replace(oscillator, damping_ratio=ratio)
     flow = slip_flow(damped, law)
     depth = -_turn(flow, *_departure(damped, law, flow))[0]
-    scale = (depth - _reaching(flow, depth)) / ((found.limit - ratio) * abs(found.damping))
-    return replace(found, kernel=scale * found.kernel)
+    scale = (depth - _reaching(flow, depth)) / ((response.limit - ratio) * abs(response.damping))
+    return replace(response, kernel=scale * response.kernel)
 
 
 @gate
@@ -228,8 +228,8 @@ def trough_map(
     depths = belt * (1.0 - np.linspace(1.0, 0.0, KNOTS + 1)[1:] ** 2)  # dense at u*, where M is steep
     peaks = [min(_after(flow, float(depth))[0], 1.0) for depth in depths]
     loops = [first, *(response((flow.at_peak(peak), peak)) for peak in peaks)]
-    variance = np.array([one.covariance(correlation) for _, _, one in loops])
-    beside = np.array([one.covariance(correlation, float(one.slipped[-1])) for _, _, one in loops])
+    variance = np.array([loop.covariance(correlation) for _, _, loop in loops])
+    beside = np.array([loop.covariance(correlation, float(loop.slipped[-1])) for _, _, loop in loops])
     return TroughMap(
         belt=belt,
         start=depths,

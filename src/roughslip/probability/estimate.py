@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -121,3 +122,11 @@ class Estimate:
     def rows(self) -> np.ndarray:
         """(1 + R, ...) the value, then the replicates: the inverse of `from_rows`."""
         return np.concatenate((self.value[None], np.moveaxis(self.replicates, -1, 0)))
+
+
+def columns_of(estimates: Estimate | Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Value, lower and upper end of an estimate; those of several stack along a first axis."""
+    if isinstance(estimates, Estimate):
+        return estimates.value, estimates.low, estimates.high
+    value, low, high = (np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high"))
+    return value, low, high

@@ -126,9 +126,9 @@ def variance_split(
         return [source.drawn(rows[ends[i] : ends[i + 1]]) for i, source in enumerate(sources)]
 
     def results(inputs: Sequence[Mapping[str, np.ndarray]]) -> np.ndarray:
-        columns = {name: values for one in inputs for name, values in one.items()}
-        found = [function({name: float(values[row]) for name, values in columns.items()}) for row in range(samples)]
-        return np.array(found, dtype=np.float64).T
+        columns = {name: values for of_source in inputs for name, values in of_source.items()}
+        outputs = [function({name: float(values[row]) for name, values in columns.items()}) for row in range(samples)]
+        return np.array(outputs, dtype=np.float64).T
 
     a, b = (at(rows) for rows in np.split(normal, 2))
     of_a, of_b = results(a), results(b)
@@ -144,6 +144,6 @@ def variance_split(
 def _indices(of_a: np.ndarray, of_b: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and total indices (results, sources) from results (results, samples) and (sources, results, samples)."""
     columns = {"f_A": of_a, "f_B": of_b, "f_AB": mixed}
-    found = scipy.stats.sobol_indices(func=columns, n=of_a.shape[1])
+    indices = scipy.stats.sobol_indices(func=columns, n=of_a.shape[1])
     shape = len(of_a), len(mixed)
-    return np.reshape(found.first_order, shape), np.reshape(found.total_order, shape)
+    return np.reshape(indices.first_order, shape), np.reshape(indices.total_order, shape)

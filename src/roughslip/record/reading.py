@@ -48,7 +48,7 @@ class Trace:
         return float((self.time[-1] - self.time[0]) / (self.time.size - 1))
 
 
-def read_records(paths: Sequence[Path], radius_m: float | None = None) -> list[Trace]:
+def read_records(paths: Sequence[Path | str], radius_m: float | None = None) -> list[Trace]:
     """The records of all files, as `read_record`. Raises InputError with the mistakes of all of them."""
     traces: list[Trace] = []
     wrong: list[str] = []
@@ -62,7 +62,7 @@ def read_records(paths: Sequence[Path], radius_m: float | None = None) -> list[T
     return traces
 
 
-def read_record(path: Path, radius_m: float | None = None) -> list[Trace]:
+def read_record(path: Path | str, radius_m: float | None = None) -> list[Trace]:
     """The records of a text file. radius_m : [m] of the track, for a speed in rpm
 
     Columns are separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas. Lines that
@@ -70,6 +70,7 @@ def read_record(path: Path, radius_m: float | None = None) -> list[Trace]:
 
     Raises InputError with a line for each mistake: file, column, what is allowed.
     """
+    path = Path(path)
     try:
         lines = path.read_text(encoding="utf-8-sig").replace('"', "").splitlines()
     except OSError as error:

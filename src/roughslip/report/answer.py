@@ -35,8 +35,8 @@ def digits(value: float, places: int = 3) -> str:
 def scale(value: float, unit: str) -> tuple[float, str]:
     """The unit for readers of a value in SI, and its size in SI."""
     scales = SCALES.get(unit, ((1.0, f" {unit}"),))
-    fitting = (one for one in scales if abs(value) >= one[0] * (0.1 if one[0] <= 1.0 else 1.0))
-    return (1.0, scales[[one[0] for one in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
+    fitting = (pair for pair in scales if abs(value) >= pair[0] * (0.1 if pair[0] <= 1.0 else 1.0))
+    return (1.0, scales[[size for size, _ in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
 
 
 def amount(value: float, unit: str, places: int = 3, like: float | None = None) -> str:
@@ -127,8 +127,10 @@ def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
         longer = time or "no damping ends its transients"
         periods = digits(answer["periods"]["value"])
         return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
-    least = {word: answer["states"][f"mean_{name}_s"][1] for word, name in STATES.items()}
-    bounds = joined([f"{word} at least {amount(time, 's', SURE)}" for word, time in least.items() if time is not None])
+    minimum = {word: answer["states"][f"mean_{name}_s"][1] for word, name in STATES.items()}
+    bounds = joined(
+        [f"{word} at least {amount(time, 's', SURE)}" for word, time in minimum.items() if time is not None]
+    )
     return f" The start decides, because both states live longer than a run: {bounds} in the mean."
 
 

@@ -48,19 +48,19 @@ def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Ma
     label = "0.05" if answer["probability"]["value"] > 0.5 else "0.95"
     near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
     own = parameter["value"] or 1.0
-    return min(near, key=lambda one: abs(math.log(one["value"] / own)), default=None)
+    return min(near, key=lambda limit: abs(math.log(limit["value"] / own)), default=None)
 
 
 def change_rows(answer: Mapping[str, Any]) -> list[Row]:
     """A row a parameter, the smallest change first; without a limit it has no change."""
-    smallest, found = answer["smallest_change"] or {"parameter": None}, []
+    smallest, ranked = answer["smallest_change"] or {"parameter": None}, []
     for name, parameter in answer["limits"].items():
         own, unit = parameter["value"], parameter["unit"]
         sign = symbol(answer["limits"], name)
         title = parameter["title"] if name == "damping" else parameter["title"].rpartition(" ")[0]
         limit = nearest_limit(answer, parameter)
         if limit is None or not own:
-            found.append((math.inf, Row(title, sign, amount(own, unit))))
+            ranked.append((math.inf, Row(title, sign, amount(own, unit))))
             continue
         way = math.log(limit["value"] / own)
         row = Row(
@@ -74,8 +74,8 @@ def change_rows(answer: Mapping[str, Any]) -> list[Row]:
             name == smallest["parameter"],
             bool(limit.get("outside_measured_speeds")),
         )
-        found.append((0.0 if row.is_smallest else abs(way), row))
-    return [row for _, row in sorted(found, key=lambda one: one[0])]
+        ranked.append((0.0 if row.is_smallest else abs(way), row))
+    return [row for _, row in sorted(ranked, key=lambda pair: pair[0])]
 
 
 def factor(ratio: float) -> str:
@@ -108,16 +108,16 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Title, number and a note on it: how the mass moves, how long its states last, its friction."""
     stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))
     own = amount(math.sqrt(stiffness / mass) / (2 * math.pi), "Hz", SURE)
-    found = []
+    lines = []
     if answer["amplitude"]["value"] is not None:
         sizes = {name: amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency")}
-        found.append(("half of peak to peak", sizes["amplitude"], f"scatters by {scatter(answer, 'amplitude')}"))
-        found.append(
+        lines.append(("half of peak to peak", sizes["amplitude"], f"scatters by {scatter(answer, 'amplitude')}"))
+        lines.append(
             ("frequency", sizes["frequency"], f"scatters by {scatter(answer, 'frequency')}; own frequency {own}")
         )
     else:
-        found.append(("own frequency", own, "there is no cycle of stick-slip"))
-    return [*found, _states(answer), ("mean friction", *_friction(answer))]
+        lines.append(("own frequency", own, "there is no cycle of stick-slip"))
+    return [*lines, _states(answer), ("mean friction", *_friction(answer))]
 
 
 def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
@@ -133,9 +133,9 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
     """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
     states, spells = answer["states"], []
     for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
-        mean, least, _ = states[name]
-        if mean is not None or least is not None:
-            known = amount(least, "s", SURE) if mean is None else amount(mean, "s", SURE)
+        mean, minimum, _ = states[name]
+        if mean is not None or minimum is not None:
+            known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
             spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
     value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
     if value is None:

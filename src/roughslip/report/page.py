@@ -1,6 +1,8 @@
 """One page, readable without a network, of what scenes found: figures, verdicts, costs and how to repeat the run.
 
 The joint page also shows the kept benchmarks and stress campaigns, which a run of the study does not repeat.
+
+The page that compares the variants of a scene: a row a variant, with its values and its main numbers.
 """
 
 from __future__ import annotations
@@ -38,7 +40,6 @@ READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
 ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
-FOR_VERDICTS = re.compile(r"strips_(to_decide|beyond_limit_for)_(.+)")  # the same, of stage strip_allocation
 MEASURED = {
     "surface": "Surfaces: error of the covariance of samples against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
@@ -191,7 +192,6 @@ def environment() -> Environment:
         "verdict": verdict,
         "counts": _counts,
         "accuracies": _accuracies,
-        "strips_for_verdicts": _strips_for_verdicts,
         "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "section": section,
@@ -233,32 +233,46 @@ def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return rows
 
 
-def _strips_for_verdicts(scene: SceneReport) -> str:
-    """How many strips the accuracy took, how many were added for which verdicts, and which would have cost too much."""
-    did = {
-        name: number for row in scene.costs if row["stage"] == "strip_allocation" for name, number in row["did"].items()
-    }
-    if "strips_for_accuracy" not in did:
-        return ""
-    statements = {claim["id"]: claim["statement"] for claim in scene.claims}
-    named: dict[str, list[str]] = {"to_decide": [], "beyond_limit_for": []}
-    for name, number in did.items():
-        if match := FOR_VERDICTS.fullmatch(name):
-            named[match[1]].append(f"“{statements[match[2]]}” ({number:,})")
-    own, chosen = did["strips_for_accuracy"], did["strips_chosen"]
-    text = f"The accuracy of friction takes {own:,} strips."
-    if named["to_decide"]:
-        text += (
-            f" {chosen - own:,} were added, as the pilot leaves these verdicts open: {', '.join(named['to_decide'])}."
-        )
-    if named["beyond_limit_for"]:
-        text += f" More would cost above accuracy.verdict_limit_cpu_s: {', '.join(named['beyond_limit_for'])}."
-    return text
-
-
 def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
     """Stages that did not run, by the reason; the last row of the costs holds them."""
     reasons: dict[str, list[str]] = {}
     for stage, reason in (costs[-1].get("not_needed", {}) if costs else {}).items():
         reasons.setdefault(reason, []).append(stage)
     return reasons
+
+
+Number = tuple[float, float | None, float | None]  # with the ends of its 95 % interval, where it has one
+
+
+@dataclass(frozen=True)
+class Row:
+    """scene : name; swept : its values by dotted key; numbers : its results by name; answer : answer.json, if given"""
+
+    scene: str
+    swept: Mapping[str, Any]
+    numbers: Mapping[str, Number]
+    answer: Mapping[str, Any] | None = None
+
+
+def sweep_page(rows: Sequence[Row], description: str, titles: Mapping[str, tuple[str, str]]) -> str:
+    """The page as HTML. titles : heading and unit by the name of a number, in their order"""
+    names = [name for name in titles if any(name in row.numbers for row in rows)]
+    template = environment().get_template("sweep.html.j2")
+    return template.render(rows=rows, description=description, titles=titles, names=names, words=words)
+
+
+def words(value: Any) -> str:
+    """A value of a scene, as a reader would write it."""
+    return "not given" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def sweep_table(rows: Sequence[Row], titles: Mapping[str, tuple[str, str]]) -> str:
+    """The same as comma-separated values; _low and _high end the interval of a number."""
+    names = [name for name in titles if any(name in row.numbers for row in rows)]
+    parts = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
+    lines = [",".join(["scene", *rows[0].swept, *parts])]
+    for row in rows:
+        values = [value for name in names for value in row.numbers.get(name, (None, None, None))]
+        texts = ["" if value is None else f"{value:.6g}" for value in values]
+        lines.append(",".join([row.scene, *(words(value).replace(",", "") for value in row.swept.values()), *texts]))
+    return "\n".join(lines) + "\n"

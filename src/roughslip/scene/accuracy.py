@@ -29,28 +29,28 @@ class Accuracy(Section):
         "Of the mean friction coefficient at penetrations from 20 to 95 %, over it. It holds few strips and, with "
         "numerics.extrapolate_mesh, the mesh. It finds strip.samples and strip.expansion_samples",
         above=0,
-        at_most=LARGEST_ACCURACY["friction_mean"],
+        maximum=LARGEST_ACCURACY["friction_mean"],
         default=None,
     )
     friction_std: float = number(
         "Of the standard deviation of the friction coefficient, in the same way",
         above=0,
-        at_most=LARGEST_ACCURACY["friction_std"],
+        maximum=LARGEST_ACCURACY["friction_std"],
         default=None,
     )
     pressure: float = number(
         "Of the distribution of the pressure at the centre of the square, at any pressure. Half of it is for few "
         "samples, and half for cells and missing modes. It finds square.monte_carlo_samples and expansion.samples, and "
         "square.nodes and square.variance_share where they are auto",
-        at_least=0.002,
-        at_most=LARGEST_ACCURACY["pressure"],
+        minimum=0.002,
+        maximum=LARGEST_ACCURACY["pressure"],
         default=None,
     )
     cycles: float = number(
         "Of the mean number of cycles at every damping ratio, in cycles. It holds few runs and the spacing of the "
         "nodes of friction paths. It finds ensemble.realisations and ensemble.nodes_per_correlation_length",
         above=0,
-        at_most=LARGEST_ACCURACY["cycles"],
+        maximum=LARGEST_ACCURACY["cycles"],
         default=None,
     )
     cost_limit_cpu_s: float = number(
@@ -58,16 +58,8 @@ class Accuracy(Section):
         "they are computed",
         "s",
         above=0,
-        at_most=1e9,
+        maximum=1e9,
         default=3600.0,
-    )
-    verdict_limit_cpu_s: float = number(
-        "CPU time of the strips, by the same model, up to which strips are added to those that the accuracy takes, "
-        "where they decide verdicts on friction; 0 adds none",
-        "s",
-        at_least=0,
-        at_most=1e9,
-        default=0.0,
     )
 
 
@@ -131,8 +123,8 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         left_open = [key for key in keys if _value(scene, key) == AUTO]
         if absent and left_open:
             yield missing(f"{left_open[0]} = {AUTO} needs it", f"accuracy.{absent[0]}", left_open[0])
-    solved, least = _value(scene, STRIPS[0]), (_value(scene, "strip.training_samples") or 0) + SHARES
-    if _value(scene, STRIPS[1]) == AUTO and isinstance(solved, int) and solved < least:
+    solved, minimum = _value(scene, STRIPS[0]), (_value(scene, "strip.training_samples") or 0) + SHARES
+    if _value(scene, STRIPS[1]) == AUTO and isinstance(solved, int) and solved < minimum:
         allowed = f"{AUTO}, or with accuracy at least strip.training_samples and {SHARES} more"
         yield refused(solved, allowed, STRIPS[0], "accuracy.friction_mean")
 
@@ -180,16 +172,16 @@ def cell_m(asked: dict[str, float], length_m: float, sizes_m: list[float]) -> fl
     """
     from fractions import Fraction  # with decimal, for such scenes alone
 
-    most = min([COARSEST, *((CELL_SHARE * asked[name] / a) ** (1 / ORDER) for name, a in ERRORS.items())]) * length_m
+    maximum = min([COARSEST, *((CELL_SHARE * asked[name] / a) ** (1 / ORDER) for name, a in ERRORS.items())]) * length_m
     sizes = [Fraction(repr(size)) for size in sizes_m]  # as decimal numbers
     parts = lcm(*(size.denominator for size in sizes))
     common = Fraction(gcd(*(int(size * parts) for size in sizes)), 2 * parts)  # half of what measures all sizes
-    return float(common / ceil(float(common) / most * (1 - 1e-9)))
+    return float(common / ceil(float(common) / maximum * (1 - 1e-9)))
 
 
 def tolerance(asked: dict[str, float]) -> float:
     """The largest residual of RESIDUALS whose error is a tenth of what is asked of the scatter, or less."""
-    return next(residual for least, residual in RESIDUALS if asked["friction_std"] >= least)
+    return next(residual for minimum, residual in RESIDUALS if asked["friction_std"] >= minimum)
 
 
 def _strip_cell(scene: Values) -> float | None:
@@ -216,8 +208,8 @@ def square_nodes(scene: Values) -> int | None:
     law = SQUARE_CELLS.get(given(scene, "numerics.contact_area"))
     if not (asked and edge and length and law):
         return None
-    most = min(COARSEST, (SQUARE_SHARES[0] * asked / law[0]) ** (1 / law[1]))
-    return ceil(edge / (most * length))
+    maximum = min(COARSEST, (SQUARE_SHARES[0] * asked / law[0]) ** (1 / law[1]))
+    return ceil(edge / (maximum * length))
 
 
 def square_share(scene: Values) -> float | None:

@@ -26,13 +26,13 @@ MOST_NODES = 1024  # along an edge of a square: 8 MB a field
 class Material(Section):
     """Half-space, elastic, or elastic and plastic where a hardness is given."""
 
-    young_modulus_pa: float = number("Young's modulus, from soft gels to diamond", "Pa", at_least=1000, at_most=1e13)
-    poisson_ratio: float = number("Poisson's ratio", above=-1, at_most=0.5)
+    young_modulus_pa: float = number("Young's modulus, from soft gels to diamond", "Pa", minimum=1000, maximum=1e13)
+    poisson_ratio: float = number("Poisson's ratio", above=-1, maximum=0.5)
     hardness_pa: float | None = number(
         "Highest contact pressure, at which the surface yields; without it the contact is elastic",
         "Pa",
         above=0,
-        at_most=1e13,
+        maximum=1e13,
         default=None,
     )
 
@@ -41,17 +41,17 @@ class Material(Section):
 class Square(Section):
     """Square surface of figure 2, a truncated Karhunen-Loeve expansion in contact with a rigid plane."""
 
-    edge_m: float = number("Edge of the square", "m", above=0, at_most=1)
+    edge_m: float = number("Edge of the square", "m", above=0, maximum=1)
     nodes: int = integer(
         "Nodes along an edge, and cells. With auto, the fewest that leave accuracy.pressure room for few samples",
-        at_least=2,
-        at_most=MOST_NODES,
+        minimum=2,
+        maximum=MOST_NODES,
         or_auto=True,
     )
     modes: int | None = integer(
         "Random modes of the Karhunen-Loeve expansion, the mean not counted; at most nodes^2",
-        at_least=1,
-        at_most=262144,
+        minimum=1,
+        maximum=262144,
         default=None,
     )
     variance_share: float | None = number(
@@ -59,7 +59,7 @@ class Square(Section):
         "taken. A field that needs more than a quarter of all modes is refused. With auto, the lowest share that "
         "leaves accuracy.pressure room for few samples",
         above=0,
-        at_most=1,
+        maximum=1,
         or_auto=True,
         default=None,
     )
@@ -71,16 +71,16 @@ class Square(Section):
     )
     monte_carlo_samples: Auto[int] = integer(
         "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
-        at_least=100,
-        at_most=5_000_000,
+        minimum=100,
+        maximum=5_000_000,
         or_auto=True,
         default=AUTO,
     )
     latin_hypercube_samples: int = integer(
         "Surfaces of the Latin hypercube designs. Each full 4000 are a design of their own, to which eqs. (8) and (9) "
         "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration",
-        at_least=4000,
-        at_most=1_000_000,
+        minimum=4000,
+        maximum=1_000_000,
     )
 
 
@@ -89,15 +89,15 @@ class Strip(Section):
     """Long strip on whose sliding windows the friction coefficient is evaluated."""
 
     length_m: float = number(
-        "Length of the strip along the belt on which windows lie, at least four windows", "m", above=0, at_most=1
+        "Length of the strip along the belt on which windows lie, at least four windows", "m", above=0, maximum=1
     )
     margin_m: float = number(
         "Length solved beyond either end and not used, because the ends of a contact carry more pressure",
         "m",
-        at_least=0,
-        at_most=1,
+        minimum=0,
+        maximum=1,
     )
-    width_m: float = number("Width of strip and windows across the belt", "m", above=0, at_most=1)
+    width_m: float = number("Width of strip and windows across the belt", "m", above=0, maximum=1)
     cell_m: float = number(
         "Edge of the square cells; length, margin, width, window and spacing are whole multiples of it. With auto, the "
         "coarsest that leave accuracy.friction_mean and accuracy.friction_std room for few strips",
@@ -114,31 +114,31 @@ class Strip(Section):
     penetration_percentiles: tuple[float, ...] = many(
         "Penetrations of figure 3, strictly increasing; 50 sets the shear strength",
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
-        at_most=99,
+        maximum=99,
     )
     samples: Auto[int] = integer(
         "Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells of 8 "
         "windows, or fewer of as many in all, at least 16. With auto, as many as accuracy takes",
-        at_least=8,
-        at_most=100_000,
+        minimum=8,
+        maximum=100_000,
         or_auto=True,
         default=AUTO,
     )
     training_samples: int = integer(
-        "Number of the first solved strips that also train the expansion", at_least=1, at_most=100_000
+        "Number of the first solved strips that also train the expansion", minimum=1, maximum=100_000
     )
     expansion_spacing_m: float | None = number(
         "Distance of the columns at which the expansion is evaluated, for smooth heights a third of the correlation "
         "length; strip.cell_m where not given",
         "m",
         above=0,
-        at_most=1,
+        maximum=1,
         default=None,
     )
     expansion_samples: Auto[int] = integer(
         "Strips that the expansion is evaluated on, the solved ones among them. With auto, as many as accuracy takes",
-        at_least=8,
-        at_most=1_000_000,
+        minimum=8,
+        maximum=1_000_000,
         or_auto=True,
         default=AUTO,
     )

@@ -36,15 +36,15 @@ class Ensemble(Section):
     realisations: Auto[int] = integer(
         "Realisations of the friction process for each damping ratio; fewer than 8 give no interval. With auto, as "
         "many as accuracy takes",
-        at_least=8,
-        at_most=1_000_000,
+        minimum=8,
+        maximum=1_000_000,
         or_auto=True,
         default=AUTO,
     )
     duration_periods: float = number(
         "Duration of a run in natural periods, 2 pi/omega; reattachment statistics leave out the first ten",
-        at_least=20,
-        at_most=10000,
+        minimum=20,
+        maximum=10000,
     )
     process: Process = choice(
         "Method that draws realisations of the friction process: recursion, exact and piece by piece; spectral, "
@@ -60,20 +60,20 @@ class Ensemble(Section):
     )
     nodes_per_correlation_length: Auto[int] = integer(
         "Nodes of a realisation of the friction process per correlation length; with auto, as few as accuracy allows",
-        at_least=2,
-        at_most=1000,
+        minimum=2,
+        maximum=1000,
         or_auto=True,
         default=AUTO,
     )
     damping_ratios: Auto[tuple[float, ...]] = many(
         "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
-        number("A damping ratio, as oscillator.damping_ratio", at_least=0, at_most=10),
-        at_most=200,
+        number("A damping ratio, as oscillator.damping_ratio", minimum=0, maximum=10),
+        maximum=200,
         or_auto=True,
         default=AUTO,
     )
     drawn_realisations: int = integer(
-        "Realisations drawn in figure 5 (a); only their whole trajectories are stored", at_least=1, at_most=1000
+        "Realisations drawn in figure 5 (a); only their whole trajectories are stored", minimum=1, maximum=1000
     )
 
 
@@ -84,27 +84,27 @@ class StickSlipMap(Section):
     parameters: tuple[str, ...] = many(
         "The two parameters that vary; the other parts of the machine stay, as spring and damper of another mass",
         choice("A parameter", tuple(LIMITS)),
-        at_least=2,
-        at_most=2,
+        minimum=2,
+        maximum=2,
         unique=True,
         default=["damping", "belt_velocity"],
     )
     ranges: tuple[Range, ...] = many(
         "First and last value of each, in SI units, or auto for a range around the scene's own; auto where not given. "
         "A range is spaced evenly in its logarithm, or evenly from zero",
-        many("A range", number("A value", at_least=0, at_most=1e15), at_least=2, at_most=2, or_auto=True),
-        at_least=2,
-        at_most=2,
+        many("A range", number("A value", minimum=0, maximum=1e15), minimum=2, maximum=2, or_auto=True),
+        minimum=2,
+        maximum=2,
         default=[AUTO, AUTO],
     )
     points: int = integer(
-        "Points on either axis, of which a quarter are run, at most 56", at_least=8, at_most=200, default=33
+        "Points on either axis, of which a quarter are run, at most 56", minimum=8, maximum=200, default=33
     )
     realisations: int = integer(
-        "Realisations of the friction process, the same at every point", at_least=8, at_most=10000, default=20
+        "Realisations of the friction process, the same at every point", minimum=8, maximum=10000, default=20
     )
     duration_periods: float = number(
-        "Duration of a run in natural periods, of which the second half counts", at_least=20, at_most=10000, default=40
+        "Duration of a run in natural periods, of which the second half counts", minimum=20, maximum=10000, default=40
     )
 
 
@@ -114,18 +114,18 @@ class Survival(Section):
 
     scatter_factors: tuple[float, ...] = many(
         "Multiples of the standard deviation of friction, strictly increasing",
-        number("A multiple", above=0, at_most=100),
-        at_most=20,
+        number("A multiple", above=0, maximum=100),
+        maximum=20,
     )
     points: int = integer(
-        "Damping ratios around the limit of existence, as far from it as the scatter moves it", at_least=2, at_most=200
+        "Damping ratios around the limit of existence, as far from it as the scatter moves it", minimum=2, maximum=200
     )
     realisations: int = integer(
         "Realisations of the friction process at each, from rest on the belt and from steady sliding",
-        at_least=8,
-        at_most=10000,
+        minimum=8,
+        maximum=10000,
     )
-    duration_periods: float = number("Duration of a run in natural periods", at_least=20, at_most=10000)
+    duration_periods: float = number("Duration of a run in natural periods", minimum=20, maximum=10000)
 
 
 @section
@@ -135,15 +135,15 @@ class Answer(Section):
     realisations: int = integer(
         "Realisations of the friction process, the same at every value; fewer than 72 do not bound a probability of "
         "5 %",
-        at_least=72,
-        at_most=10000,
+        minimum=72,
+        maximum=10000,
         default=100,
     )
     duration_periods: Auto[float] = number(
         "Duration of a run after its first departure, in natural periods, of which the second half counts; auto: what "
         "the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
-        at_least=20,
-        at_most=1_000_000,
+        minimum=20,
+        maximum=1_000_000,
         or_auto=True,
         default=AUTO,
     )

@@ -27,10 +27,10 @@ class Expansion(Section):
     variables: int = integer(
         "Gaussian variables of the expansion at the centre, the first of the eight local functionals of the heights. "
         "It has C(variables + degree, degree) terms. The strip takes all eight",
-        at_least=1,
-        at_most=FUNCTIONALS,
+        minimum=1,
+        maximum=FUNCTIONALS,
     )
-    degree: int = integer("Total degree of the Hermite polynomials", at_least=1, at_most=10)
+    degree: int = integer("Total degree of the Hermite polynomials", minimum=1, maximum=10)
     target: Target = choice(
         "Expanded quantity. The trial_pressure is p - gap/B_ii, for meshes as coarse as the correlation length. The "
         "squared_pressure is p^2 continued outside contact, for meshes that resolve it; on coarse ones they agree",
@@ -39,13 +39,13 @@ class Expansion(Section):
     samples: Auto[int] = integer(
         "Surfaces that the expansion of the square is fitted to, more than it has terms; auto doubles them until the "
         "error of the distribution is as accuracy asks",
-        at_least=10,
-        at_most=1_000_000,
+        minimum=10,
+        maximum=1_000_000,
         or_auto=True,
         default=AUTO,
     )
     draws: int = integer(
-        "Draws from the fitted expansion, from which its distribution is read", at_least=1000, at_most=10_000_000
+        "Draws from the fitted expansion, from which its distribution is read", minimum=1000, maximum=10_000_000
     )
 
 

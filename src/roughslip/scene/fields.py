@@ -1,7 +1,7 @@
 """Fields of the sections of a scene: each states description, unit, range and default once, next to its name.
 
 A section is written as `class Strip(Section)` under `@section`, with fields such as
-`samples: int = integer("Strips that are solved", at_least=8, at_most=100_000)`. From these fields `scene.schema`
+`samples: int = integer("Strips that are solved", minimum=8, maximum=100_000)`. From these fields `scene.schema`
 generates the JSON schema, and scene files are checked against it. `build` makes the object that a stage reads as
 `job.scene.strip.samples`. Sections are plain frozen dataclasses, because every stage imports them at its start.
 
@@ -17,7 +17,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, get_args
 REQUIRED = object()  # as the default of a field: a scene must give it where it gives the section
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 # Of each argument of `number` and `integer` the word of JSON schema.
-_BOUNDS = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
+_BOUNDS = {"minimum": "minimum", "above": "exclusiveMinimum", "maximum": "maximum", "below": "exclusiveMaximum"}
 
 AUTO: Literal["auto"] = "auto"
 T = TypeVar("T")
@@ -51,7 +51,7 @@ def number(
     measured: bool = False,
     **bounds: float,
 ) -> Any:
-    """A field for a real number, or for auto in its place. bounds : at_least, above, at_most, below.
+    """A field for a real number, or for auto in its place. bounds : minimum, above, maximum, below.
 
     measured : whether it may carry a standard uncertainty (`scene.uncertain`)
     """
@@ -60,7 +60,7 @@ def number(
 
 
 def integer(description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: int) -> Any:
-    """A field for a whole number, or for auto in its place. bounds : at_least, above, at_most, below."""
+    """A field for a whole number, or for auto in its place. bounds : minimum, above, maximum, below."""
     part = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
     return _field(part | _or_auto(or_auto, "integer"), default)
 
@@ -85,8 +85,8 @@ def many(
     description: str,
     item: Any,
     *,
-    at_least: int = 1,
-    at_most: int | None = None,
+    minimum: int = 1,
+    maximum: int | None = None,
     unique: bool = False,
     or_auto: bool = False,
     default: Any = REQUIRED,
@@ -94,11 +94,11 @@ def many(
     """A field for a list, or for auto in its place.
 
     item : the field of one of its elements; a section holds the list as a tuple
-    at_least, at_most : bounds of its length
+    minimum, maximum : bounds of its length
     unique : whether no element may come twice
     """
-    part = {"description": description, "type": "array", "minItems": at_least, "items": item.metadata["schema"]}
-    part |= {} if at_most is None else {"maxItems": at_most}
+    part = {"description": description, "type": "array", "minItems": minimum, "items": item.metadata["schema"]}
+    part |= {} if maximum is None else {"maxItems": maximum}
     part |= _or_auto(or_auto, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
 

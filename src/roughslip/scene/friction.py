@@ -15,15 +15,15 @@ MOST_WINDOWS = 1_000_000_000
 class FrictionStatistics(Section):
     """Friction process as numbers, in place of surfaces and contact."""
 
-    mean: float = number("Mean friction coefficient, mu_fit of eq. (13)", measured=True, above=0, at_most=10)
+    mean: float = number("Mean friction coefficient, mu_fit of eq. (13)", measured=True, above=0, maximum=10)
     standard_deviation: float = number(
-        "Standard deviation of the friction coefficient", measured=True, above=0, at_most=10
+        "Standard deviation of the friction coefficient", measured=True, above=0, maximum=10
     )
     correlation_length_m: float = number(
-        "Length of the exponential autocorrelation along the belt", "m", measured=True, above=0, at_most=1
+        "Length of the exponential autocorrelation along the belt", "m", measured=True, above=0, maximum=1
     )
     beta_shapes: tuple[float, float] = many(
-        "Shapes of the Beta marginal", number("A shape", above=0, at_most=1000), at_least=2, at_most=2
+        "Shapes of the Beta marginal", number("A shape", above=0, maximum=1000), minimum=2, maximum=2
     )
 
 
@@ -36,35 +36,35 @@ class Record(Section):
         "load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls "
         "begins a new record",
         text("A path", longest=500),
-        at_most=100,
+        maximum=100,
         unique=True,
     )
     radius_m: float | None = number(
         "Radius of the track of a turning disc, for a speed in rpm and the period of a revolution",
         "m",
         above=0,
-        at_most=100,
+        maximum=100,
         default=None,
     )
     rig_mass_kg: float | None = number(
         "Mass of the held specimen, with which friction in the slips of stick-slip follows from the balance of forces",
         "kg",
         above=0,
-        at_most=1e6,
+        maximum=1e6,
         default=None,
     )
     rig_stiffness_n_per_m: float | None = number(
-        "Stiffness of the support of the specimen", "N/m", above=0, at_most=1e15, default=None
+        "Stiffness of the support of the specimen", "N/m", above=0, maximum=1e15, default=None
     )
     rig_damping_n_s_per_m: float | None = number(
-        "Damping of the support of the specimen; 0 where not given", "N s/m", at_least=0, at_most=1e12, default=None
+        "Damping of the support of the specimen; 0 where not given", "N s/m", minimum=0, maximum=1e12, default=None
     )
     time_constant_s: float | None = number(
         "Time constant of the instrument, a first-order low-pass. It is fitted where not given, and with a rig, whose "
         "balance of forces takes derivatives",
         "s",
-        at_least=0,
-        at_most=100,
+        minimum=0,
+        maximum=100,
         default=None,
     )
 
@@ -78,13 +78,13 @@ class Friction(Section):
         "the shear strength",
         measured=True,
         above=0,
-        at_most=10,
+        maximum=10,
         default=None,
     )
     least_contact_fraction: float = number(
         "A window with a smaller fraction of its area in contact has no friction coefficient",
         above=0,
-        at_most=0.1,
+        maximum=0.1,
         default=None,
     )
     statistics: FrictionStatistics | None = group(FrictionStatistics)
@@ -104,22 +104,22 @@ class Load(Section):
     Periodic cells of the surface are solved under the nominal pressure; the number of windows follows from the area.
     """
 
-    force_n: float = number("Normal force on the pad", "N", measured=True, above=0, at_most=1e9, default=None)
-    nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, at_most=1e13, default=None)
-    apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, at_most=1e4, default=None)
+    force_n: float = number("Normal force on the pad", "N", measured=True, above=0, maximum=1e9, default=None)
+    nominal_pressure_pa: float = number("Force over apparent area", "Pa", above=0, maximum=1e13, default=None)
+    apparent_area_m2: float = number("Apparent area of the pad", "m^2", above=0, maximum=1e4, default=None)
     mean_friction: float | None = number(
         "Mean friction coefficient of the pad as measured under this load, in place of friction.mean_at_median; sets "
         "the shear strength, so the scatter changes in proportion",
         measured=True,
         above=0,
-        at_most=10,
+        maximum=10,
         default=None,
     )
     pad_length_m: float | None = number(
         "Length of the pad along the belt; not given, the pad is a square. Friction is correlated over this length",
         "m",
         above=0,
-        at_most=100,
+        maximum=100,
         default=None,
     )
 
@@ -197,8 +197,11 @@ def _load_mistakes(scene: Values) -> Iterator[Mistake]:
     if len(parts) == 2 and None not in sizes and 0.0 not in sizes:  # a zero is refused by its range
         area, window = complete(load)["apparent_area_m2"], sizes[0] * sizes[1]
         if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
-            least, most = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
-            yield refused(area, f"an apparent area from {least} to {most}", f"load.{parts[-1]}", "strip.window_m")
+            minimum, maximum = (
+                f"{window:.3g} (one window)",
+                f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)",
+            )
+            yield refused(area, f"an apparent area from {minimum} to {maximum}", f"load.{parts[-1]}", "strip.window_m")
         length, longest = load.get("pad_length_m"), area / sizes[1]
         if length is not None and length > longest:
             yield refused(length, f"at most {longest:.3g} [m], where the pad is one window wide", "load.pad_length_m")

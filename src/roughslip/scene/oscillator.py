@@ -18,34 +18,34 @@ Follows = Literal["slip", "belt"]
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
-    mass_kg: float = number("Mass m", "kg", measured=True, above=0, at_most=1e6)
+    mass_kg: float = number("Mass m", "kg", measured=True, above=0, maximum=1e6)
     natural_frequency_rad_per_s: float = number(
         "Natural frequency omega; the spring has m omega^2",
         "rad/s",
         measured=True,
         above=0,
-        at_most=1e6,
+        maximum=1e6,
         default=None,
     )
     stiffness_n_per_m: float | None = number(
         "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
         "N/m",
         measured=True,
-        at_least=1e-12,
-        at_most=1e15,
+        minimum=1e-12,
+        maximum=1e15,
         default=None,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", measured=True, at_least=0, at_most=1)
-    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", measured=True, above=0, at_most=1000)
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", measured=True, minimum=0, maximum=1)
+    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", measured=True, above=0, maximum=1000)
     normal_force_n: float = number(
-        "Normal force N; with load it follows", "N", measured=True, above=0, at_most=1e9, default=None
+        "Normal force N; with load it follows", "N", measured=True, above=0, maximum=1e9, default=None
     )
-    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", at_least=0, at_most=1e9)
+    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", minimum=0, maximum=1e9)
     excitation_frequency_rad_per_s: float = number(
-        "Angular frequency Omega of the excitation", "rad/s", at_least=0, at_most=1e6
+        "Angular frequency Omega of the excitation", "rad/s", minimum=0, maximum=1e6
     )
     static_friction: float = number(
-        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", measured=True, above=0, at_most=10
+        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", measured=True, above=0, maximum=10
     )
     law: str = choice(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
@@ -58,19 +58,19 @@ class Oscillator(Section):
         "The last one holds beyond its speed, and the windows give the scatter alone",
         many(
             "A speed and its coefficient",
-            number("A number", measured=True, at_least=0, at_most=1e6),
-            at_least=2,
-            at_most=2,
+            number("A number", measured=True, minimum=0, maximum=1e6),
+            minimum=2,
+            maximum=2,
         ),
-        at_least=2,
-        at_most=1000,
+        minimum=2,
+        maximum=1000,
         default=None,
     )
     stribeck_decay_s_per_m: float = number(
-        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", measured=True, at_least=0, at_most=1e6
+        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", measured=True, minimum=0, maximum=1e6
     )
     stribeck_quadratic_s2_per_m2: float = number(
-        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", measured=True, at_least=0, at_most=1e6
+        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", measured=True, minimum=0, maximum=1e6
     )
     stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
     friction_follows: Follows = choice(
@@ -90,8 +90,8 @@ class Oscillator(Section):
     windows_in_parallel: int = integer(
         "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n); "
         "with load the number follows",
-        at_least=1,
-        at_most=MOST_WINDOWS,
+        minimum=1,
+        maximum=MOST_WINDOWS,
         default=1,
     )
 

@@ -50,10 +50,14 @@ def warnings(scene: Values, length_m: float | None = None) -> list[str]:
 def _materials(scene: Values) -> Iterator[str]:
     if not stages_needed(scene) & {"contact_strip", "contact_periodic", "contact_square", "adaptive_training"}:
         return
-    for key, (least, softest, most, hardest) in SOLIDS.items():
+    for key, (minimum, softest, maximum, hardest) in SOLIDS.items():
         value = get(scene, f"material.{key}")
-        if value is not None and not least <= value <= most:
-            which = f"below the {least:g} Pa of {softest}" if value < least else f"above the {most:g} Pa of {hardest}"
+        if value is not None and not minimum <= value <= maximum:
+            which = (
+                f"below the {minimum:g} Pa of {softest}"
+                if value < minimum
+                else f"above the {maximum:g} Pa of {hardest}"
+            )
             yield f"material.{key} = {value:.3g} Pa is {which}: check the unit, Pa"
 
 
@@ -98,12 +102,12 @@ def _training(scene: Values, length_m: float | None) -> Iterator[str]:
         if length_m is not None:
             columns = min(columns, max(1, int(strip["length_m"] / length_m * (1 + 1e-9))))
         strips, count = strip["training_samples"], terms(FUNCTIONALS, degree)
-        least = math.ceil(SAMPLES_PER_TERM * count / columns)
-        if strips < least:
+        minimum = math.ceil(SAMPLES_PER_TERM * count / columns)
+        if strips < minimum:
             yield (
                 f"strip.training_samples = {strips} have {strips * columns} independent columns, fewer than "
                 f"{SAMPLES_PER_TERM} for each of the {count} terms of expansion.degree = {degree}. Take at least "
-                f"{least}, or a lower degree"
+                f"{minimum}, or a lower degree"
             )
 
 

@@ -49,8 +49,8 @@ class Marginal(Section):
     )
     shapes: tuple[float, ...] = many(
         "Shape parameters: a and b of beta, k of weibull, the deviation of the logarithm s of lognormal",
-        number("A shape parameter", at_least=0.02, at_most=10000),
-        at_most=2,
+        number("A shape parameter", minimum=0.02, maximum=10000),
+        maximum=2,
     )
     mirrored: bool = flag("Whether heights are turned upside down: valleys below a plateau", default=False)
     correct_correlation: bool = flag(
@@ -65,19 +65,19 @@ class Fractal(Section):
     """Weierstrass-Mandelbrot surface, plane waves with random phases, eq. (1) and its form in two dimensions."""
 
     hurst: float = number(
-        "Hurst exponent; the fractal dimension of the surface is 3 minus it", at_least=0.01, at_most=0.99
+        "Hurst exponent; the fractal dimension of the surface is 3 minus it", minimum=0.01, maximum=0.99
     )
     azimuths: int = integer(
         "Directions of the waves in half a turn; with fewer than 3 a curvature of the surface is zero everywhere",
-        at_least=3,
-        at_most=1000,
+        minimum=3,
+        maximum=1000,
     )
-    gamma: float = number("Ratio of successive frequencies", at_least=1.05, at_most=10)
+    gamma: float = number("Ratio of successive frequencies", minimum=1.05, maximum=10)
     wavelengths_m: tuple[float, float] | None = many(
         "Shortest and longest wave; where not given, two cells and the whole length of the strip",
-        number("A wavelength", "m", above=0, at_most=1),
-        at_least=2,
-        at_most=2,
+        number("A wavelength", "m", above=0, maximum=1),
+        minimum=2,
+        maximum=2,
         default=None,
     )
 
@@ -93,9 +93,9 @@ class Scan(Section):
     )
     spacing_m: tuple[float, float] | None = many(
         "Distance of neighbouring points along x and along y, where the file does not give it",
-        number("A distance", "m", at_least=1e-11, at_most=0.01),
-        at_least=2,
-        at_most=2,
+        number("A distance", "m", minimum=1e-11, maximum=0.01),
+        minimum=2,
+        maximum=2,
         default=None,
     )
     height_unit: HeightUnit | None = choice(
@@ -109,8 +109,8 @@ class Scan(Section):
         "Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than "
         "it are no part of the surface",
         "m",
-        at_least=1e-10,
-        at_most=0.1,
+        minimum=1e-10,
+        maximum=0.1,
         default=None,
     )
     endless_lay: Axis | None = choice(
@@ -149,46 +149,46 @@ class Roughness(Section):
         default=None,
     )
     rms_height_m: float = number(
-        "Root mean square of the heights, Sq", "m", measured=True, above=0, at_most=0.01, default=None
+        "Root mean square of the heights, Sq", "m", measured=True, above=0, maximum=0.01, default=None
     )
     correlation_length_m: float = number(
         "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",
         "m",
         measured=True,
         above=0,
-        at_most=1,
+        maximum=1,
         default=None,
     )
     correlation_length_across_m: float | None = number(
         "Correlation length across the lay of an anisotropic surface; correlation_length_m is then that along the lay",
         "m",
         above=0,
-        at_most=1,
+        maximum=1,
         default=None,
     )
     lay_rad: float | None = number(
         "Angle from the sliding direction x to the lay; 0 where not given",
         "rad",
-        at_least=-3.1416,
-        at_most=3.1416,
+        minimum=-3.1416,
+        maximum=3.1416,
         default=None,
     )
     smoothness: float | None = number(
         "Smoothness nu of a matern covariance; 0.5 is exponential, large ones come close to gaussian",
-        at_least=0.05,
-        at_most=20,
+        minimum=0.05,
+        maximum=20,
         default=None,
     )
     hurst: float | None = number(
         "Hurst exponent of a self_affine covariance; the fractal dimension of the surface is 3 minus it",
-        at_least=0.01,
-        at_most=1,
+        minimum=0.01,
+        maximum=1,
         default=None,
     )
     bandwidth: float | None = number(
         "Longest over shortest wavelength of the power law of a self_affine covariance",
-        at_least=1.01,
-        at_most=1e6,
+        minimum=1.01,
+        maximum=1e6,
         default=None,
     )
     marginal: Marginal | None = group(Marginal)
@@ -288,9 +288,9 @@ def _field_mistakes(field: Values) -> Iterator[Mistake]:
     marginal = field.get("marginal") or {}
     family, shapes = marginal.get("family"), marginal.get("shapes")
     if family is not None and shapes is not None:
-        names, least, most = FAMILIES[family]
-        if len(shapes) != len(names.split(", ")) or not all(least <= shape <= most for shape in shapes):
-            allowed = f"[{names}] of {family}, each {least:g} to {most:g}"
+        names, minimum, maximum = FAMILIES[family]
+        if len(shapes) != len(names.split(", ")) or not all(minimum <= shape <= maximum for shape in shapes):
+            allowed = f"[{names}] of {family}, each {minimum:g} to {maximum:g}"
             yield refused(shapes, allowed, "roughness.marginal.shapes", "roughness.marginal.family")
 
 

@@ -167,8 +167,14 @@ def describe_allowed(schema: Values) -> str:
         case "object":
             return "a group of the keys " + ", ".join(schema["properties"])
         case "array":
-            least, most = schema["minItems"], schema.get("maxItems")
-            number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
+            minimum, maximum = schema["minItems"], schema.get("maxItems")
+            number = (
+                f"at least {minimum}"
+                if not maximum
+                else f"{minimum}"
+                if minimum == maximum
+                else f"{minimum} to {maximum}"
+            )
             once = ", each once" if schema.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(schema['items'])}"
     bounds = " and ".join(f"{sign} {schema[key]:.12g}" for key, (sign, _) in _BOUNDS.items() if key in schema)

@@ -44,8 +44,8 @@ class Numerics(Section):
     contact_tolerance: float = number(
         "Relative residual to which a contact problem is solved. With auto, its error is below a tenth of "
         "accuracy.friction_std",
-        at_least=1e-14,
-        at_most=0.001,
+        minimum=1e-14,
+        maximum=0.001,
         or_auto=True,
         default=None,
     )
@@ -68,7 +68,7 @@ class Scene(Section):
     """Everything that a study may be asked to do."""
 
     description: str = text("Purpose of the scene in one line, for captions and the report", longest=200)
-    seed: int = integer("Fixes every random number of the scene", at_least=0, at_most=4294967295)
+    seed: int = integer("Fixes every random number of the scene", minimum=0, maximum=4294967295)
     targets: tuple[str, ...] = many(
         "The figures to make; only the stages that they need run",
         text(
@@ -103,8 +103,8 @@ class Scene(Section):
     jobs: int = integer(
         "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it. "
         "Samples that an accuracy finds have jobs of their own",
-        at_least=1,
-        at_most=2000,
+        minimum=1,
+        maximum=2000,
         default=2,
     )
 

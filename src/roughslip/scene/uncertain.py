@@ -27,7 +27,7 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
 
     Returns the standard uncertainties, [dotted key, number] each, and mistakes, by path.
     """
-    found: list[list[Any]] = []
+    uncertainties: list[list[Any]] = []
     mistakes: list[tuple[KeyPath, str]] = []
 
     def inside(value: Any, part: Values, path: KeyPath) -> Any:
@@ -35,7 +35,7 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
             wrong = list(_mistakes(value, path))
             mistakes.extend(wrong)
             if not wrong and _is_number(value.get(UNCERTAINTY)):
-                found.append([".".join(map(str, path)), float(value[UNCERTAINTY])])
+                uncertainties.append([".".join(map(str, path)), float(value[UNCERTAINTY])])
             return value.get(VALUE)
         if isinstance(value, dict):
             return {
@@ -46,12 +46,12 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
         return value
 
     scene |= inside(scene, schema, ())
-    for key, number in found:
+    for key, number in uncertainties:
         smooth = scene.get("load") is not None and (scene.get("roughness") or {}).get("covariance") != "exponential"
         if key.startswith("roughness.") and not smooth:
             text = f"{shown(number)} is not allowed; the law of scatter takes load and a covariance with a slope"
             mistakes.append(((*key.split("."), UNCERTAINTY), text))
-    return sorted(found), mistakes
+    return sorted(uncertainties), mistakes
 
 
 def _mistakes(group: Values, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:

@@ -53,14 +53,16 @@ def work(job: Job) -> None:
         paths = path_sampler(process, length / NODES)
         friction = ScatteringFriction(paths, length, scatter, process.autocorrelation)
         options = mass_on_belt.motion_options(scene)
-        found = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)
-    job.usage.count(runs=found.trials)
-    job.usage.skip({skip_reasons.KEPT: found.trials - count})
+        answered = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)
+    job.usage.count(runs=answered.trials)
+    job.usage.skip({skip_reasons.KEPT: answered.trials - count})
     shown_friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}
-    shown = {name: value for name, value in asdict(found).items() if not name.startswith("residence")}
+    shown = {name: value for name, value in asdict(answered).items() if not name.startswith("residence")}
     result = {"given": True, **shown} | {
         **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
-        "states": states_of_answer(found.residence, found.residence_by_theory, own.belt.natural_frequency_rad_per_s),
+        "states": states_of_answer(
+            answered.residence, answered.residence_by_theory, own.belt.natural_frequency_rad_per_s
+        ),
     }
     store.write_json(job.arguments.output, result | {"summary": summary(result)})

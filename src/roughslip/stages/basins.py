@@ -35,17 +35,17 @@ def work(job: Job) -> None:
     reach = BOX * math.hypot(departure_point(belt, law) - rest, belt.V)
     with job.usage.core():
         box = (rest - reach, rest + reach), (-reach, reach)
-        found = basin_share(belt, law, box, STATES, (scene.seed, geometry.STREAM_BASINS))
+        basin = basin_share(belt, law, box, STATES, (scene.seed, geometry.STREAM_BASINS))
         drawn = trajectory(belt, law, None, 0.0, SETTLED + SHOWN)
         last = drawn.time >= 2.0 * math.pi * SETTLED
         unstable = unstable_cycle(belt, law)
     job.usage.count(runs=STATES)
     state = ("state",)
-    share = found.share, found.low, found.high
+    share = basin.share, basin.low, basin.high
     variables = {
-        "basin_position": store.Variable(state, found.states[:, 0], "m", "position"),
-        "basin_velocity": store.Variable(state, omega * found.states[:, 1], "m s-1", "velocity"),
-        "ends_in_stick_slip": store.Variable(state, found.stick_slip.astype(np.int8), "1", "1 where it stick-slips"),
+        "basin_position": store.Variable(state, basin.states[:, 0], "m", "position"),
+        "basin_velocity": store.Variable(state, omega * basin.states[:, 1], "m s-1", "velocity"),
+        "ends_in_stick_slip": store.Variable(state, basin.stick_slip.astype(np.int8), "1", "1 where it stick-slips"),
     } | store.with_interval("basin_share", (), share, "1", "share of the states that end in stick-slip")
     for name, x, u in (("from_rest", drawn.position[last], drawn.velocity[last]), ("unstable", *unstable.T)):
         variables[f"{name}_position"] = store.Variable((name,), x, "m", f"position, {name}")

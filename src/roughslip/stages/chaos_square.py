@@ -271,14 +271,14 @@ def table(
     each, truth = ("method",), pressure["monte_carlo"]
     distance = [kolmogorov_distance(pressure[m], truth) if m in pressure else np.nan for m in METHODS]
     means = np.array([pressure[method].mean() if method in pressure else np.nan for method in METHODS])
-    least = "least of the low probabilities that the solved samples determine"
+    minimum = "least of the low probabilities that the solved samples determine"
     variables = {
         "method": store.Variable(each, np.array(METHODS), "1", "how the distribution was found"),
         "pressure": store.Variable(("pressure",), reference.levels, "Pa", "contact pressure at the centre"),
         "distance": store.Variable(each, distance, "1", "Kolmogorov distance to Monte Carlo, all samples"),
         "samples": store.Variable(each, [len(pressure.get(m, ())) for m in METHODS], "1", "pressures drawn"),
         "mean_pressure": store.Variable(each, means, "Pa", "mean pressure, contact or not; NaN without a fit"),
-        "tail_from": store.Variable((), reference.tail_from, "1", least),
+        "tail_from": store.Variable((), reference.tail_from, "1", minimum),
     }
     for name, title in ROWS.items():
         dimensions = ("method", "pressure") if name == "cumulative" else each

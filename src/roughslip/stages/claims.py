@@ -6,8 +6,8 @@ from typing import Any
 from roughslip import store
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job
+from roughslip.verdicts.finding import strips_that_decide
 from roughslip.verdicts.rules import BOUNDS, claims
-from roughslip.verdicts.strips import strips_that_decide
 
 STAGE = Stage(
     name="claims",

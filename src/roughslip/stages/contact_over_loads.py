@@ -1,16 +1,13 @@
 """Stage contact_over_loads: contact of periodic cells over two decades of nominal pressure about that of the load.
 
-That of the load itself is of stage contact_periodic. Each pressure has a cell of its own size. Those that share a size
-are the same surfaces, solved from the lightest on.
+That of the load itself is of stage contact_periodic. Each pressure has a cell of its own size.
 """
-
-from itertools import groupby
 
 import numpy as np
 
 from roughslip import store
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene.periodic_cell import Cells
+from roughslip.stages.from_scene.periodic_cell import Cells, solved
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
@@ -34,24 +31,17 @@ def work(job: Job) -> None:
     if left_out:
         listed = ", ".join(f"{pressure:.3g}" for pressure in left_out)
         job.usage.warn(f"friction_against_load leaves out {listed} Pa. At the last {[*left_out.values()][-1]}")
-    serving, done = [pressure for pressure in at if pressure not in left_out], 0
+    serving = {pressure: cells for pressure, cells in at.items() if not cells.mistake}
     variables: dict[str, store.Variable] = {}
     with job.usage.core():
-        for size, (_, group) in enumerate(groupby(serving, key=lambda pressure: at[pressure].cell)):
-            pressures = list(group)
-            cells = at[pressures[0]]
-            count = cells.count(SAMPLES, FEWEST)
-            sums = []
-            for number in range(count):
-                sums.append([cells.block_sums(solution) for solution in cells.solutions(number, pressures)])
-                job.usage.progress(done + len(pressures) * (number + 1) // count, len(serving))
-            done += len(pressures)
-            job.usage.count(solves=count * len(pressures))
-            area, force = np.moveaxis(np.array(sums), (2, 1), (0, 1))
+        for size, (_, pressures, (area, force)) in enumerate(
+            solved(serving, lambda cells: cells.count(SAMPLES, FEWEST), job.usage.progress)
+        ):
+            job.usage.count(solves=area.shape[0] * area.shape[1])
             title = "force over apparent area"
             blocks = (f"load_{size}", f"sample_{size}", f"block_along_{size}", f"block_across_{size}")
             variables |= {
-                f"pressure_{size}": store.Variable(blocks[:1], np.array(pressures), "Pa", title),
+                f"pressure_{size}": store.Variable(blocks[:1], pressures, "Pa", title),
                 f"block_area_{size}": store.Variable(blocks, area, "m2", "contact area of a block of a cell"),
                 f"block_force_{size}": store.Variable(blocks, force, "N", "normal force on it"),
             }

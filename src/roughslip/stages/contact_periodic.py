@@ -16,7 +16,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.periodic_cell import FEWEST, Cells, yielding
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(

@@ -60,6 +60,7 @@ STAGES = [
     figure(
         name="figure_map",
         of="stick_slip_map",
+        draws="stick_slip",
         caption="Where stick-slip occurs: its probability over two parameters, with dots at the points that were run. "
         "Lines without scatter, where one axis is damping: the cycle exists left of the solid one, steady sliding is "
         "unstable left of the dashed one.",
@@ -75,6 +76,7 @@ STAGES = [
     figure(
         name="figure_residence",
         of="residence",
+        draws="stick_slip",
         caption="How long stick-slip and steady sliding last near the limit, and the share of stick-slip in the time. "
         "Points with 95 % intervals are from runs, lines are theory: the chain of the troughs of slip.",
     ),
@@ -88,6 +90,7 @@ STAGES = [
     figure(
         name="figure_basins",
         of="basins",
+        draws="stick_slip",
         caption="From which initial states the mass ends in stick-slip without scatter. The unstable cycle parts these "
         "states from those that end in steady sliding.",
     ),

@@ -21,6 +21,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE, FINE, OTHERS
 from roughslip.stages.result_tables import load_table
+from roughslip.stages.result_tables.pad_autocorrelation import correlation_variables
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
@@ -56,7 +57,7 @@ def work(job: Job) -> None:
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
     variables = table_variables(table) | law | error_variables(table)
     variables |= load_table.load_variables(loads) | windows_variables(table)
-    variables |= load_table.correlation_variables(scene, job.arguments.scan)
+    variables |= correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
     attributes = {"strips": levels[0].strips} if job.arguments.allocation else None
     store.write(job.arguments.output, variables, job.key, attributes)

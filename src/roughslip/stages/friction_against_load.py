@@ -6,9 +6,10 @@ from roughslip import store
 from roughslip.figures.friction_against_load import DRAWN, friction_against_load
 from roughslip.friction.statistics import estimate_of, strip_weights
 from roughslip.friction.under_load import CellBlocks, Estimates, pad_estimates
+from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
@@ -52,8 +53,7 @@ def work(job: Job) -> None:
         "own_pressure": store.Variable((), nominal, "Pa", "that of the load of the scene"),
     }
     for name, title in TITLES.items():
-        ends = [np.array([getattr(row[name], part) for row in table]) for part in ("value", "low", "high")]
-        variables |= store.with_interval(name, ("load",), ends, "1", title)
+        variables |= store.with_interval(name, ("load",), columns_of([row[name] for row in table]), "1", title)
     drawn = {name: np.asarray(variables[name].values) for name in DRAWN[STAGE.name]}
     save_with_numbers(job, friction_against_load(drawn), variables)
     columns = [name for name in variables if name != "own_pressure"]

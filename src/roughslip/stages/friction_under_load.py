@@ -12,11 +12,12 @@ from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
 from roughslip.friction.under_load import CellBlocks, pad_estimates, under_load
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
 from roughslip.stages.from_scene.surface_model import gaussian_model
-from roughslip.stages.result_tables.load_table import PARTS, correlated, correlation_variables
+from roughslip.stages.result_tables.pad_autocorrelation import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import ELASTIC
 
@@ -64,11 +65,10 @@ def work(job: Job) -> None:
         "lag": store.Variable(("lag",), blocks.block_m * np.arange(own["autocorrelation"].value.size), "m", "lags"),
     }
     for name, (dimensions, unit, title) in TITLES.items():
-        ends = [getattr(of_load[name], part) for part in ("value", "low", "high")]
-        variables |= store.with_interval(name, dimensions, ends, unit, title)
+        variables |= store.with_interval(name, dimensions, columns_of(of_load[name]), unit, title)
     extra = {"quantiles": ("quantile",), "autocorrelation": ("lag",)}
     for name, estimate in own.items():
-        ends, unit = [estimate.value, estimate.low, estimate.high], "m" if "length_" in name else "1"
+        unit, ends = "m" if "length_" in name else "1", columns_of(estimate)
         variables |= store.with_interval(name, extra.get(name, ()), ends, unit, OF_WINDOWS[name])
     if float(contact["plasticity_index"]) <= ELASTIC and scene.roughness.marginal is None and not job.arguments.scan:
         variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", BY_LAW)

@@ -47,7 +47,7 @@ def one_scatter(job: Job, factor: float, dampings: np.ndarray) -> dict[str, np.n
     deviation = mass_on_belt.pad_deviation(scene, scaled, friction) / mass_on_belt.unit_of_scatter(scene, numbers)
     friction_of = process.correlation_length_m, process.autocorrelation
     paths = path_sampler(process, process.correlation_length_m / NODES)
-    seeds = [[scene.seed, geometry.STREAM_SURVIVAL, one] for one in range(asked.realisations)]
+    seeds = [[scene.seed, geometry.STREAM_SURVIVAL, number] for number in range(asked.realisations)]
     kept = [KeptPath(paths.realisation(seed)) for seed in seeds]
     generator = np.random.default_rng([scene.seed, geometry.STREAM_BOOTSTRAP])
     rows: dict[str, list[np.ndarray]] = {name: [] for name in (*TITLES, *(f"{name}_by_theory" for name in TITLES))}
@@ -84,15 +84,15 @@ def work(job: Job) -> None:
     scene, friction = job.scene, job.arguments.friction
     asked, numbers = scene.survival, mass_on_belt.friction_numbers(scene, friction)
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
-    factors, found = np.array(asked.scatter_factors, dtype=np.float64), []
+    factors, scatters = np.array(asked.scatter_factors, dtype=np.float64), []
     deviations = factors * mass_on_belt.pad_deviation(scene, numbers, friction)
     with job.usage.core():
         response, scatter = mass_on_belt.response_of_limit(scene, belt, numbers, friction)
         hopf, width = hopf_damping(belt, law), REACH * scatter * deviations
-        least = np.maximum(np.minimum(response.limit - width, hopf), 0.0)
-        dampings = np.linspace(least, response.limit + width, asked.points, axis=1)
+        minimum = np.maximum(np.minimum(response.limit - width, hopf), 0.0)
+        dampings = np.linspace(minimum, response.limit + width, asked.points, axis=1)
         for number, factor in enumerate(factors):
-            found.append(one_scatter(job, float(factor), dampings[number]))
+            scatters.append(one_scatter(job, float(factor), dampings[number]))
             job.usage.progress(number + 1, len(factors))
     runs, drawn = 2 * dampings.size * asked.realisations, factors.size * asked.realisations
     job.usage.count(runs=runs)
@@ -106,7 +106,7 @@ def work(job: Job) -> None:
         "residence_hopf": store.Variable((), hopf, "1", "sliding is unstable below"),
         "unit_scatter": store.Variable((), scatter, "1", "std of the limit over that of friction, first order"),
     }
-    stacked = {name: np.moveaxis(np.array([one[name] for one in found]), -1, 0) for name in found[0]}
+    stacked = {name: np.moveaxis(np.array([rows[name] for rows in scatters]), -1, 0) for name in scatters[0]}
     title = "damping ratio at which the share of stick-slip is a half, in the second half of the runs"
     variables |= store.with_interval("half", row, stacked["half"], "1", title)
     for name, title in TITLES.items():

@@ -1,6 +1,4 @@
-"""Stage strip_allocation: as many strips as accuracy and verdicts on friction take, from the pilot strips.
-
-Where the accuracy leaves verdicts undecided, strips are added as far as `accuracy.verdict_limit_cpu_s` allows.
+"""Stage strip_allocation: as many strips as an accuracy of friction takes, from the pilot strips.
 
 Costs are counted by a model, work times cells, and not by a clock, so that any machine finds the same numbers.
 """
@@ -10,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import IllPosedError
 from roughslip.friction.allocation import (
     STATISTICS,
     Allocation,
@@ -20,10 +17,8 @@ from roughslip.friction.allocation import (
     error_sources,
     mesh_alone,
     strip_pilot,
-    with_more_strips,
 )
 from roughslip.friction.level import Level, levels_of_sums
-from roughslip.friction.over_penetration import judged_estimates
 from roughslip.limits import MOST_WINDOWS, SHARES
 from roughslip.probability.pilot import Accuracy
 from roughslip.scene.declarations import Stage
@@ -32,13 +27,11 @@ from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_contact import COARSE
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job
-from roughslip.verdicts.finding import Bound
-from roughslip.verdicts.strips import ODDS, strips_from_pilot
 
 STAGE = Stage(
     name="strip_allocation",
     reads="seed material roughness strip expansion.degree expansion.target "
-    "accuracy.friction_mean accuracy.friction_std accuracy.cost_limit_cpu_s accuracy.verdict_limit_cpu_s",
+    "accuracy.friction_mean accuracy.friction_std accuracy.cost_limit_cpu_s",
     reads_if_given="friction.least_contact_fraction",
     inputs={"pilot": "strip_pilot", "expansion": "chaos_strip"},
     optional={"scan": "scan"},
@@ -47,7 +40,6 @@ STAGE = Stage(
     memory_mb=620,
 )
 
-REPLICATES = 200  # of the pilot, for verdicts
 MORE = 200  # strips of the expansion that are not of the pilot: its variance is then known to a tenth
 OTHERS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32)  # strips on cells 2h alone, for each solved strip
 COARSE_SHARE = 0.25  # of the CPU time of a solved strip, which has both meshes
@@ -64,22 +56,11 @@ def work(job: Job) -> None:
     levels = _levels(job, pilot)
     with job.usage.core():
         options = _options(job, pilot, levels)
-        of_accuracy = strip_pilot(options, asked, scene.strip.cell_m).numbers()
-        fewest, limit = of_accuracy[1].strips, scene.accuracy.verdict_limit_cpu_s
-        needed = _for_verdicts(job, levels) if limit and unless_auto(scene.strip.samples) is None else {}
-        more = {strips for strips in needed.values() if strips > fewest}
-        ratio = 1 + MORE / levels[0].strips
-        option, chosen = with_more_strips(options, asked, more, ratio, limit) or of_accuracy
+        option, chosen = strip_pilot(options, asked, scene.strip.cell_m).numbers()
     coarse_strips = (1 + option.others) * chosen.strips if len(levels) > 2 else 0
     numbers = {"strips_chosen": chosen.strips, "coarse_strips_chosen": coarse_strips}
     job.usage.count(**numbers, expansion_strips_chosen=chosen.many, **_half_widths(option.errors, asked, chosen))
-    if needed:
-        job.usage.count(strips_for_accuracy=fewest)
-    for name, number in needed.items():
-        if number > fewest:
-            place = "to_decide" if number <= chosen.strips else "beyond_limit_for"
-            job.usage.count(**{f"strips_{place}_{name}": number})
-    variables = _variables(option.errors, asked, chosen, coarse_strips) | _of_verdicts(fewest, needed)
+    variables = _variables(option.errors, asked, chosen, coarse_strips)
     store.write(job.arguments.output, variables, job.key)
 
 
@@ -113,31 +94,16 @@ def _half_widths(errors: Sequence[ErrorSources], asked: Accuracy, chosen: Alloca
     return shown
 
 
-def _for_verdicts(job: Job, levels: Sequence[Level]) -> dict[str, int]:
-    """By statement the strips that settle it, as the rules judge what the pilot leaves possible."""
-    strip = job.scene.strip
-    percentiles = np.array(strip.penetration_percentiles, dtype=float)
-    rng = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP, 1])
-    lags = strip.window_spacing_m * np.arange(levels[0].mu.shape[2])
-    try:
-        estimates = judged_estimates(percentiles, levels, lags, strip.window_m, REPLICATES, rng)
-    except IllPosedError as error:
-        job.usage.warn(f"no strips are added for verdicts, raise strip.training_samples: {error}")
-        return {}
-    rules = {name: [Bound(*bound) for bound in bounds] for name, bounds in job.key.given["bounds"].items()}
-    return strips_from_pilot(estimates, percentiles, levels[0].strips, rules)
-
-
 def _limits(job: Job, pilot: store.Result, others: int) -> SampleLimits:
     """Numbers of strips that may be chosen, with their costs; those given by hand are obeyed."""
     scene = job.scene
     grid, lattice, windows = geometry.strip_grid(scene), geometry.lattice(scene), geometry.windows(scene)
-    most = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
+    maximum = MOST_WINDOWS // (windows.count * len(scene.strip.penetration_percentiles))
     strips, many = (
         (lowest, highest) if number is None else (int(number), int(number))
         for number, lowest, highest in (
-            (unless_auto(scene.strip.samples), len(pilot["area"]) + SHARES, most // (2 + 2 * others)),
-            (unless_auto(scene.strip.expansion_samples), 1, most),
+            (unless_auto(scene.strip.samples), len(pilot["area"]) + SHARES, maximum // (2 + 2 * others)),
+            (unless_auto(scene.strip.expansion_samples), 1, maximum),
         )
     )
     cells = grid.nx * grid.ny * (5 / 8 if f"{COARSE}area" in pilot else 1)  # in the mean of both meshes
@@ -173,15 +139,3 @@ def _variables(
         "cost": (round(chosen.cost, 3), "s", "CPU time of both, by the model of cost"),
     }
     return variables | {name: store.Variable((), *scalar) for name, scalar in scalars.items()}
-
-
-def _of_verdicts(of_accuracy: int, needed: dict[str, int]) -> dict[str, store.Variable]:
-    """Strips for the accuracy alone, and for each statement."""
-    names, numbers = np.array(list(needed), dtype=str), np.array(list(needed.values()), dtype=np.int64)
-    variables = {"strips_for_accuracy": store.Variable((), of_accuracy, "1", "strips that the accuracy alone takes")}
-    if not needed:
-        return variables
-    return variables | {
-        "statement": store.Variable(("statement",), names, "1", "statement on friction"),
-        "strips_needed": store.Variable(("statement",), numbers, "1", f"strips that settle it with odds {ODDS:.2f}"),
-    }

@@ -8,8 +8,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.oscillator.changed import PARAMETERS
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.machine import nearest_limit
-from roughslip.report.sweep_page import Number, Row, sweep_page, sweep_table
+from roughslip.report.page import Number, Row, sweep_page, sweep_table
 from roughslip.scene.declarations import Stage
 from roughslip.stages.runtime.command import Job
 
@@ -32,7 +33,6 @@ NUMBERS = {
     "hopf_damping": ("Damping below which sliding is unstable, no scatter", "1", _LIMITS, "hopf_damping"),
     "existence_limit": ("Damping above which no cycle exists, no scatter", "1", _LIMITS, "existence_limit"),
 }
-OF_NO_LOAD = ("mean_friction", "std_friction")  # for scenes without an answer, which has those of the load
 # The same of answer.json; a limit is where stick-slip ends, or begins.
 ANSWERED = {
     "probability": ("Probability of stick-slip", "1"),
@@ -43,7 +43,6 @@ ANSWERED = {
     **{f"limit_{name}": (f"Limit of the {own.title}", own.unit) for name, own in PARAMETERS.items()},
 }
 TITLES = ANSWERED | {name: (title, unit) for name, (title, unit, _, _) in NUMBERS.items()}
-_NORMAL_95 = 1.96  # standard errors from the mean to the end of the interval
 
 
 def number(result: store.Result, name: str) -> Number | None:
@@ -60,7 +59,7 @@ def number(result: store.Result, name: str) -> Number | None:
     if not np.isfinite(value):
         return None
     if f"{name}_error" in result:
-        half = _NORMAL_95 * float(result[f"{name}_error"][index])
+        half = NORMAL_95 * float(result[f"{name}_error"][index])
         return value, value - half, value + half
     if f"{name}_low" in result:
         return value, float(result[f"{name}_low"][index]), float(result[f"{name}_high"][index])
@@ -69,7 +68,7 @@ def number(result: store.Result, name: str) -> Number | None:
 
 def numbers(files: Mapping[str, Path]) -> dict[str, Number]:
     """Those of NUMBERS that the results of a scene have. files : by their names"""
-    results = {file: store.read(files[file]) for file in (_FRICTION, _MOTION, _LIMITS) if file in files}
+    results = {file: store.read(files[file]) for *_, file, _ in NUMBERS.values() if file in files}
     values = {
         name: number(results[file], variable)
         for name, (_, _, file, variable) in NUMBERS.items()
@@ -94,10 +93,9 @@ def row(scene: str, swept: Mapping[str, Any], files: Mapping[str, Path]) -> Row:
     answer = store.read_json(files["answer.json"]) if "answer.json" in files else {"given": False}
     if not answer["given"]:
         return Row(scene, swept, numbers(files))
-    without = {
-        name: value for name, value in numbers(files).items() if name != "mean_friction"
-    }  # it is not of the load
-    return Row(scene, swept, of_answer(answer) | without, answer)
+    others = numbers(files)
+    others.pop("mean_friction", None)  # it is not of the load
+    return Row(scene, swept, of_answer(answer) | others, answer)
 
 
 def work(job: Job) -> None:

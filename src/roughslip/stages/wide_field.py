@@ -13,11 +13,12 @@ from roughslip.friction.bowden_tabor import friction_coefficient
 from roughslip.friction.statistics import estimate_of, margin_of, strip_weights, window_statistics
 from roughslip.friction.under_load import CellBlocks, pad_estimates
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.periodic_cell import Cells
+from roughslip.stages.from_scene.periodic_cell import Cells, solved
 from roughslip.stages.from_scene.surface_model import fitted_covariance, gaussian_model, surface_model
-from roughslip.stages.result_tables.load_table import correlated
+from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import CELLS as RESOLVED
 from roughslip.surface.plausibility import slope_mistake
@@ -54,39 +55,40 @@ def work(job: Job) -> None:
     even = np.linspace(0, percentile.size - 1, LEVELS).round().astype(int).tolist()
     median, own = (int(np.argmin(np.abs(percentile - at))) for at in (50.0, scene.oscillator.penetration_percentile))
     levels = sorted({*even, median, own})
-    pressures = friction["nominal_pressure"][levels]
+    pressures = friction["nominal_pressure"][levels].tolist()
     coarse = with_coarser_cells(job)
-    cells = (
-        {}
-        if (reason := why_not(coarse))
-        else {level: Cells(coarse, float(p)) for level, p in zip(levels, pressures, strict=True)}
-    )
-    reason = reason or next((one.mistake for one in cells.values() if one.mistake), "")
+    cells = {} if (reason := why_not(coarse)) else {pressure: Cells(coarse, pressure) for pressure in pressures}
+    reason = reason or next((cell.mistake for cell in cells.values() if cell.mistake), "")
     if reason:
         store.write(job.arguments.output, {}, job.key, {"reason": reason})
         return
     weights = strip_weights(CELLS, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, CELLS]))
     with job.usage.core():
-        found = {}
-        for done, (level, pressure) in enumerate(zip(levels, pressures, strict=True)):
-            blocks = solved(cells[level], float(pressure))
-            found[level] = statistics(coarse, blocks, weights, float(pressure))
-            job.usage.progress(done + 1, len(levels))
+        tables = {}
+        for _, of_size, sums in solved(cells, lambda _: CELLS, job.usage.progress):
+            for pressure, area, force in zip(of_size.tolist(), *sums, strict=True):
+                blocks = CellBlocks(area, force, *geometry.block_sizes(coarse.scene))
+                tables[pressure] = statistics(coarse, blocks, weights, pressure)
         job.usage.count(solves=CELLS * len(levels))
-    shear = scene.friction.mean_at_median / found[median]["mean"]
-    scaled = [rows | {name: shear * rows[name] for name in rows if name != "variation"} for rows in found.values()]
+    of_levels = [tables[pressure] for pressure in pressures]
+    shear = scene.friction.mean_at_median / of_levels[levels.index(median)]["mean"]
+    scaled = [rows | {name: shear * rows[name] for name in rows if name != "variation"} for rows in of_levels]
     variables = {
         "percentile": store.Variable(("level",), percentile[levels], "percent", "penetration of the strips"),
-        "nominal_pressure": store.Variable(("level",), pressures, "Pa", "force over apparent area, as of the strips"),
+        "nominal_pressure": store.Variable(
+            ("level",), np.array(pressures), "Pa", "force over apparent area, as of the strips"
+        ),
     }
     for name, title in TITLES.items():
-        of_levels = [estimate_of(name, rows[name], CELLS) for rows in scaled]
-        variables |= stored(name, ("level",), of_levels, title)
+        columns = columns_of([estimate_of(name, rows[name], CELLS) for rows in scaled])
+        variables |= store.with_interval(name, ("level",), columns, "1", title)
         change = Estimate.from_rows(scaled[-1][name] - scaled[0][name], float(margin_of(name, CELLS)))
-        variables |= stored(f"change_of_{name}", (), [change], f"from the first to the last level: {title}")
+        title = f"from the first to the last level: {title}"
+        variables |= store.with_interval(f"change_of_{name}", (), columns_of(change), "1", title)
     if "load_std" in scaled[0]:
         pad = estimate_of("std", scaled[levels.index(own)]["load_std"], CELLS)
-        variables |= stored("load_std", (), [pad], "standard deviation of friction of the pad that bears the force")
+        title = "standard deviation of friction of the pad that bears the force"
+        variables |= store.with_interval("load_std", (), columns_of(pad), "1", title)
     store.write(job.arguments.output, variables, job.key)
 
 
@@ -117,13 +119,6 @@ def why_not(job: Job) -> str:
     return ""
 
 
-def solved(cells: Cells, pressure_pa: float) -> CellBlocks:
-    """Contact of CELLS cells under a nominal pressure."""
-    sums = [cells.block_sums(*cells.solutions(number, [pressure_pa])) for number in range(CELLS)]
-    area, force = np.moveaxis(np.array(sums), 1, 0)
-    return CellBlocks(area, force, *geometry.block_sizes(cells.scene))
-
-
 def statistics(job: Job, blocks: CellBlocks, weights: np.ndarray, pressure_pa: float) -> dict[str, np.ndarray]:
     """Rows (1 + R,) of mean, std and variation of windows, and of the pad, for a shear strength of 1 Pa, by name."""
     scene = job.scene
@@ -135,9 +130,3 @@ def statistics(job: Job, blocks: CellBlocks, weights: np.ndarray, pressure_pa: f
         count = max(scene.oscillator.normal_force_n / (pressure_pa * blocks.window_m * blocks.width_m), 1.0)
         rows["load_std"] = pad_estimates(blocks, correlated(scene, job.arguments.scan), weights, count)["load_std"].rows
     return rows
-
-
-def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate], title: str) -> dict[str, store.Variable]:
-    """A statistic with its interval."""
-    ends = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
-    return store.with_interval(name, dimensions, ends if dimensions else [end[0] for end in ends], "1", title)

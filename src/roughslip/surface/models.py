@@ -12,6 +12,7 @@ import scipy  # its parts when they are used
 from roughslip.errors import ParameterError
 from roughslip.surface import self_affine_transform
 from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
+from roughslip.surface.isotropic_cutoff import IsotropicCutoff
 from roughslip.validation import gate, positive
 
 
@@ -170,8 +171,7 @@ class SelfAffine(IsotropicCovariance):
 
     def _moment(self, power: int) -> float:
         """Mean of k^power over the spectrum."""
-        log = math.log(self.bandwidth)
-        total = 1 / (power + 2) + log * float(scipy.special.exprel((power - 2 * self.hurst) * log))
+        total = float(self_affine_transform.moment(power, self.hurst, self.bandwidth))
         return total / self_affine_transform.mass(self.hurst, self.bandwidth)
 
     def profile(self, u: np.ndarray) -> np.ndarray:
@@ -189,7 +189,9 @@ class SelfAffine(IsotropicCovariance):
         if shape is None or cutoff is None:
             raise ParameterError("a self_affine model needs a Hurst exponent and a cut-off wavelength")
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
-        return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
+        fitted = self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
+        assert isinstance(fitted, cls)  # as the cut-off has the lay
+        return fitted
 
     @property
     def fitted_lengths_m(self) -> tuple[float, float]:
@@ -236,7 +238,8 @@ def self_affine(
     rolloff_wavelength_across_m: float | None = None,
     lay_rad: float = 0.0,
     rms_slope: float | None = None,
-) -> SelfAffine:
+    isotropic_cutoff: bool = False,
+) -> SelfAffine | IsotropicCutoff:
     """The self-affine covariance of a roll-off and a cut-off wavelength.
 
     rms_height_m : Sq [m]; or else the rms slope
@@ -246,19 +249,24 @@ def self_affine(
     rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
     lay_rad : angle from x to the lay
     rms_slope : h' [-], root mean square of the gradient over both directions; the height follows
+    isotropic_cutoff : whether the cut-off is the same in all directions, beside a roll-off with a lay
 
-    Returns the covariance, whose `correlation_length_m` is its 1/e length. Raises ParameterError as the class.
+    Returns the covariance, whose `axis_lengths_m` are its 1/e lengths. Raises ParameterError as the class.
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
     """
-    wavelengths = rolloff_wavelength_m, cutoff_wavelength_m, rolloff_wavelength_across_m or rolloff_wavelength_m
-    for length in wavelengths:
-        positive("a wavelength", length, "m")
-    bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
+    across = rolloff_wavelength_m if rolloff_wavelength_across_m is None else rolloff_wavelength_across_m
+    rolloffs = rolloff_wavelength_m, across
+    for name, length in (("roll-off", rolloffs[0]), ("roll-off", across), ("cut-off", cutoff_wavelength_m)):
+        positive(f"the {name} wavelength", length, "m")
+    bandwidth = (min(rolloffs) if isotropic_cutoff else rolloff_wavelength_m) / cutoff_wavelength_m
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
-    scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
-    along, across = scale * wavelengths[0], scale * wavelengths[2]
     if (rms_height_m is None) == (rms_slope is None):
         raise ParameterError("a self_affine covariance needs one of rms_height_m and rms_slope")
-    height = 1.0 if rms_height_m is None else rms_height_m
-    of = SelfAffine(height, along, across, lay_rad, hurst=hurst, bandwidth=bandwidth)
+    height = 1.0 if rms_height_m is None else positive("rms height", rms_height_m, "m")
+    of: SelfAffine | IsotropicCutoff
+    if isotropic_cutoff and rolloffs[0] != rolloffs[1]:
+        of = IsotropicCutoff(height, hurst, rolloffs, cutoff_wavelength_m, lay_rad)
+    else:
+        scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
+        of = SelfAffine(height, scale * rolloffs[0], scale * rolloffs[1], lay_rad, hurst=hurst, bandwidth=bandwidth)
     return of if rms_slope is None else replace(of, rms_height_m=positive("rms slope", rms_slope) / of.rms_slope)

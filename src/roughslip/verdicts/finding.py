@@ -1,14 +1,16 @@
 """A number judged by its rule, and rules as plain numbers: the ends between which a statement wants stored numbers.
 
-Each family of statements holds its own rules. They judge final statistics and what a pilot foresees. The stage that
-asks for strips is given them in its key file, so it does not depend on any text.
+Each family of statements holds its own rules. How many strips would decide a statement follows from them too: intervals
+narrow by 1 / sqrt(n) around the numbers as they are.
 """
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -184,3 +186,45 @@ def _at_every_level(friction: Arrays, bounds: Bounds, factor: float = 1.0) -> Fi
     there = judged_at(friction, bounds, shown)
     at = partial(_at_every_level, friction, bounds)
     return replace(there.with_tolerance(factor) or there, combine=lambda *here: min(*here, others), at=at)
+
+
+STEP = 1.1  # of one number of strips over the one before
+STEPS = 72  # to a thousand times the strips
+
+
+def with_more_samples(arrays: Arrays, factor: float) -> dict[str, np.ndarray]:
+    """Results of so many times the samples, in first order: the same numbers, their intervals over sqrt(factor)."""
+    foreseen = dict(arrays)
+    for name in (name for name in arrays if f"{name}_low" in arrays):
+        for close in (f"{name}_low", f"{name}_high"):
+            foreseen[close] = arrays[name] + (arrays[close] - arrays[name]) / np.sqrt(factor)
+    return foreseen
+
+
+def _is_settled(finding: Finding | None) -> bool:
+    """Whether a statement is decided, or lies on its threshold, or cannot be tested."""
+    if finding is None or not np.isfinite([finding.ours, *finding.interval]).all():
+        return True
+    if finding.contradicts or finding.holds(finding.interval):
+        return True
+    return any(number.near_threshold is not None for number in (finding, finding.other) if number is not None)
+
+
+def strips_that_decide(friction: Arrays, strips: int, rules: Mapping[str, Bounds]) -> dict[str, int]:
+    """Strips that would decide each statement that is undecided off its threshold, its numbers as they are.
+
+    Searched among 1, STEP, STEP^2, ... times the strips. Intervals of more strips lie within those of fewer, so that a
+    decided statement stays so; one that STEP^STEPS times as many leave undecided has none.
+    """
+    at = cache(lambda power: with_more_samples(friction, STEP**power))
+
+    def settles(rule: Bounds, power: int) -> bool:
+        return _is_settled(judged(at(power), rule))
+
+    needed = {}
+    for name, rule in rules.items():
+        if not settles(rule, 0):
+            power = bisect_left(range(STEPS), True, lo=1, key=partial(settles, rule))
+            if power < STEPS:
+                needed[name] = math.ceil(strips * STEP**power)
+    return needed

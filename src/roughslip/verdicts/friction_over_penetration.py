@@ -81,8 +81,8 @@ def _of_a_field(friction: Arrays, key: str, title: str) -> Finding | str:
     pressures, values = friction["field_nominal_pressure"], friction[f"field_{key}"]
     if len(values) == 1:
         return ONE_LEVEL
-    least, largest = (f"{values[level]:.3g} at {pressures[level] / 1e6:.3g} MPa" for level in (0, -1))
-    note = f"change of the {title} from {least} to {largest}"
+    minimum, largest = (f"{values[level]:.3g} at {pressures[level] / 1e6:.3g} MPa" for level in (0, -1))
+    note = f"change of the {title} from {minimum} to {largest}"
     return judged_inside(number(friction, f"field_change_of_{key}"), note, high=0.0)
 
 

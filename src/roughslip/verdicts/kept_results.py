@@ -18,6 +18,7 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.store import table_rows
 
 Arrays = Mapping[str, np.ndarray]
@@ -98,7 +99,7 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
     friction : what stage friction stores; reference : area over force [1/Pa] with standard errors, on the same cells
 
     Both are compared on these cells, so without the extrapolation, and in units of the mean at the median. Differences
-    are in standard errors of both; half a 95 % interval is 1.96 of them.
+    are in standard errors of both; half a 95 % interval is NORMAL_95 of them.
     """
     ours, direct = (int(np.flatnonzero(np.isclose(of["percentile"], 50.0))[0]) for of in (friction, reference))
     scale, rows = float(friction["combined_mean"][ours] / reference["mean"][direct]), []
@@ -108,7 +109,8 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
             on_cells = 1.0 + float(friction[f"mesh_change_of_{name}"][at])
             value, low, high = (float(friction[f"combined_{name}{end}"][at]) / on_cells for end in ("", *ENDS))
             expected = scale * float(reference[name][level])
-            error = math.hypot((high - low) / (2 * 1.96), scale * float(reference[f"{name}_standard_error"][level]))
+            of_reference = scale * float(reference[f"{name}_standard_error"][level])
+            error = math.hypot((high - low) / (2 * NORMAL_95), of_reference)
             off = (value - expected) / error
             texts = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
             rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, False, abs(off) <= FAR))

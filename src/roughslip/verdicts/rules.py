@@ -25,7 +25,7 @@ ON_FRICTION = (
     *friction_distribution.STATEMENTS,
 )
 BOUNDS = {**friction_over_penetration.BOUNDS, **friction_correlation.BOUNDS, **friction_distribution.BOUNDS}
-"""By statement on friction the rule for which strips are added."""
+"""By statement on friction the rule for which enough strips are counted."""
 STATEMENTS = (
     *centre_pressure.STATEMENTS,
     *ON_FRICTION,

@@ -1,4 +1,9 @@
-"""The mass on the belt of a scene: oscillator, friction law, and the friction process with its realisations."""
+"""The mass on the belt of a scene: oscillator, friction law, and the friction process with its realisations.
+
+Curve and scatter of a friction record, as a stage has stored them. It depends on no code that fits.
+"""
+
+from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
@@ -26,8 +31,9 @@ from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.probability import BetaDistribution, QuantileDistribution
+from roughslip.record.result import FrictionCurve, FrictionScatter
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import measured_friction
+from roughslip.store import Result
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
@@ -69,7 +75,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
     if statistics is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     result = store.read(statistics)
-    if measured_friction.is_record(result):
+    if is_record(result):
         return of_record(scene, result)
     names = {"mean": "mean", "standard_deviation": "std", "correlation_length_m": "length_least_squares"}
     combined = "" if is_under_load(result) else "combined_"
@@ -179,7 +185,7 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
     Below the slowest speed measured friction is taken as there. The limit of stick is that of the scene, at least the
     first value of the curve.
     """
-    curve, scatter = measured_friction.curve_of(result), measured_friction.scatter_of(result, scene.friction.scatter)
+    curve, scatter = curve_of(result), scatter_of(result, scene.friction.scatter)
     static = max(scene.oscillator.static_friction, curve.friction[0])
     law = TableLaw(
         (0.0, *curve.speeds_m_per_s),
@@ -195,7 +201,7 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
 def of_windows(statistics: Path | None) -> store.Result | None:
     """The friction of windows; None where the scene gives numbers or a record, which is that of the whole pad."""
     result = None if statistics is None else store.read(statistics)
-    return None if result is None or measured_friction.is_record(result) else result
+    return None if result is None or is_record(result) else result
 
 
 def law(scene: Scene, numbers: FrictionNumbers) -> FrictionLaw:
@@ -281,3 +287,30 @@ def friction_paths(scene: Scene, process: FrictionProcess, nodes_per_length: int
     length = path_length(oscillator(scene), periods)
     spacing = process.correlation_length_m / nodes_per_length
     return path_sampler(process, spacing, length, ensemble.process)
+
+
+def is_record(result: Result) -> bool:
+    """Whether friction is that of a record, and not of windows."""
+    return "record_mean" in result
+
+
+def curve_of(result: Result) -> FrictionCurve:
+    """The curve of a stored record."""
+    form = str(result["curve_form"][0])
+    at_rest = float(result["curve_at_rest"]), result["curve_factor_at_rest"]
+    factor, misfit = result["curve_factor"], float(result["misfit"])
+    return FrictionCurve(form, result["curve_speed"], result["curve"], factor, misfit, *at_rest)
+
+
+def scatter_of(result: Result, kind: str) -> FrictionScatter:
+    """The scatter of a stored record, additive or multiplicative."""
+    parameters = result[f"{kind}_parameters"]
+    return FrictionScatter(
+        float(result[f"{kind}_std"]),
+        float(result[f"{kind}_length"]),
+        result[f"{kind}_log_covariance"],
+        str(result[f"{kind}_shape"][0]),
+        tuple(map(float, parameters[np.isfinite(parameters)])),
+        float(result[f"{kind}_lengths"]),
+        bool(result[f"{kind}_identified"]),
+    )

@@ -9,9 +9,10 @@ What the period itself does is measured in docs/notebook/contact.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 
@@ -148,6 +149,26 @@ class Cells:
         """Contact area [m2] and force [N] of the blocks (X, Y)."""
         touched = solution.shares if elastic.counts_shares(self.scene) else solution.contact
         return self.cell.sums(touched), self.cell.sums(solution.pressure)
+
+
+def solved(
+    at: Mapping[float, Cells], count: Callable[[Cells], int], progress: Callable[[int, int], object]
+) -> Iterator[tuple[Cells, np.ndarray, np.ndarray]]:
+    """Contact at several pressures. Those that share a size of cells are the same surfaces, from the lightest on.
+
+    at : cells by pressure [Pa]; count : how many of a size; progress : is given solves done, and all
+
+    Yields for each size its pressures (k,) [Pa], and area [m2] and force [N] of the blocks (2, k, cells, X, Y).
+    """
+    groups = [(at[same[0]], same) for _, group in groupby(sorted(at), key=lambda p: at[p].cell) if (same := [*group])]
+    done, every = 0, sum(count(cells) * len(pressures) for cells, pressures in groups)
+    for cells, pressures in groups:
+        sums = []
+        for number in range(count(cells)):
+            sums.append([cells.block_sums(solution) for solution in cells.solutions(number, pressures)])
+            done += len(pressures)
+            progress(done, every)
+        yield cells, np.array(pressures), np.moveaxis(np.array(sums), (2, 1), (0, 1))
 
 
 def yielding(index: float, share: float) -> str:

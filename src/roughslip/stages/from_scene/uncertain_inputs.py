@@ -140,10 +140,10 @@ def powers_of_scatter(
 
 def value_of(scene: Scene, key: str) -> float:
     """The number that a scene gives under a dotted key."""
-    found: Any = scene
+    value: Any = scene
     for part in key.split("."):
-        found = found[int(part)] if part.isdigit() else getattr(found, part)
-    return float(found)
+        value = value[int(part)] if part.isdigit() else getattr(value, part)
+    return float(value)
 
 
 def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
@@ -188,13 +188,13 @@ def _relative_errors(
     result: store.Result, columns: Mapping[str, str], number: Callable[[np.ndarray], float]
 ) -> dict[str, tuple[float, float]]:
     """Value 1 and relative standard error by name, from 95 % intervals of columns; without those that have none."""
-    found = {}
+    errors = {}
     for name, column in columns.items():
         value, low, high = (number(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
         error = (high - low) / (2.0 * NORMAL_95 * value)
         if math.isfinite(error) and error > 0.0:
-            found[name] = 1.0, error
-    return found
+            errors[name] = 1.0, error
+    return errors
 
 
 def _oscillator(scene: Scene, own: Oscillator, values: Mapping[str, float]) -> Oscillator:
@@ -222,6 +222,6 @@ def _law(scene: Scene, mean: float, values: Mapping[str, float]) -> FrictionLaw:
             static = rows[0][1] if f"{TABLE}.0.1" in values else static
             rows[0] = rows[0][0], static
         changes["friction_table"] = tuple(rows)
-    least = mean if section.friction_table is None else changes["friction_table"][0][1]
-    changes["static_friction"] = max(static, least)
+    minimum = mean if section.friction_table is None else changes["friction_table"][0][1]
+    changes["static_friction"] = max(static, minimum)
     return LAWS[section.law].from_scene(SimpleNamespace(**{**vars(section), **changes}), mean)

@@ -97,8 +97,8 @@ class Sampled:
     def ratio(self, curve: np.ndarray, other: np.ndarray, surfaces: int) -> float:
         """Largest |log10| of the ratio of curve to other : (levels,) where other is a low probability; NaN without."""
         low = (other >= self.tail_from) & (other <= TAIL[1])
-        least = 0.5 / surfaces
-        return float(np.max(np.abs(np.log10(np.maximum(curve[low], least) / other[low])))) if low.any() else np.nan
+        minimum = 0.5 / surfaces
+        return float(np.max(np.abs(np.log10(np.maximum(curve[low], minimum) / other[low])))) if low.any() else np.nan
 
 
 def variant_rows(variant: Members, sampled: Sampled) -> tuple[np.ndarray, dict[str, Row]]:
@@ -108,15 +108,15 @@ def variant_rows(variant: Members, sampled: Sampled) -> tuple[np.ndarray, dict[s
     curves = np.array([cumulative_given_contact(pressure, levels) for pressure in variant.pressures])
     moved = np.max(np.abs(curves - curves[0]), axis=1)
     tails_moved = np.array([sampled.ratio(curve, curves[0], surfaces) for curve in curves])
-    least = np.sqrt(sampled.tail_from)
+    minimum = np.sqrt(sampled.tail_from)
     chance = {
         "distance": NORMAL_95 / 2 * np.sqrt(1 / solved.contacts + 1 / surfaces),
-        "tail": NORMAL_95 / np.log(10) / least * np.sqrt(1 / solved.contacts + 1 / surfaces),
+        "tail": NORMAL_95 / np.log(10) / minimum * np.sqrt(1 / solved.contacts + 1 / surfaces),
     }
     own = [cumulative_given_contact(pressure, levels) for pressure in sampled.latin_hypercube]
     own_curves = own if variant.designs > 1 else own * len(curves)
     alone = 0.0 if variant.designs > 1 else 1 / np.count_nonzero(sampled.latin_hypercube[0])
-    of_design = NORMAL_95 / np.log(10) / least * np.sqrt(alone + 1 / surfaces)
+    of_design = NORMAL_95 / np.log(10) / minimum * np.sqrt(alone + 1 / surfaces)
     ratios = np.array([sampled.ratio(curve, solved.cumulative, surfaces) for curve in curves])
     to_design = np.array([sampled.ratio(*pair, surfaces) for pair in zip(curves, own_curves, strict=True)])
     distances = np.array([solved.distance(pressure) for pressure in variant.pressures])

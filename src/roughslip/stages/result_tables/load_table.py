@@ -1,25 +1,20 @@
 """What strips say of load: force and pressure of a window, windows that bear the scene's force, and their scatter."""
 
-from pathlib import Path
-
 import numpy as np
 
 from roughslip import store
 from roughslip.friction.pad import (
     WINDOWS,
-    Surface,
     adjacent_variance,
     between_pads,
     influence_covariance,
     mehler_parts,
-    pad_edges,
-    pad_means,
     pad_scatter,
 )
 from roughslip.friction.statistics import estimate_of, resampled
 from roughslip.probability import Estimate
-from roughslip.scene.types import Scene
-from roughslip.stages.from_scene.surface_model import fractal_law, gaussian_model, surface_model
+from roughslip.probability.estimate import columns_of
+from roughslip.stages.result_tables.pad_autocorrelation import PARTS, correlated
 from roughslip.stages.runtime.command import Job
 
 TITLES = {
@@ -32,9 +27,6 @@ OF_PADS = {  # of a square of so many windows, or of a row of them as long as on
     "pad_mean": ("1", "mean friction coefficient of a pad, shear strength times area over force of all its windows"),
     "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
 }
-PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
-LAGS = 49  # slipped distances of the autocorrelation of a pad
-BEYOND = 6.0  # correlation lengths of the heights by which it reaches over the length of the pad
 Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
 
@@ -103,20 +95,6 @@ def of_all(name: str, level: int, statistics: tuple[Table, Table]) -> np.ndarray
     return solved[name][level].rows * best[name][full].rows / solved[name][full].rows
 
 
-def correlation_variables(scene: Scene, scan: Path | None, length_m: float | None = None) -> dict[str, store.Variable]:
-    """What with `pad_parts` gives the autocorrelation of the friction of a pad over the slipped distance."""
-    strip, surface = scene.strip, correlated(scene, scan)
-    pads = [pad_edges(count, strip.window_m, strip.width_m, length_m) for count in WINDOWS]
-    lags = np.array([np.linspace(0.0, length + BEYOND * surface.lengths_m[0], LAGS) for length, _ in pads])
-    sizes = strip.window_spacing_m, strip.width_m
-    means = np.array([pad_means(surface, *sizes, pad, row) for pad, row in zip(pads, lags, strict=True)])
-    title = "means of the parts over pairs of points of a pad and of the pad a lag behind"
-    return {
-        "pad_lag": store.Variable(("pad", "lag_of_pad"), lags, "m", "slipped distances"),
-        "pad_means": store.Variable(("pad", "lag_of_pad", "part"), means, "1", title),
-    }
-
-
 def load_variables(table: Table) -> dict[str, store.Variable]:
     """Load tables with their units."""
     variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
@@ -125,14 +103,5 @@ def load_variables(table: Table) -> dict[str, store.Variable]:
     titles["pad_parts"] = ("level", "part"), *PARTS
     for name, estimates in table.items():
         dimensions, unit, title = titles[name]
-        columns = [np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")]
-        variables |= store.with_interval(name, dimensions, columns, unit, title)
+        variables |= store.with_interval(name, dimensions, columns_of(estimates), unit, title)
     return variables
-
-
-def correlated(scene: Scene, scan: Path | None = None) -> Surface:
-    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
-    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
-    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
-    variance = covariance.rms_height_m**2
-    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
 from roughslip.scan.jackknife import SubAreas
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
@@ -66,11 +67,11 @@ def of_scan(scan: Topography, statistics: ScanStatistics, outliers: np.ndarray) 
         "wavenumber": Variable(("ring",), spectrum.wavenumber, "rad m-1", "wavenumber"),
     }
     for name, estimate in numbers_of(statistics).items():
-        variables |= with_interval(name, (), _columns(estimate), *NUMBERS[name])
+        variables |= with_interval(name, (), columns_of(estimate), *NUMBERS[name])
     lags = ("lag_x", "lag_y")
-    variables |= with_interval("correlation", lags, _columns(correlation.correlation), "1", "autocorrelation")
-    variables |= with_interval("density", ("bin",), _columns(statistics.density.density), "m-1", "density of heights")
-    variables |= with_interval("power", ("ring",), _columns(spectrum.power), "m4", "radially averaged power spectrum")
+    variables |= with_interval("correlation", lags, columns_of(correlation.correlation), "1", "autocorrelation")
+    variables |= with_interval("density", ("bin",), columns_of(statistics.density.density), "m-1", "density of heights")
+    variables |= with_interval("power", ("ring",), columns_of(spectrum.power), "m4", "radially averaged power spectrum")
     return variables
 
 
@@ -101,7 +102,3 @@ def of_twins(twins: Sequence[tuple[Topography, ScanStatistics]], edges: np.ndarr
         values = np.array([float(numbers_of(statistics)[name].value) for _, statistics in twins])
         variables[f"twin_{name}"] = Variable(twin, values, unit, title)
     return variables
-
-
-def _columns(estimate: Estimate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return estimate.value, estimate.low, estimate.high

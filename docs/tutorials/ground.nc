@@ -1,0 +1,1 @@
+../../config/scans/ground.nc

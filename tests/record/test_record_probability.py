@@ -3,6 +3,9 @@
 The true one is counted in runs. A record has drift, the period of a revolution, a low-pass and noise.
 """
 
+import runpy
+from functools import partial
+from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -21,10 +24,12 @@ from roughslip.oscillator import (
 )
 from roughslip.probability import BetaDistribution
 from roughslip.record.fit import fit_record
+from roughslip.record.reading import Trace
+from roughslip.record.slips import Rig, sliding
 from roughslip.stages.from_scene.uncertain_inputs import law_of_record, sources_of_record
 from tests.record.test_record_fit import DEVIATION, LENGTH, around, record, stribeck
 
-RECORDS, RUNS, RANGE = 60, 100, 4.0
+RECORDS, STICKING, RUNS, RANGE = 60, 16, 100, 4.0
 STATIC = stribeck(0.0)
 
 
@@ -58,9 +63,32 @@ def truth():
     return fastest, ratios, np.array(counted), limit
 
 
+def interval(found, made, static, apart):
+    """The budget's 90 % interval of the probability. made : machine of a law, deviation and length [m]
+
+    apart : of the damping ratios of 95 and 5 % from the limit without scatter
+    """
+    curve, scatter = found.curve, found.additive
+    values = (min(curve.at_rest, static), *curve.friction)
+    own = TableLaw((0.0, *curve.speeds_m_per_s), values, max(static, curve.friction[0]))
+
+    def machine(drawn):
+        factors = [drawn.get(f"record.{name}", 1.0) for name in ("scatter", "length")]
+        of_scatter = np.multiply((scatter.standard_deviation, scatter.correlation_length_m), factors)
+        return made(law_of_record(own, drawn), of_scatter.tolist())
+
+    fitted = grazing_response(machine({}).oscillator, own).limit
+    stored = {"record_mean": 0.3, "curve": curve.friction, "curve_factor": curve.factor}
+    stored |= {"curve_at_rest": curve.at_rest, "curve_factor_at_rest": curve.factor_at_rest}
+    sources = sources_of_record(stored | {"additive_log_covariance": scatter.log_covariance}, "additive")
+    band = fitted + apart[0], fitted + apart[1]
+    with mock.patch.object(budget, "TAILS", (0.05, 0.95)):
+        return budget.uncertainty_budget(machine, sources, band, limits=(), samples=32).probability.interval
+
+
 @pytest.mark.slow
 def test_intervals_of_the_probability_hold_the_truth(truth):
-    """90 % intervals hold it in at least 85 % of the records; a share of 60 errs by 4.6 %.
+    """90 % intervals hold it in at least 85 % of the records; a share of 60 errs by 4.6 %. 93 % did.
 
     Each record has a damping ratio of its own, with a true probability between 0.1 and 0.9.
     """
@@ -69,34 +97,32 @@ def test_intervals_of_the_probability_hold_the_truth(truth):
     held = []
     for seed in range(RECORDS):
         found = fit_record(record(seed, span=RANGE), around(80.0))
-        curve, scatter = found.curve, found.additive
         wanted = np.random.default_rng([seed, 9]).uniform(0.1, 0.9)
-        ratio = float(np.interp(-wanted, -counted, ratios))
-        own = TableLaw(
-            (0.0, *curve.speeds_m_per_s), (min(curve.at_rest, STATIC), *curve.friction), max(STATIC, curve.friction[0])
-        )
-
-        def machine(values, own=own, scatter=scatter, ratio=ratio):
-            of_scatter = scatter.standard_deviation, scatter.correlation_length_m
-            factors = [values.get(f"record.{name}", 1.0) for name in ("scatter", "length")]
-            return machine_at(fastest, ratio, law_of_record(own, values), np.multiply(of_scatter, factors).tolist())
-
-        fitted = grazing_response(machine({}).oscillator, own).limit
-        sources = sources_of_record(
-            {
-                "record_mean": 0.3,
-                "curve": curve.friction,
-                "curve_factor": curve.factor,
-                "curve_at_rest": min(curve.at_rest, STATIC),
-                "curve_factor_at_rest": curve.factor_at_rest,
-                "additive_log_covariance": scatter.log_covariance,
-            },
-            "additive",
-        )
-        band = fitted + apart[0], fitted + apart[1]
-        with mock.patch.object(budget, "TAILS", (0.05, 0.95)):
-            answer = budget.uncertainty_budget(machine, sources, band, limits=(), samples=32).probability
-        held.append(answer.interval[0] <= wanted <= answer.interval[1])
-        print(f"{seed}: {wanted:.2f} in {answer.interval[0]:.3f} to {answer.interval[1]:.3f}", held[-1], flush=True)
+        made = partial(machine_at, fastest, float(np.interp(-wanted, -counted, ratios)))
+        low, high = interval(found, made, STATIC, apart)
+        held.append(low <= wanted <= high)
+        print(f"{seed}: {wanted:.2f} in {low:.3f} to {high:.3f}", held[-1], flush=True)
     print(f"coverage {np.mean(held):.3f}")
     assert np.mean(held) > 0.85 - 0.046
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_where_a_third_of_the_record_is_stick():
+    """The rig of the shipped record and the slide of its scene: of 24 all held, and 6 of 9 without the error of slips.
+
+    60 runs each at six damping ratios have 97 % stick-slip at 0.110 and 8 % at 0.120; the limit is 0.1203.
+    """
+    script = runpy.run_path(str(Path(__file__).parents[2] / "config" / "records" / "tribometer.py"))
+    script["record"].__globals__["INNER"] = 5
+    rig = Rig(script["MASS"], script["STIFFNESS"], script["DAMPING"])
+    apart, held = (-0.0098, 0.0012), []
+    for seed in range(STICKING):
+        rows = script["record"](20.0, 5000 + seed)
+        slid = sliding([Trace(rows[:, 0], rows[:, 1], rows[:, 2] / rows[:, 3], rows[:, 3], None)], rig)
+        found = fit_record(slid.samples, 2.0 * np.pi * script["RADIUS"], from_slips=slid.from_slips)
+        wanted = np.random.default_rng([seed, 9]).uniform(0.1, 0.9)
+        belt = Oscillator(50.0, np.sqrt(2e5 / 50.0), 0.1203 + np.interp(-wanted, (-0.95, -0.05), apart), 0.05, 500.0)
+        low, high = interval(found, lambda law, scatter, belt=belt: Machine(belt, law, *scatter), 0.45, apart)
+        held.append(low <= wanted <= high)
+        print(f"{seed}: {wanted:.2f} in {low:.3f} to {high:.3f}", held[-1], flush=True)
+    assert np.mean(held) >= 0.85

@@ -108,12 +108,11 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    simple, ratio, kind = _kinds(samples, columns, time_constant_s, mean, fit)
+    simple, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
-    others = columns[:, spline.shape[1] :]
-    curve = _curve(samples, others, chosen, from_slips)
+    curve = _curve(samples, columns[:, spline.shape[1] :], chosen, from_slips)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if (lengths := total / chosen.length) < FEWEST_LENGTHS:
@@ -139,23 +138,23 @@ def fit_record(
     )
 
 
-def _kinds(
+def _additive_or_multiplicative(
     samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
-) -> tuple[dict[str, ProcessFit], float, str]:
-    """Exponential scatter of either kind, the log likelihood of the multiplicative one over the other, and the kind."""
+) -> tuple[dict[str, ProcessFit], str, float]:
+    """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
     relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
-    simple = {
+    fits = {
         name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
         for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
     }
-    ratio = simple["multiplicative"].log_likelihood - simple["additive"].log_likelihood
+    ratio = fits["multiplicative"].log_likelihood - fits["additive"].log_likelihood
     told = abs(ratio) > CLEAR_RATIO and np.std(relative) > TELLABLE
-    return simple, ratio, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive"
+    return fits, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive", ratio
 
 
 def _curve(samples: Samples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
-    """The curve about which the fitted scatter is, with errors averaged over those of the scatter."""
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda one: fit.whiten(samples, one))
+    """The curve about which the fitted scatter is, with variances that are averaged over the errors of the scatter."""
+    curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: fit.whiten(samples, columns))
     wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
     curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
     return _tilted(curve, fit.deviation) if from_slips else curve

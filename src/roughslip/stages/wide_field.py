@@ -73,11 +73,10 @@ def work(job: Job) -> None:
     of_levels = [tables[pressure] for pressure in pressures]
     shear = scene.friction.mean_at_median / of_levels[levels.index(median)]["mean"]
     scaled = [rows | {name: shear * rows[name] for name in rows if name != "variation"} for rows in of_levels]
+    of_strips = store.Variable(("level",), np.array(pressures), "Pa", "force over apparent area, as of the strips")
     variables = {
         "percentile": store.Variable(("level",), percentile[levels], "percent", "penetration of the strips"),
-        "nominal_pressure": store.Variable(
-            ("level",), np.array(pressures), "Pa", "force over apparent area, as of the strips"
-        ),
+        "nominal_pressure": of_strips,
     }
     for name, title in TITLES.items():
         columns = columns_of([estimate_of(name, rows[name], CELLS) for rows in scaled])

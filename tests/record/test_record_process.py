@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from roughslip.record.fit import _best_shape
 from roughslip.record.likelihood import Samples, fitted_process
 from roughslip.record.process import SHAPES, Course, autocorrelation, modes, whitened
 from roughslip.record.synthetic import scatter_at, through_instrument
 
-PARAMETERS = {"exponential": (), "two_exponentials": (0.5, -1.5)}
+PARAMETERS = {"exponential": (), "two_exponentials": (0.5, -1.5), "triangle": ()}
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -21,7 +23,7 @@ def test_the_correlation_length_is_the_integral(shape):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_whitening_is_that_of_the_dense_covariance(shape):
     """Uneven steps, an instrument with memory, a factor of the scatter, noise, and a second record that forgets."""
-    generator, n, second, noise = np.random.default_rng(3), 60, 33, 0.1
+    generator, n, second, noise = np.random.default_rng(3), 200, 110, 0.1
     step, memory = generator.uniform(0.01, 0.3, n), generator.uniform(0.2, 0.7, n)
     step[[0, second]], weight = -1.0, generator.uniform(0.5, 1.5, n)
     found, covariance = modes(shape, 1.0, PARAMETERS[shape]), noise * np.eye(n)
@@ -38,6 +40,8 @@ def test_whitening_is_that_of_the_dense_covariance(shape):
     white, log_det = whitened(found, Course(step, memory, weight), noise, columns)
     assert white == pytest.approx(np.linalg.solve(root, columns), abs=1e-11)
     assert log_det == pytest.approx(2.0 * np.sum(np.log(np.diag(root))), abs=1e-10)
+    dense = stats.multivariate_normal(cov=covariance).logpdf(columns.T)
+    assert -0.5 * (np.sum(white**2, axis=0) + log_det + n * np.log(2.0 * np.pi)) == pytest.approx(dense, rel=1e-10)
 
 
 def test_synthetic_scatter_has_its_autocorrelation():
@@ -66,3 +70,40 @@ def test_a_fit_sees_through_the_instrument():
     )  # 150 lengths: sqrt(1 / 150); noise and low-pass widen the other
     assert fit.noise == pytest.approx(0.01, rel=0.1)
     assert fit.time_constant == pytest.approx(2e-3, rel=0.5)
+
+
+def chosen(truth, seed, n):
+    """The best shape for n samples of 100 lengths, noise of a quarter of the scatter, a known low-pass."""
+    generator = np.random.default_rng([seed, 11])
+    step = np.exp(0.7 * np.abs(np.arange(n) / n * 4.0 % 2.0 - 1.0))
+    step *= 0.1 / np.sum(step)
+    path = 0.02 * scatter_at(truth, 1e-3, (), np.cumsum(step), generator)
+    friction = 0.3 + through_instrument(path, np.full(n, np.exp(-1.0))) + 0.005 * generator.standard_normal(n)
+    step[0] = -1.0
+    samples, ones = Samples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n)), np.ones(n)
+    simple = fitted_process(samples, ones[:, None], "exponential", 1e-3, ones)
+    return _best_shape(samples, ones[:, None], 1e-3, simple)
+
+
+def inside(fit, errors):
+    """Whether standard deviation and length are right within so many standard errors."""
+    missed = np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3]))
+    return missed <= errors * np.sqrt(np.diag(fit.log_covariance))
+
+
+def test_a_record_tells_a_triangle_from_an_exponential():
+    """400 samples of 100 lengths."""
+    for seed in range(3):
+        triangle = chosen("triangle", seed, 400)
+        assert triangle.shape == "triangle"
+        assert inside(triangle, 4.0).all()
+        assert chosen("exponential", seed, 400).shape == "exponential"
+
+
+@pytest.mark.slow
+def test_intervals_of_a_triangle_hold_the_truth():
+    """Of twelve records, fewer than ten are right with a probability of 2 % where intervals hold 95 % of the truths."""
+    found = [chosen("triangle", seed, 1000) for seed in range(12)]
+    assert sum(fit.shape == "triangle" for fit in found) >= 10
+    assert np.all(np.sum([inside(fit, 1.96) for fit in found], axis=0) >= 10)
+    assert sum(chosen("exponential", seed, 1000).shape == "exponential" for seed in range(12)) >= 10

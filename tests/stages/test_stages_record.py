@@ -9,6 +9,7 @@ import pytest
 from roughslip import store
 from roughslip.figures.figure_record import DRAWN, figure_record
 from roughslip.friction import scatter_of_friction
+from roughslip.friction.moving_average import moving_average
 from roughslip.oscillator.stick_slip import leaves_known_speeds
 from roughslip.probability import beta_moments
 from roughslip.record.synthetic import scatter_at
@@ -76,6 +77,17 @@ def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
     assert marginal.scale * beta_moments(marginal.a, marginal.b)[1] == pytest.approx(scatter.standard_deviation)
     low, high = scatter.interval()[0]
     assert low < 0.02 < high
+
+
+def test_a_triangle_is_that_of_the_oscillator_too(recorded):
+    """An average over a window of two lengths: nothing beyond it."""
+    scene, output = scene_of(recorded[0]), recorded[1]
+    result = store.read(output)
+    stored = {name: result[name] for name in result} | {"additive_shape": np.array(["triangle"])}
+    process = mass_on_belt.friction_process(scene, mass_on_belt.of_record(scene, stored), output)
+    lags = process.correlation_length_m * np.array([0.0, 0.5, 1.0, 2.0, 3.0])
+    assert process.autocorrelation(lags) == pytest.approx([1.0, 0.75, 0.5, 0.0, 0.0])
+    assert moving_average(process, process.correlation_length_m / 16).correlation_error < 0.01
 
 
 def test_multiplicative_scatter_is_over_the_mean(recorded):

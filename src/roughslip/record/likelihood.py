@@ -13,12 +13,15 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError
-from roughslip.record.process import SHAPES, Course, Modes, modes, whitened
+from roughslip.record.process import SHAPES, Course, Modes, Window, modes, samples_a_window, whitened
 
 STEP = 0.02  # of a logarithm, for second differences of the likelihood
 NOISE = (-9.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
 OPTIONS = {"eps": 1e-4, "ftol": 1e-8}  # of the search, whose parameters are logarithms
 LENGTHS, SLOWER = (-1.2, 1.2), 1.1  # of logarithms: starts of a search without one
+RANGE, SCANS = (-1.2, 0.4), (0.1, 0.02)  # of the logarithm of the length of a triangle over that of an exponential
+AS_PARAMETERS = 2  # for which a triangle counts: by its kinks, records without one gain a factor of up to e^4
+MOST_A_WINDOW = 400  # samples, of a triangle: a wider band takes minutes
 AT_BOUND = 0.05  # of a logarithm: nearer to a bound a parameter is not identified, and is kept there
 
 
@@ -75,14 +78,15 @@ class ProcessFit:
     weight: np.ndarray
 
     @property
-    def modes(self) -> Modes:
+    def modes(self) -> Modes | Window:
         """The modes of the scatter."""
         return modes(self.shape, self.length, self.parameters)
 
     @property
     def criterion(self) -> float:
         """Bayesian criterion: less is better."""
-        return len(self.parameters) * float(np.log(self.weight.size)) - 2.0 * self.log_likelihood
+        count = AS_PARAMETERS if self.shape == "triangle" else len(self.parameters)
+        return count * float(np.log(self.weight.size)) - 2.0 * self.log_likelihood
 
     def whiten(self, samples: Samples, columns: np.ndarray) -> np.ndarray:
         """Columns : (n, k) as independent unit normals."""
@@ -105,7 +109,8 @@ def fitted_process(
     weight : (n,) of the scatter: ones, or the mean friction over its average
     start : a fit to begin with
 
-    Raises IllPosedError where the likelihood has no maximum within its bounds.
+    A triangle needs a start. Raises IllPosedError where the likelihood has no maximum within its bounds, or a triangle
+    would hold more samples than MOST_A_WINDOW.
     """
     columns = np.column_stack([samples.friction, regressors])
     n, k = len(regressors), len(regressors.T)
@@ -123,16 +128,10 @@ def fitted_process(
         squares, others = parts(theta)
         return (n - k) * np.log(squares) + others
 
-    lows, highs = np.transpose(bounds)
     starts = [first] if start is not None else [[first[0] + a, first[1], *first[2:]] for a in LENGTHS]
     if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
         starts += [[*one[:2], one[2] + SLOWER, *one[3:]] for one in starts]
-    tried = [
-        scipy.optimize.minimize(profile, np.clip(at, lows, highs), method="L-BFGS-B", bounds=bounds, options=OPTIONS)
-        for at in starts
-    ]
-    best = min(tried, key=lambda one: float(one.fun))
-    theta = best.x
+    theta = _most_likely_average(profile, first, bounds) if shape == "triangle" else _best(profile, starts, bounds)
     variance = parts(theta)[0] / (n - k)
     seconds, rest = _split(theta, time_constant_s)
     deviation = float(np.sqrt(variance))
@@ -162,6 +161,38 @@ def fitted_process(
     )
 
 
+def _best(
+    profile: Callable[[np.ndarray], float],
+    starts: list[list[float]],
+    bounds: list[tuple[float, float]],
+    method: str = "L-BFGS-B",
+    options: dict[str, float] = OPTIONS,
+) -> np.ndarray:
+    """The least of the minima that searches from these starts find."""
+    tried = [
+        scipy.optimize.minimize(
+            profile, np.clip(at, *np.transpose(bounds)), method=method, bounds=bounds, options=options
+        )
+        for at in starts
+    ]
+    return np.asarray(min(tried, key=lambda one: float(one.fun)).x)
+
+
+def _most_likely_average(
+    profile: Callable[[np.ndarray], float], first: list[float], bounds: list[tuple[float, float]]
+) -> np.ndarray:
+    """The minimum for a triangle, with a kink wherever the window is the distance of two samples: lengths are scanned.
+
+    The search after it needs no slope (J. A. Nelder & R. Mead, The Computer Journal 7 (1965) 308).
+    """
+    (low, high), start = bounds[0], first
+    for step in SCANS:
+        lengths = [[float(at), *first[1:]] for at in np.arange(low, high, step)]
+        start = min(lengths, key=lambda one: profile(np.array(one)))
+        low, high = start[0] - step, start[0] + step
+    return _best(profile, [start], bounds, "Nelder-Mead", {"xatol": 2e-3, "fatol": 1e-2})
+
+
 def _search_space(
     samples: Samples, shape: str, time_constant_s: float | None, start: ProcessFit | None
 ) -> tuple[list[float], list[tuple[float, float]]]:
@@ -170,7 +201,12 @@ def _search_space(
     ds = float(np.median(samples.step[samples.step > 0.0]))
     first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(0.3 * ds), np.log(total)), NOISE]
     if start is not None:
-        first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
+        at = np.log(start.length)
+        if shape == "triangle":
+            bounds[0] = (max(bounds[0][0], at + RANGE[0]), min(bounds[0][1], at + RANGE[1]))
+            if (most := samples_a_window(start.length, samples.step)) > MOST_A_WINDOW:
+                raise IllPosedError(f"a window of {start.length:.2g} m holds {most} samples, more than {MOST_A_WINDOW}")
+        first = [at, 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
     if time_constant_s is None:
         bounds.append((np.log(0.1 * dt), np.log(30.0 * dt)))
         first.append(np.log(0.5 * dt if start is None else max(start.time_constant, 0.2 * dt)))

@@ -47,7 +47,7 @@ class FrictionScatter:
     standard_deviation : [-] additive: of the friction; multiplicative: of the friction over its mean
     correlation_length_m : [m] integral of the autocorrelation from zero on
     log_covariance : (2, 2) of the errors of the logarithms of these two
-    shape : of the autocorrelation: exponential or two_exponentials
+    shape : of the autocorrelation: exponential, two_exponentials or triangle
     parameters : of the shape; see `record.process.SHAPES`
     lengths : correlation lengths that the record holds
     identified : false, "cannot tell", where these are too few; the numbers are then no more than a guess

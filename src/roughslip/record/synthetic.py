@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.record.process import modes
+from roughslip.record.process import Window, modes
 
 
 def scatter_at(
@@ -12,9 +12,17 @@ def scatter_at(
 ) -> np.ndarray:
     """A Gaussian path of unit variance at slipped distances : (n,) [m], which do not fall.
 
-    Each mode is an exact recursion.
+    Each mode is an exact recursion. An average over a window is the increment of Brownian motion over it.
     """
     found = modes(shape, length_m, parameters)
+    if isinstance(found, Window):
+        ends = np.concatenate([slipped_m, slipped_m + found.length])
+        order = np.argsort(ends, kind="stable")
+        motion = np.empty(ends.size)
+        motion[order] = np.cumsum(
+            np.sqrt(np.diff(ends[order], prepend=ends[order[0]])) * generator.standard_normal(ends.size)
+        )
+        return np.asarray((motion[slipped_m.size :] - motion[: slipped_m.size]) / np.sqrt(found.length))
     path = np.zeros(slipped_m.size)
     for rate, variance in zip(*found, strict=True):
         keep = np.exp(-rate * np.diff(slipped_m, prepend=-np.inf))

@@ -51,7 +51,7 @@ def readings(job: Job) -> Iterator[Reading]:
         level = nearest_level(friction["beta_distance_standardised"], friction["combined_skewness"], others)
         scene = _changed(job, "oscillator", penetration_percentile=float(friction["percentile"][level]))
         yield "nearest_penetration", scene, mass_on_belt.friction_numbers(scene, statistics), CURVE
-    own = replace(numbers, correlation_length_m=PAPER_LENGTH)
+    own = replace(numbers, correlation_length_m=PAPER_LENGTH, shape=None)
     yield "paper_process", _changed(job, "ensemble", marginal="paper"), own, BEYOND
     yield "belt_travel", _changed(job, "oscillator", friction_follows="belt"), numbers, BEYOND
     yield "mean_stick_limit", _changed(job, "oscillator", stochastic_static_limit=False), numbers, BEYOND

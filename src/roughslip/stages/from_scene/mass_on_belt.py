@@ -38,6 +38,7 @@ from roughslip.store import Result
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
 DISCARDED_PERIODS = 10.0
+TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of an average over a window of two lengths
 TOLERANCE = 1e-5  # of the motion; mean counts are the same within their error from 1e-4 to 1e-10
 
 
@@ -46,9 +47,10 @@ class FrictionNumbers:
     """What the oscillator takes from the friction statistics at one penetration.
 
     mean, standard_deviation : of the friction coefficient
-    correlation_length_m : [m] of its exponential autocorrelation
+    correlation_length_m : [m] of its autocorrelation, which is exponential but for the shape of a record
     beta_a, beta_b : shapes of its marginal
     curve : the law that a record gives in place of the scene's, at this mean
+    shape : the triangle of a record that is an average over a window
     """
 
     mean: float
@@ -57,6 +59,7 @@ class FrictionNumbers:
     beta_a: float
     beta_b: float
     curve: TableLaw | None = None
+    shape: CorrelationShape | None = None
 
 
 def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
@@ -87,7 +90,7 @@ def friction_numbers(scene: Scene, statistics: Path | None) -> FrictionNumbers:
         numbers |= {"mean": float(result["load_mean"]), "standard_deviation": float(window_scatter(result))}
     elif windows > 1:
         numbers["mean"] = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
-    return FrictionNumbers(**numbers, curve=None)
+    return FrictionNumbers(**numbers, curve=None, shape=None)
 
 
 def is_under_load(result: store.Result) -> bool:
@@ -124,11 +127,12 @@ def correlation(
 
     windows : in place of the scene's number
 
-    That of a single window, or of windows of which the scene gives the statistics, is exp(-s / L).
+    That of a single window, or of windows of which the scene gives the statistics, is exp(-s / L); that of a record may
+    be a triangle.
     """
     count, length = scene.oscillator.windows_in_parallel if windows is None else windows, numbers.correlation_length_m
     if count == 1 or (result := of_windows(statistics)) is None:
-        return length, None
+        return length, numbers.shape
     name = "length_least_squares" if is_under_load(result) else "combined_length_least_squares"
     own = at_penetration(scene, result, result[name])  # a map may have others
     of_pad, shape = pad_correlation(scene, result, count)
@@ -195,7 +199,8 @@ def of_record(scene: Scene, result: store.Result) -> FrictionNumbers:
     )
     mean, (a, b) = float(result["record_mean"]), result["beta_shapes"]
     deviation = scatter.standard_deviation * (mean if scene.friction.scatter == "multiplicative" else 1.0)
-    return FrictionNumbers(mean, deviation, scatter.correlation_length_m, float(a), float(b), law)
+    shape = TRIANGLE if scatter.shape == "triangle" else None
+    return FrictionNumbers(mean, deviation, scatter.correlation_length_m, float(a), float(b), law, shape)
 
 
 def of_windows(statistics: Path | None) -> store.Result | None:

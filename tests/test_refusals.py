@@ -20,7 +20,6 @@ from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import PressureTarget, fit_in_contact
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.sampling import kolmogorov_distance, sobol
-from roughslip.chaos.single_index import LEAST_SAMPLES, knots_for
 from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
@@ -397,7 +396,6 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
             few[0], few
         ),
         "runs stick again": lambda: reattachment_statistics(rng.random(9), np.arange(9) % len(few), rng),
-        "are too few for a link": lambda: knots_for(LEAST_SAMPLES - 1),
         "a statistic that must be positive": lambda: parts.interval(np.array([*[1.0] * 9, 0.0]), positive=True),
         "values are equal to 2": lambda: probability.fit_distribution(np.full(9, 2.0), "beta"),
     }
@@ -407,7 +405,6 @@ def test_what_data_cannot_tell_is_refused():
     for message, call in ill_posed().items():
         with pytest.raises(IllPosedError, match=message):
             call()
-    knots_for(LEAST_SAMPLES)
     for values in ([1.0], [1.0, np.nan], [np.inf, 1.0, 2.0]):
         with pytest.raises(ParameterError, match="two or more values, all finite"):
             checked_values(np.array(values))

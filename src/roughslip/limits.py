@@ -13,9 +13,6 @@ FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.funct
 TRAINING_SPACING = 8  # columns of a strip from one training column to the next: closer columns add little information
 TRAINING_NODES = 16  # at most, on each surface of the square
 
-FIELD_GROUPS = 10  # of surfaces, left out in turn by the expansion at every node
-FIELD_SAMPLES = 100  # fewest surfaces for the expansion at every node
-FIELD_NUMBERS = 90_000_000  # in each of the two tables of the expansion at every node: 1.5 GB together
 DESIGN_SAMPLES = 4000  # Latin hypercube samples of a design, to which eqs. (8) and (9) are fitted
 
 

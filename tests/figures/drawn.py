@@ -235,21 +235,6 @@ def with_outliers():
     return result | {"map": result["map"] + 9e-6 * marked, "outliers": np.array(3), "map_outlier": marked}
 
 
-def field_result(nodes=8, modes=20, scale=1e8):
-    """Made up: fields that rise towards an edge, shares that fall with the mode."""
-    x = np.linspace(1e-6, 1e-4, nodes)
-    field = np.add.outer(x, np.zeros(nodes)) / x[-1]
-    share = 0.4 / np.arange(1, modes + 1)
-    arrays = {"x": x, "y": x, "missed": 0.1 + 0.05 * field, "leading_share": 0.3 * field, "mean_gain": 5 + field}
-    for name, unit in (("contact", 0.2), ("mean", scale), ("deviation", 2 * scale)):
-        arrays |= {name: unit * (0.5 + field), f"{name}_error": 0.01 * unit * (0.5 + field)}
-    for name in ("first", "total"):
-        arrays |= {f"sobol_{name}": share, f"sobol_{name}_error": 0.1 * share}
-    for number, name in enumerate(("solved", "expected", "drawn")):
-        arrays[f"{name}_pressure"] = np.stack([(number + 1) * scale * field, np.zeros_like(field)])
-    return arrays
-
-
 def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
     """Made up: a limit that falls along the second axis."""
     x, y = (

@@ -19,8 +19,6 @@ from roughslip.figures.figure_budget import DRAWN as BUDGET_DRAWN
 from roughslip.figures.figure_budget import figure_budget
 from roughslip.figures.figure_chain import DRAWN as CHAIN_DRAWN
 from roughslip.figures.figure_chain import figure_chain
-from roughslip.figures.figure_field import DRAWN as FIELD_DRAWN
-from roughslip.figures.figure_field import figure_field
 from roughslip.figures.figure_scan import DRAWN as SCAN_DRAWN
 from roughslip.figures.figure_scan import NUMBERS, figure_scan
 from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
@@ -35,7 +33,6 @@ from tests.figures.drawn import (
     assert_no_legend_covers_data,
     budget_result,
     chain_result,
-    field_result,
     friction,
     loads_result,
     map_result,
@@ -56,13 +53,12 @@ FIGURES = {
     "figure5": (figure5, DRAWN_5["figure5"], oscillator()),
     "figure_chain": (figure_chain, CHAIN_DRAWN["figure_chain"], chain_result()),
     "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
-    "field": (figure_field, FIELD_DRAWN["figure_field"], field_result()),
     "map": (figure_map, STICK_SLIP_DRAWN["figure_map"], map_result()),
     "residence": (figure_residence, STICK_SLIP_DRAWN["figure_residence"], residence_result()),
     "budget": (figure_budget, BUDGET_DRAWN["figure_budget"], budget_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
-LAID_OUT = ("figure2", "figure3_law", "field")  # in the fast tests: legends, most panels, maps with colour bars
+LAID_OUT = ("figure2", "figure3_law")  # in the fast tests: legends, most panels
 NONE = np.array(np.nan)
 LIMITS = ("hopf_damping", "existence_limit")
 NO_LIMITS = {"deterministic_hopf_damping": NONE, "deterministic_existence_limit": NONE}
@@ -103,7 +99,6 @@ CASES = {
         "no twins": scan_alone(),
         "outliers": with_outliers(),
     },
-    "field": {"GPa": field_result(scale=5e9), "large": field_result(nodes=64, modes=300)},
     "map": {
         "from zero": map_result(),
         "stick-slip everywhere": map_result() | {"probability": np.ones((12, 12))},
@@ -337,21 +332,6 @@ def test_an_interval_of_ten_times_the_value_cannot_tell():
     assert figure_scan(result).axes[5].texts[0].get_text() != "cannot tell"
 
 
-def test_the_field_draws_the_stored_numbers_in_its_units():
-    arrays = field_result()
-    axes = figure_field(arrays).axes
-    units = {0: ("contact", 100), 1: ("mean", 1e-6), 2: ("deviation", 1e-6)}
-    for place, (name, unit) in units.items():
-        np.testing.assert_allclose(axes[place].images[0].get_array(), unit * arrays[name].T)
-        assert axes[place].get_title(loc="left").endswith("±1.0 %")
-    np.testing.assert_allclose(axes[4].images[0].get_array(), 100 * (1 - arrays["missed"].T))
-    for place, name in ((6, "solved"), (7, "expected"), (8, "drawn")):
-        np.testing.assert_allclose(axes[place].images[0].get_array(), 1e-6 * arrays[f"{name}_pressure"][0].T)
-        assert axes[place].images[0].get_clim() == (0.0, pytest.approx(300.0))  # one scale for the three
-    np.testing.assert_allclose(axes[5].lines[0].get_ydata(), 100 * arrays["sobol_total"])
-    assert "0.3 to 30.0 %" in axes[5].get_legend().get_title().get_text()
-
-
 def test_the_map_draws_the_stored_numbers():
     arrays = map_result()
     over = figure_map(arrays).axes[0]
@@ -391,7 +371,7 @@ def compared(count):
     """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
     results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
     results |= {"figure3": friction(), "figure3_law": friction(), "figure_residence": residence_result()}
-    results |= {"figure_field": field_result(), "figure_scan": scan_result()}
+    results |= {"figure_scan": scan_result()}
     return {
         figure: {
             f"scene{number}": Recorded({name: results[figure][name] for name in drawn(figure)})
@@ -429,7 +409,6 @@ def test_every_scene_is_drawn_from_what_is_stored():
     )
     lengths = panels["Figure 3: correlation length"].lines[0].get_ydata()
     np.testing.assert_allclose(lengths, 1e6 * friction()["combined_length_least_squares"])
-    np.testing.assert_array_equal(panels["field: modes"].lines[0].get_ydata(), 100 * field_result()["sobol_total"])
     lag, correlation = panels["scan: autocorrelation"].lines[0].get_data()
     assert (lag[0], correlation[0]) == (0.0, 1.0)
     (level,) = panels["map: where stick-slip is at 50 %"].collections[0].get_paths()

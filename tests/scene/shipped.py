@@ -28,7 +28,7 @@ PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
-    "answer, figure2, figure3, figure5, figure_basins, figure_budget, figure_chain, figure_field, figure_map, "
+    "answer, figure2, figure3, figure5, figure_basins, figure_budget, figure_chain, figure_map, "
     "figure_record, figure_residence, "
     "figure_scan, friction_against_load, readings"
 )

@@ -202,7 +202,6 @@ def test_friction_has_one_of_its_forms(mine):
 def test_a_scene_that_lacks_what_its_targets_need(mine):
     needed = {
         "figure2": {"material", "roughness", "square", "expansion", "numerics"},
-        "figure_field": {"material", "roughness", "square", "expansion", "numerics"},
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics"},
         "answer": {"oscillator", "friction", "numerics"},

@@ -78,7 +78,6 @@ def test_every_stage_runs_or_has_a_reason():
         asked = {reason.removeprefix("not asked for: ") for reason in reasons.values()}
         assert set(scene["targets"]).isdisjoint(target for some in asked for target in some.split(", "))
     paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
-    assert paper["field_square"] == "not asked for: figure_field"
     assert paper["adaptive_training"] == "expansion.samples is given"
     assert paper["ensemble_pilot"] == "accuracy.cycles is not given"
     assert paper["scan"] == "roughness.scan is not given"

@@ -1,13 +1,9 @@
-"""Stage chaos_square on a contact that a linear expansion meets exactly, and the distribution given contact.
-
-The stage of the whole field: maps against another Monte Carlo, mirror images, what is written and refused."""
+"""Stage chaos_square on a contact that a linear expansion meets exactly, and the distribution given contact."""
 
 import math
 
 import numpy as np
 import pytest
-from scipy.interpolate import make_interp_spline
-from scipy.special import ndtri
 from scipy.stats import norm
 
 from roughslip.chaos import centre_distribution
@@ -18,13 +14,9 @@ from roughslip.chaos.centre_distribution import (
 )
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance, monte_carlo
-from roughslip.contact.edge import contact_shares
-from roughslip.contact.influence import Influence, Material
-from roughslip.contact.solve import solve
-from roughslip.errors import InputError
-from roughslip.grid import Grid
+from roughslip.contact.influence import Influence
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_square, design, field_square, karhunen_loeve
+from roughslip.stages import chaos_square, design, karhunen_loeve
 from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import Members, Sampled, given_contact
 from tests.stages.scenes import CONTACT, changed
@@ -290,93 +282,3 @@ def test_the_scatter_of_a_correction_enters_that_of_its_expansion():
     curves, error = moved_local(Uniform(), np.array([0.5]), [1], EdgeCorrection(cells, points, np.arange(2000) % 20))
     assert error == pytest.approx(math.sqrt(2 * 0.2 * 0.8 / 2000), rel=0.4)
     assert curves.std() > 0
-
-
-NODES, FIELD_MODES, SURFACES = 6, 36, 600
-FIELD = changed(CONTACT, square={"penetration_percentile": 50.0}, expansion={"samples": SURFACES, "variables": 8})
-
-
-@pytest.fixture(scope="module")
-def field_modes(run):
-    return run(karhunen_loeve, FIELD, "modes")
-
-
-@pytest.fixture(scope="module")
-def maps(run, field_modes):
-    return run(field_square, FIELD, surface=field_modes.path)
-
-
-def limit(comparisons):
-    return float(ndtri(1 - 0.001 / (2 * comparisons)))  # family-wise 0.1 %
-
-
-def test_maps_are_those_of_monte_carlo(maps, field_modes):
-    """6000 surfaces of another generator: ten times the stage's, as the expansion makes up for that many."""
-    grid = Grid(NODES, NODES, 1e-5, 1e-5)
-    influence = Influence(grid, Material(2.1e11, 0.3).plane_strain_modulus_pa)
-    xi = np.random.default_rng(99).standard_normal((6000, FIELD_MODES))
-    pressure = np.stack([solve(influence, np.einsum("m,mxy->xy", one, field_modes["modes"])).pressure for one in xi])
-    contact = np.stack([contact_shares(one) for one in pressure])
-    variance = pressure.var(axis=0)
-    fourth = np.mean((pressure - pressure.mean(axis=0)) ** 4, axis=0)
-    truths = {
-        "contact": (contact.mean(axis=0), contact.var(axis=0)),
-        "mean": (pressure.mean(axis=0), variance),
-        "deviation": (np.sqrt(variance), (fourth - variance**2) / (4 * variance)),
-    }
-    for name, (value, spread) in truths.items():
-        error = np.sqrt(spread / len(xi) + maps[f"{name}_error"] ** 2)
-        assert np.max(np.abs(maps[name] - value) / error) < limit(3 * NODES**2)
-        own = maps[f"{name}_error"] ** 2 * maps[f"{name}_gain"] * SURFACES  # variance of a sample by itself
-        assert np.median(own / spread) == pytest.approx(1.0, abs=0.2)  # fourth moments of 600 among them
-    assert np.median(maps["mean_gain"]) > 4
-    assert np.all(maps["missed"] < 0.4)
-
-
-def test_mirror_images_are_alike(maps):
-    """All eight of a square; on a node and its image errors are of the same surfaces, at worst opposite."""
-    for name in ("contact", "mean", "deviation"):
-        value, error = maps[name], maps[f"{name}_error"]
-        for image in (np.flipud, np.fliplr, np.transpose):
-            worst = np.abs(value - image(value)) / (error + image(error))
-            assert worst.max() < limit(3 * 3 * NODES**2)
-
-
-def test_what_is_written_makes_the_fields(maps, field_modes):
-    """The expected fields follow from the coefficients, to within what leaving their own surface out moves."""
-    assert maps.attributes["surfaces"] == SURFACES
-    assert maps["direction"].shape == (FIELD_MODES, NODES, NODES)
-    np.testing.assert_allclose(np.sum(maps["direction"] ** 2, axis=0), 1.0, rtol=1e-12)
-    assert maps["solved_pressure"].shape == maps["drawn_pressure"].shape == (field_square.DRAWN, NODES, NODES)
-    assert np.all(maps["solved_pressure"] >= 0)
-    assert np.all(maps["drawn_pressure"] >= 0)
-    xi = np.stack(
-        [np.random.default_rng([7, geometry.STREAM_FIELD, number]).standard_normal(FIELD_MODES) for number in range(3)]
-    )
-    index = np.einsum("km,mxy->kxy", xi, maps["direction"])
-    expected = np.empty(index.shape)
-    for place in np.ndindex(NODES, NODES):  # linear between the knots, and beyond them
-        link = make_interp_spline(maps["knot"], maps["link_pressure"][:, *place], k=1)
-        expected[:, *place] = link(index[:, *place])
-    deviation = maps["deviation"].mean()
-    assert np.sqrt(np.mean((expected - maps["expected_pressure"]) ** 2)) < 0.1 * deviation
-    assert np.sqrt(np.mean((expected - maps["solved_pressure"]) ** 2)) < 0.6 * deviation
-    for name in ("first", "total"):
-        assert np.all((maps[f"sobol_{name}"] >= 0) & (maps[f"sobol_{name}_error"] >= 0))
-    assert maps["sobol_first"].sum() < 1 < maps["sobol_total"].sum()
-    assert np.all((maps["leading_share"] > 0) & (maps["leading_share"] < 1))
-
-
-def test_as_many_surfaces_as_asked_and_no_more_than_memory_holds():
-    def surfaces(samples, nodes, field_modes):
-        return field_square.surfaces_of(
-            scene_of({"expansion": {"samples": samples}, "square": {"nodes": nodes}}), field_modes
-        )
-
-    assert surfaces("auto", 64, 101) == 2048
-    assert surfaces("auto", 10, 600) == 2400
-    assert surfaces(900, 298, 101) == 900  # 10 x 101 modes x 298^2 are 89.7 million numbers
-    with pytest.raises(InputError, match=r"expansion\.samples: 902 surfaces.* times 99856 nodes .* 1\.5 GB of memory"):
-        surfaces(902, 316, 101)
-    with pytest.raises(InputError, match="37 surfaces are too few for 36 modes"):
-        surfaces(37, 6, 36)

@@ -41,7 +41,6 @@ FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
 CHAIN = {"figure_chain": 1}
-FIELD = {"field_square": 1, "figure_field": 1}
 MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
 MORE = dict.fromkeys(("residence", "figure_residence", "basins", "figure_basins"), 1)
 SCAN = {"scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
@@ -52,8 +51,6 @@ FOUND = "accuracy: {pressure: 0.2}\nexpansion: {samples: auto}"
 GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covariance: best, marginal: gaussian}}"
 STAGES = {
     "targets: [figure2]": SQUARE,
-    "targets: [figure2, figure_field]": {**SQUARE, **FIELD},
-    f"targets: [figure_field]\n{GROUND}": {"karhunen_loeve": 1, **FIELD, **SCAN},
     "targets: [figure3]": {**STRIP, **FIGURE3},
     "targets: [figure3]\naccuracy: 0.1": {**ALLOTTED, **FIGURE3},
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **CHAIN},

@@ -1,7 +1,3 @@
-from roughslip.chaos.field import FieldExpansion as FieldExpansion
-from roughslip.chaos.field import ModeShares as ModeShares
-from roughslip.chaos.field import fit_field as fit_field
-from roughslip.chaos.field import mode_shares as mode_shares
 from roughslip.chaos.functionals import Stencil as Stencil
 from roughslip.chaos.functionals import local_functionals as local_functionals
 from roughslip.chaos.hermite import HermiteBasis as HermiteBasis

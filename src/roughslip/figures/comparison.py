@@ -73,15 +73,6 @@ def _by_penetration(name: str, label: str, factor: float = 1.0) -> Callable[[Axe
     return draw
 
 
-def _modes(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
-    """Sobol' indices of the modes with others, with two standard errors."""
-    for scene, result in results.items():
-        share, error = 100 * result["sobol_total"], 200 * result["sobol_total_error"]
-        ends = share, share - error, share + error
-        draw_curve(axes, np.arange(1, len(share) + 1), ends, {"color": looks[scene]["color"]})
-    axes.set(xlabel="mode", ylabel="share of the variance [%]", ylim=(0, None))
-
-
 def _scan(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     """Autocorrelation of the scans along the belt."""
     for scene, result in results.items():
@@ -150,7 +141,6 @@ COMPARED = (
         ("friction_deviation", *with_interval_names("half")),
         _residence,
     ),
-    Panel("figure_field", "field: modes", ("sobol_total", "sobol_total_error"), _modes),
     Panel("figure_scan", "scan: autocorrelation", ("lag_x", "lag_y", *with_interval_names("correlation")), _scan),
 )
 

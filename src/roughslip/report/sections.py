@@ -74,11 +74,6 @@ SECTIONS = {
         "Panels a and b: distribution functions of the pressure, the two expansions of the paper far from the sampled "
         "curves. Panel c: a histogram of the first variable of surfaces in contact, to the right of a normal curve.",
     ),
-    "figure_field": Section(
-        "Pressure at every node",
-        "Maps of the square: contact probability, mean and standard deviation of the pressure, and three single "
-        "pressure fields. Bars show how much each mode of the surface matters.",
-    ),
     "figure3": Section(
         "Figure 3: friction against penetration",
         "Panels a and b, as in the paper: mean and standard deviation of the friction coefficient against penetration, "

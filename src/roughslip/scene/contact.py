@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Iterator
 
-from roughslip.limits import FIELD_GROUPS, FIELD_NUMBERS, FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
 from roughslip.scene.expansion import designs_fit, terms
 from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
 from roughslip.scene.mistakes import (
@@ -196,19 +196,6 @@ RULES = (
         f"modes times nodes^2 at most {MEMORY}, here with {{1}} nodes",
     ),
     designs_fit("square.latin_hypercube_samples"),
-    Rule(
-        (MODES, "square.nodes", "expansion.samples", "targets"),
-        lambda modes, nodes, samples, targets: (
-            "figure_field" not in targets or FIELD_GROUPS * modes * nodes**2 <= FIELD_NUMBERS
-        ),
-        f"{FIELD_GROUPS} times the modes times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (0.8 GB of memory) "
-        "for figure_field",
-    ),
-    Rule(
-        ("targets", "material.hardness_pa"),
-        lambda targets, _: "figure_field" not in targets,
-        "figure_field ranks the pressures of a node, and those at material.hardness_pa are equal: leave it out",
-    ),
     *(
         Rule((f"strip.{length}", f"strip.{step}"), _is_multiple, f"a whole multiple of strip.{step} = {{1}} [m]")
         for step, lengths in MULTIPLES.items()

@@ -6,14 +6,7 @@ import math
 import operator
 from typing import Literal
 
-from roughslip.limits import (
-    FIELD_GROUPS,
-    FIELD_NUMBERS,
-    FIELD_SAMPLES,
-    FUNCTIONALS,
-    MOST_NUMBERS,
-    TRAINING_NODES,
-)
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES
 from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, section
 from roughslip.scene.mistakes import MEMORY, Rule
 
@@ -64,12 +57,6 @@ def designs_fit(samples: str) -> Rule:
     return Rule((samples, "square.modes"), lambda n, modes: n * modes <= MOST_NUMBERS, allowed)
 
 
-def _fits_left_out(samples: int, modes: int, targets: list[str]) -> bool:
-    """Whether the expansion at every node has more samples than terms in each of its leave-outs."""
-    enough = samples >= FIELD_SAMPLES and samples - math.ceil(samples / FIELD_GROUPS) > modes + 1
-    return enough or "figure_field" not in targets
-
-
 RULES = (
     Rule(("expansion.variables", "square.modes"), operator.le, "at most square.modes = {1}"),
     designs_fit("expansion.samples"),
@@ -101,16 +88,5 @@ RULES = (
         lambda draws, error, _, targets: "figure2" not in targets or draws * error**2 >= _DRAWS,
         f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
         of_auto=("expansion.samples",),
-    ),
-    Rule(
-        ("expansion.samples", "square.modes", "targets"),
-        _fits_left_out,
-        f"at least {FIELD_SAMPLES} for figure_field, and without a {FIELD_GROUPS}th of them more than its terms, "
-        "square.modes = {1} and a constant",
-    ),
-    Rule(
-        ("expansion.samples", "square.nodes", "targets"),
-        lambda samples, nodes, targets: "figure_field" not in targets or samples * nodes**2 <= FIELD_NUMBERS,
-        f"samples times square.nodes^2 = {{1}}^2 at most {FIELD_NUMBERS} (1.5 GB of memory) for figure_field",
     ),
 )

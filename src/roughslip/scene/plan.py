@@ -66,7 +66,7 @@ def sections_not_read(scene: Values) -> set[str]:
     """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
     stages = stages_needed(scene)
     unread = set() if stages & {"friction", "contact_periodic"} else {"strip"}
-    return unread if stages & {"chaos_square", "field_square"} else unread | {"square"}
+    return unread if "chaos_square" in stages else unread | {"square"}
 
 
 def skip_reasons(scene: Values) -> dict[str, str]:

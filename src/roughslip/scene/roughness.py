@@ -250,8 +250,8 @@ RULES = (
     ),
     Rule(
         ("targets", "roughness.fractal"),
-        lambda targets, _: not {"figure2", "figure_field"}.intersection(targets),
-        "figure2 and figure_field expand the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
+        lambda targets, _: "figure2" not in targets,
+        "figure2 expands the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
     ),
 )
 

@@ -72,9 +72,8 @@ class Scene(Section):
     targets: tuple[str, ...] = many(
         "The figures to make; only the stages that they need run",
         text(
-            "A figure of the paper, or one of three others. In figure_scan, a scan is compared with surfaces sampled "
-            "from its models. In figure_field, statistics of the pressure are shown at every node of the square. In "
-            "figure_map, the probability of stick-slip is shown over two parameters. "
+            "A figure of the paper, or one of two others. In figure_scan, a scan is compared with surfaces sampled "
+            "from its models. In figure_map, the probability of stick-slip is shown over two parameters. "
             "Two have no figure of their own. readings are small ensembles by which the statements on figure5 are also "
             "judged. answer is that probability and its limits; it comes with figure5 and figure_map",
             longest=40,

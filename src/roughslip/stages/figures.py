@@ -51,13 +51,6 @@ STAGES = [
         "the scene has readings; (d) the cycles themselves. The paper's dimensionless numbers are ours in metres.",
     ),
     figure(
-        name="figure_field",
-        of="field_square",
-        caption="The pressure at every node of the square: contact probability, mean and standard deviation, with the "
-        "median standard error in the titles, and what the expansion gains and explains. Below: a solved field, its "
-        "expectation by an expansion fitted without it, and a field drawn with the residual scatter.",
-    ),
-    figure(
         name="figure_map",
         of="stick_slip_map",
         draws="stick_slip",

@@ -87,8 +87,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     sentences = {}
     if "karhunen_loeve" in stages:
-        figure = "figure2" if "figure2" in scene.targets else "figure_field"
-        sentences[figure] = square_represented(store.read(files["surface/modes.nc"]), scene)
+        sentences["figure2"] = square_represented(store.read(files["surface/modes.nc"]), scene)
     if "chaos_square" in stages:
         sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
     if "scan" in stages:

@@ -39,7 +39,7 @@ STAGE = Stage(
 
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
-UNSAMPLED = {"figure_scan", "figure2", "figure_field"}  # targets that draw no strips; squares are expanded in modes
+UNSAMPLED = {"figure_scan", "figure2"}  # targets that draw no strips; squares are expanded in modes
 
 
 def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:

@@ -32,7 +32,6 @@ MODELS = {
     "long gaussian": covariance_of("gaussian", 2.0, 25.0),
     "long exponential": covariance_of("exponential", 2.0, 25.0),
     "self-affine": self_affine(2.0, 0.8, 8.0, 2.0, 5.0, 0.4),
-    "self-affine of an isotropic cut-off": self_affine(2.0, 0.8, 8.0, 2.0, 5.0, 0.4, isotropic_cutoff=True),
     "measured": measured(),
 }
 

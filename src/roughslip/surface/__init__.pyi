@@ -5,7 +5,6 @@ from roughslip.surface.embedding import Embedding as Embedding
 from roughslip.surface.embedding import embed as embed
 from roughslip.surface.fractal import WeierstrassMandelbrot as WeierstrassMandelbrot
 from roughslip.surface.fractal import fractal_on as fractal_on
-from roughslip.surface.isotropic_cutoff import IsotropicCutoff as IsotropicCutoff
 from roughslip.surface.measured_covariance import MeasuredCovariance as MeasuredCovariance
 from roughslip.surface.model import FractalModel as FractalModel
 from roughslip.surface.model import GaussianModel as GaussianModel

@@ -12,7 +12,6 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.short_repr import short_repr
 from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.isotropic_cutoff import IsotropicCutoff
 from roughslip.surface.models import SelfAffine
 from roughslip.validation import gate
 
@@ -69,7 +68,7 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     Raises IllPosedError where no torus serves within MOST_NODES: use a shorter correlation length or larger cells;
     ParameterError where a self-affine spectrum extends far beyond the mesh.
     """
-    if isinstance(covariance, SelfAffine | IsotropicCutoff):
+    if isinstance(covariance, SelfAffine):
         return _embed_spectrum(covariance, grid)
     reach = covariance.reach_m
     worst, torus = 0.0, grid.shape
@@ -100,7 +99,7 @@ def embed_cell(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     Lags are those of the nearest image, so the covariance is exact where it ends within half a cell. What lies below
     zero is clipped, and the variance kept. Raises IllPosedError where that is more than CLIPPED of it.
     """
-    if isinstance(covariance, SelfAffine | IsotropicCutoff):
+    if isinstance(covariance, SelfAffine):
         eigenvalues = _folded_spectrum(covariance, grid, grid.shape) / grid.cell_area
     else:
         eigenvalues = circulant_eigenvalues(covariance, grid, grid.shape)
@@ -143,7 +142,7 @@ def circulant_lags(covariance: StationaryCovariance, grid: Grid, torus: tuple[in
     return lags
 
 
-def _embed_spectrum(covariance: SelfAffine | IsotropicCutoff, grid: Grid) -> Embedding:
+def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
     torus, images = grid.shape, math.inf
     for growth in range(DOUBLINGS):
         factor = 2 * 1.5**growth
@@ -163,7 +162,7 @@ def _embed_spectrum(covariance: SelfAffine | IsotropicCutoff, grid: Grid) -> Emb
     )
 
 
-def _folded_spectrum(covariance: SelfAffine | IsotropicCutoff, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
+def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
     """S [m^4] at the wave vectors of the torus, plus those of all wave vectors that are equal at the nodes."""
     qx = 2 * math.pi * np.fft.fftfreq(torus[0], grid.dx)[:, None]
     qy = 2 * math.pi * np.fft.rfftfreq(torus[1], grid.dy)[None, :]
@@ -181,7 +180,7 @@ def _folded_spectrum(covariance: SelfAffine | IsotropicCutoff, grid: Grid, torus
     return total
 
 
-def _image_share(covariance: SelfAffine | IsotropicCutoff, grid: Grid, lags: np.ndarray) -> float:
+def _image_share(covariance: SelfAffine, grid: Grid, lags: np.ndarray) -> float:
     """Largest difference of the covariance on the torus from the one asked for, over the largest fall on the mesh.
 
     Over the fall, since a mesh much shorter than the roll-off holds a small part of the variance, and that is its form.

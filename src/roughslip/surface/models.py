@@ -12,7 +12,6 @@ import scipy  # its parts when they are used
 from roughslip.errors import ParameterError
 from roughslip.surface import self_affine_transform
 from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
-from roughslip.surface.isotropic_cutoff import IsotropicCutoff
 from roughslip.validation import gate, positive
 
 
@@ -189,9 +188,7 @@ class SelfAffine(IsotropicCovariance):
         if shape is None or cutoff is None:
             raise ParameterError("a self_affine model needs a Hurst exponent and a cut-off wavelength")
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
-        fitted = self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
-        assert isinstance(fitted, cls)  # as the cut-off has the lay
-        return fitted
+        return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
 
     @property
     def fitted_lengths_m(self) -> tuple[float, float]:
@@ -238,8 +235,7 @@ def self_affine(
     rolloff_wavelength_across_m: float | None = None,
     lay_rad: float = 0.0,
     rms_slope: float | None = None,
-    isotropic_cutoff: bool = False,
-) -> SelfAffine | IsotropicCutoff:
+) -> SelfAffine:
     """The self-affine covariance of a roll-off and a cut-off wavelength.
 
     rms_height_m : Sq [m]; or else the rms slope
@@ -249,7 +245,6 @@ def self_affine(
     rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
     lay_rad : angle from x to the lay
     rms_slope : h' [-], root mean square of the gradient over both directions; the height follows
-    isotropic_cutoff : whether the cut-off is the same in all directions, beside a roll-off with a lay
 
     Returns the covariance, whose `axis_lengths_m` are its 1/e lengths. Raises ParameterError as the class.
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
@@ -258,15 +253,11 @@ def self_affine(
     rolloffs = rolloff_wavelength_m, across
     for name, length in (("roll-off", rolloffs[0]), ("roll-off", across), ("cut-off", cutoff_wavelength_m)):
         positive(f"the {name} wavelength", length, "m")
-    bandwidth = (min(rolloffs) if isotropic_cutoff else rolloff_wavelength_m) / cutoff_wavelength_m
+    bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
     if (rms_height_m is None) == (rms_slope is None):
         raise ParameterError("a self_affine covariance needs one of rms_height_m and rms_slope")
     height = 1.0 if rms_height_m is None else positive("rms height", rms_height_m, "m")
-    of: SelfAffine | IsotropicCutoff
-    if isotropic_cutoff and rolloffs[0] != rolloffs[1]:
-        of = IsotropicCutoff(height, hurst, rolloffs, cutoff_wavelength_m, lay_rad)
-    else:
-        scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
-        of = SelfAffine(height, scale * rolloffs[0], scale * rolloffs[1], lay_rad, hurst=hurst, bandwidth=bandwidth)
+    scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
+    of = SelfAffine(height, scale * rolloffs[0], scale * rolloffs[1], lay_rad, hurst=hurst, bandwidth=bandwidth)
     return of if rms_slope is None else replace(of, rms_height_m=positive("rms slope", rms_slope) / of.rms_slope)

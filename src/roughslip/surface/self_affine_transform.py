@@ -25,13 +25,6 @@ def moment(power: int, hurst: float, bandwidth: float | np.ndarray) -> np.ndarra
     return np.asarray(1 / (power + 2) + log * scipy.special.exprel((power - 2 * hurst) * log))
 
 
-def ray(s: np.ndarray, hurst: float, bandwidth: np.ndarray) -> np.ndarray:
-    """int_0^1 k cos(s k) dk + int_1^Q k^(-1-2H) cos(s k) dk : (broadcast of s and Q), as `profile` in one dimension."""
-    plateau = np.sinc(s / np.pi) - 0.5 * np.sinc(s / (2 * np.pi)) ** 2
-    slope = _tail_integral(s, hurst, 1) - bandwidth ** (-2 * hurst) * _tail_integral(bandwidth * s, hurst, 1)
-    return np.asarray(plateau + slope)
-
-
 def profile(u: np.ndarray, hurst: float, bandwidth: float) -> np.ndarray:
     """Correlation at u = q_r r: int_0^1 k J0(u k) dk + int_1^Q k^(-1-2H) J0(u k) dk over the mass of the spectrum.
 
@@ -50,61 +43,50 @@ def scale(hurst: float, bandwidth: float) -> float:
     )
 
 
-def _tail_integral(z: np.ndarray, hurst: float, dimension: int = 2) -> np.ndarray:
-    """G(z) = z^2H int_z^inf t^(-1-2H) J0(t) dt, to some 1e-13: power series, Chebyshev interpolation, asymptotics.
-
-    dimension : 2; or 1 for the cosine in place of J0
-    """
+def _tail_integral(z: np.ndarray, hurst: float) -> np.ndarray:
+    """G(z) = z^2H int_z^inf t^(-1-2H) J0(t) dt, to some 1e-13: power series, Chebyshev interpolation, asymptotics."""
     z = np.asarray(z, dtype=float)
     result = np.empty(z.shape)
     small, large = z <= SERIES_END, z >= ASYMPTOTIC_START
     middle = ~(small | large)
     if small.any():
-        result[small] = _tail_series(z[small], hurst, dimension)
+        result[small] = _tail_series(z[small], hurst)
     if middle.any():
-        result[middle] = chebyshev.chebval(_to_unit_interval(z[middle]), _tail_coefficients(hurst, dimension))
+        result[middle] = chebyshev.chebval(_to_unit_interval(z[middle]), _tail_coefficients(hurst))
     if large.any():
-        result[large] = _tail_asymptotics(z[large], hurst, dimension)
+        result[large] = _tail_asymptotics(z[large], hurst)
     return result
 
 
-def _tail_series(z: np.ndarray, hurst: float, dimension: int) -> np.ndarray:
-    """The series of J0 or the cosine integrated term by term from z to SERIES_END, and G there.
+def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
+    """The series of J0 integrated term by term from z to SERIES_END, and G there.
 
     (c^p - z^p) / p is written with exprel, so that H = 1, where an exponent p = 2k - 2H vanishes, is no exception.
     """
-    at_end = _tail_at_series_end(hurst, dimension)
+    at_end = _tail_at_series_end(hurst)
     log = np.log(np.maximum(z, 1e-300) / SERIES_END)
     total = at_end * np.exp(2 * hurst * log) - np.expm1(2 * hurst * log) / (2 * hurst)
     coefficient = 1.0
     for k in range(1, 25):
-        coefficient *= -(SERIES_END**2) / (2 * k * (2 * k + dimension - 2))
+        coefficient *= -(SERIES_END**2) / (4 * k**2)
         total -= coefficient * np.exp(2 * hurst * log) * log * scipy.special.exprel((2 * k - 2 * hurst) * log)
     return np.where(z > 0, total, 1 / (2 * hurst))  # z^2H vanishes too slowly for a cut near zero
 
 
 @lru_cache
-def _tail_at_series_end(hurst: float, dimension: int) -> float:
-    return float(chebyshev.chebval(-1.0, _tail_coefficients(hurst, dimension)))
+def _tail_at_series_end(hurst: float) -> float:
+    return float(chebyshev.chebval(-1.0, _tail_coefficients(hurst)))
 
 
-def _tail_asymptotics(z: np.ndarray, hurst: float, dimension: int) -> np.ndarray:
-    """I_a = int_z^inf t^-a J0 = -z^-a J1 + (a + 1) z^(-a-1) J0 - (a + 1)^2 I_(a+2), twice by parts, repeated.
-
-    With the cosine, and the sine for J1, the factor is a in the second term and a (a + 1) in the third.
-    """
+def _tail_asymptotics(z: np.ndarray, hurst: float) -> np.ndarray:
+    """I_a = int_z^inf t^-a J0 = -z^-a J1 + (a + 1) z^(-a-1) J0 - (a + 1)^2 I_(a+2), twice by parts, repeated."""
     a, factor, total = 1 + 2 * hurst, 1 / z, np.zeros_like(z)
-    zeroth, first = _waves(z, dimension)
+    zeroth, first = scipy.special.j0(z), scipy.special.j1(z)
     for _ in range(16):
-        total += factor * ((a + dimension - 1) / z * zeroth - first)
-        factor = -factor * ((a + dimension - 1) / z) * ((a + 1) / z)
+        total += factor * ((a + 1) / z * zeroth - first)
+        factor = -factor * ((a + 1) / z) ** 2
         a += 2
     return total
-
-
-def _waves(z: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """J0 and J1, or the cosine and the sine."""
-    return (scipy.special.j0(z), scipy.special.j1(z)) if dimension == 2 else (np.cos(z), np.sin(z))
 
 
 def _to_unit_interval(z: np.ndarray) -> np.ndarray:
@@ -112,16 +94,16 @@ def _to_unit_interval(z: np.ndarray) -> np.ndarray:
 
 
 @lru_cache
-def _tail_coefficients(hurst: float, dimension: int, degree: int = 80) -> np.ndarray:
+def _tail_coefficients(hurst: float, degree: int = 80) -> np.ndarray:
     """Chebyshev coefficients of G on SERIES_END ... ASYMPTOTIC_START from Gauss-Legendre quadrature."""
     end = np.array([ASYMPTOTIC_START])
-    beyond = float(_tail_asymptotics(end, hurst, dimension)[0]) * ASYMPTOTIC_START ** (-2 * hurst)
+    beyond = float(_tail_asymptotics(end, hurst)[0]) * ASYMPTOTIC_START ** (-2 * hurst)
 
     def tail(unit: np.ndarray) -> np.ndarray:
         z = SERIES_END + (unit + 1) / 2 * (ASYMPTOTIC_START - SERIES_END)
         half = (ASYMPTOTIC_START - z)[:, None] / 2
         t = z[:, None] + half * (GAUSS_NODES + 1)
-        integral = np.sum(half * GAUSS_WEIGHTS * t ** (-1 - 2 * hurst) * _waves(t, dimension)[0], axis=1)
+        integral = np.sum(half * GAUSS_WEIGHTS * t ** (-1 - 2 * hurst) * scipy.special.j0(t), axis=1)
         return z ** (2 * hurst) * (beyond + integral)
 
     return chebyshev.chebinterpolate(tail, degree)

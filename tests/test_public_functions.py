@@ -30,7 +30,7 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 RESULTS = {
     *("CensoredFit", "Fit", "LocalExpansion", "StripExpansion", "ContactSolution"),
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
-    *("Basins", "LimitCycle", "Motion", "Reattachment", "Residence", "Spells", "States", "Trajectory", "TroughMap"),
+    *("Durations", "LimitCycle", "Motion", "Reattachment", "States", "Trajectory", "TroughMap"),
     *("EmpiricalDistribution", "Estimate", "ContactSweep"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
     *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),

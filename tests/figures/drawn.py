@@ -258,25 +258,6 @@ def map_result(points=12, names=("damping", "belt_velocity"), first=0.0):
     return arrays | with_interval("probability", share, 0.1)
 
 
-def residence_result(points=12, scatters=(0.25, 0.5, 1.0, 2.0)):
-    """Made up: durations that cross near the limit; some states were not seen to end."""
-    deviation = 0.05 * np.array(scatters)
-    grid = 0.32 + deviation[:, None] * np.linspace(-3, 3, points)
-    stick_slip, sliding = np.exp(-(grid - 0.32) / 0.03 + 2), np.exp((grid - 0.32) / 0.03 + 2)
-    arrays = {
-        "scatter_factor": np.array(scatters),
-        "friction_deviation": deviation,
-        "residence_damping": grid,
-        "residence_limit": np.array(0.3244),
-        "residence_hopf": np.array(0.2311),
-    }
-    curves = {"stick_slip": stick_slip, "sliding": sliding, "share": stick_slip / (stick_slip + sliding)}
-    for name, curve in curves.items():
-        known = np.where(curve > 1e3, np.nan, curve)
-        arrays |= with_interval(name, known, 0.2 * known) | {f"{name}_by_theory": curve}
-    return arrays | with_interval("half", 0.32 + 0.1 * deviation, 0.01)
-
-
 def budget_result(
     sources=(
         "friction curve",

@@ -24,7 +24,7 @@ from roughslip.figures.figure_scan import NUMBERS, figure_scan
 from roughslip.figures.friction_against_load import DRAWN as LOADS_DRAWN
 from roughslip.figures.friction_against_load import friction_against_load
 from roughslip.figures.stick_slip import DRAWN as STICK_SLIP_DRAWN
-from roughslip.figures.stick_slip import figure_map, figure_residence
+from roughslip.figures.stick_slip import figure_map
 from roughslip.figures.style import save
 from tests.figures.drawn import (
     DAMPING,
@@ -38,7 +38,6 @@ from tests.figures.drawn import (
     map_result,
     oscillator,
     refused,
-    residence_result,
     scan_alone,
     scan_result,
     square,
@@ -54,7 +53,6 @@ FIGURES = {
     "figure_chain": (figure_chain, CHAIN_DRAWN["figure_chain"], chain_result()),
     "scan": (figure_scan, SCAN_DRAWN["figure_scan"], scan_result()),
     "map": (figure_map, STICK_SLIP_DRAWN["figure_map"], map_result()),
-    "residence": (figure_residence, STICK_SLIP_DRAWN["figure_residence"], residence_result()),
     "budget": (figure_budget, BUDGET_DRAWN["figure_budget"], budget_result()),
     "loads": (friction_against_load, LOADS_DRAWN["friction_against_load"], loads_result()),
 }
@@ -103,11 +101,6 @@ CASES = {
         "from zero": map_result(),
         "stick-slip everywhere": map_result() | {"probability": np.ones((12, 12))},
         "no limits": map_result(9, ("mass", "load"), 0.02) | {name: np.full(9, np.nan) for name in LIMITS},
-    },
-    "residence": {
-        "four scatters": residence_result(),
-        "one scatter": residence_result(5, (1.0,)),
-        "no theory": residence_result() | {"sliding_by_theory": np.full((4, 12), np.nan)},
     },
     "budget": {
         "six sources": budget_result(),
@@ -346,17 +339,6 @@ def test_the_map_draws_the_stored_numbers():
     assert (own.get_xdata()[0], own.get_ydata()[0]) == (0.17, 0.948)
 
 
-def test_the_residence_draws_the_stored_numbers():
-    arrays = residence_result()
-    for axes, name in zip(figure_residence(arrays).axes, ("stick_slip", "sliding", "share"), strict=True):
-        theory = [line for line in axes.lines if line.get_label().startswith("std")]
-        np.testing.assert_allclose([line.get_ydata() for line in theory], arrays[f"{name}_by_theory"])
-        np.testing.assert_allclose(theory[2].get_xdata(), arrays["residence_damping"][2])
-        points = [line.get_ydata() for line in axes.lines if line.get_marker() == "o"]
-        for drawn_points, stored in zip(points, arrays[name], strict=True):
-            np.testing.assert_allclose(drawn_points, stored[np.isfinite(stored)])
-
-
 def test_the_chain_draws_the_stored_numbers():
     arrays = chain_result()
     surface, contact, path, cycle = figure_chain(arrays).axes[:4]
@@ -370,7 +352,7 @@ def test_the_chain_draws_the_stored_numbers():
 def compared(count):
     """Results of so many scenes, by figure and scene: friction larger from one to the next, one damping less."""
     results = {"figure2": square(), "figure5": oscillator(), "figure_map": map_result()}
-    results |= {"figure3": friction(), "figure3_law": friction(), "figure_residence": residence_result()}
+    results |= {"figure3": friction(), "figure3_law": friction()}
     results |= {"figure_scan": scan_result()}
     return {
         figure: {
@@ -404,9 +386,6 @@ def test_every_scene_is_drawn_from_what_is_stored():
     x, y = panels["Figure 2: pressure"].lines[0].get_data()
     np.testing.assert_allclose(y, 1 - np.exp(-x), atol=0.01)  # exponential pressures, over their mean
     np.testing.assert_array_equal(panels["Figure 5: cycles lost"].lines[0].get_ydata(), oscillator()["difference"])
-    np.testing.assert_array_equal(
-        panels["residence: half of the time in stick-slip"].lines[0].get_ydata(), residence_result()["half"]
-    )
     lengths = panels["Figure 3: correlation length"].lines[0].get_ydata()
     np.testing.assert_allclose(lengths, 1e6 * friction()["combined_length_least_squares"])
     lag, correlation = panels["scan: autocorrelation"].lines[0].get_data()

@@ -28,9 +28,8 @@ PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
-    "answer, figure2, figure3, figure5, figure_basins, figure_budget, figure_chain, figure_map, "
-    "figure_record, figure_residence, "
-    "figure_scan, friction_against_load, readings"
+    "answer, figure2, figure3, figure5, figure_budget, figure_chain, figure_map, "
+    "figure_record, figure_scan, friction_against_load, readings"
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"

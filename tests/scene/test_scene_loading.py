@@ -205,9 +205,7 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "figure3": {"material", "roughness", "strip", "expansion", "friction", "numerics"},
         "figure5": {"oscillator", "ensemble", "friction", "numerics"},
         "answer": {"oscillator", "friction", "numerics"},
-        "figure_basins": {"oscillator", "friction", "numerics"},
         "figure_map": {"oscillator", "map", "friction", "numerics"},
-        "figure_residence": {"oscillator", "survival", "friction", "numerics"},
     }
     for target, sections in needed.items():
         all_sections = sections | needed["figure3"] if "oscillator" in sections else sections

@@ -84,7 +84,7 @@ def test_every_stage_runs_or_has_a_reason():
     assert given["contact_strip"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        of_oscillator = "figure5, figure_basins, figure_budget, figure_chain, figure_map, figure_residence"
+        of_oscillator = "figure5, figure_budget, figure_chain, figure_map"
         asking = f"not asked for: answer, figure3, {of_oscillator}, readings"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"

@@ -13,11 +13,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.path import Path
 
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
-from roughslip.figures.stick_slip import DRAWN, figure_basins
 from roughslip.friction.table_variables import distribution
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
@@ -26,7 +24,7 @@ from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.probability.level_search import ACCURACY
 from roughslip.report.machine import change_rows
 from roughslip.scene.types import scene_of
-from roughslip.stages import answer, basins, deterministic, residence, stick_slip_map
+from roughslip.stages import answer, deterministic, stick_slip_map
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers, friction_numbers, friction_paths, friction_process
 from roughslip.stages.from_scene.variation import damping_ratios
@@ -367,13 +365,12 @@ MAP = {
     "realisations": 8,
     "duration_periods": 40,
 }
-SURVIVAL = {"scatter_factors": [0.5, 1.0], "points": 5, "realisations": 8, "duration_periods": 40}
 ALL = 1.0  # share of the points that are run
 LIMIT = 0.324424  # of existence in damping, by tests/oscillator/test_limits.py
 
 
 def asked(std: float, **others: object) -> dict:
-    configuration = scattered(std, **others) | {"map": MAP, "survival": SURVIVAL}
+    configuration = scattered(std, **others) | {"map": MAP}
     del configuration["ensemble"]  # not read
     return configuration
 
@@ -452,49 +449,3 @@ def test_where_no_cycle_exists_the_limit_is_nan_and_sliding_certain(run, capsys,
     assert list(np.isnan(result["existence_limit"][[0, -1]])) == [False, True]
     assert result["hopf_damping"][-1] < 0
     assert "values of belt_velocity" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_durations_change_with_damping_and_theory_has_their_order(run):
-    """Stick-slip lasts ever shorter with damping and steady sliding ever longer, in the runs and in theory."""
-    result = run(residence, asked(0.03))
-    assert result["residence_limit"] == pytest.approx(0.324424, abs=1e-6)
-    reach = 4 * result["unit_scatter"] * result["friction_deviation"]
-    ends = np.minimum(result["residence_limit"] - reach, result["residence_hopf"]), result["residence_limit"] + reach
-    np.testing.assert_allclose(result["residence_damping"][:, [0, -1]].T, ends)
-    assert np.all(result["share"][:, 0] > 0.75)  # sliding lasts some periods where a run begins with it
-    np.testing.assert_array_equal(result["share"][:, -1], 0.0)
-    for name in ("stick_slip", "sliding", "share"):
-        known = np.isfinite(result[name]) & np.isfinite(result[f"{name}_high"])  # a share is not where no state ended
-        values = (result[f"{name}{end}"][known] for end in ("_low", "", "_high"))
-        low, value, high = values
-        assert np.all((low <= value) & (value <= high))
-    theory = result["stick_slip_by_theory"][1]
-    assert np.all(np.diff(theory[np.isfinite(theory)]) < 0)
-    theory = result["sliding_by_theory"][1]
-    assert np.all(np.diff(theory[np.isfinite(theory)]) > 0)
-
-
-@pytest.mark.slow
-def test_a_half_that_the_runs_do_not_hold_is_nan_with_a_warning(run, capsys):
-    """Hardly any scatter, at the Hopf damping and just beyond the limit."""
-    result = run(residence, asked(1e-9) | {"survival": SURVIVAL | {"points": 2}}, "narrow")
-    assert np.isfinite(result["half"]).all() or "do not hold" in capsys.readouterr().err
-    with pytest.raises(IllPosedError, match="no stick-slip cycle"):
-        run(residence, asked(0.03, belt_velocity_m_per_s=20.0), "none")
-
-
-def test_the_unstable_cycle_parts_the_basins_and_is_drawn(run, monkeypatch):
-    """Orbits do not cross: what begins within ends in sliding. Below the Hopf damping there is no such cycle."""
-    monkeypatch.setattr(basins, "STATES", 200)
-    result = run(basins, asked(1e-9, damping_ratio=0.28))
-    cycle = Path(np.column_stack([result["unstable_position"], result["unstable_velocity"]]))
-    within = cycle.contains_points(np.column_stack([result["basin_position"], result["basin_velocity"]]))
-    np.testing.assert_array_equal(result["ends_in_stick_slip"] > 0, ~within)
-    assert result["basin_share"] == pytest.approx(1 - within.mean())
-    assert np.ptp(result["from_rest_velocity"]) > np.ptp(result["unstable_velocity"])
-    figure = figure_basins({name: result[name] for name in DRAWN["figure_basins"]})
-    assert f"{100 * result['basin_share']:.0f} % of the states" in figure.axes[0].get_title(loc="left")
-    assert len(figure.axes[0].lines) == 4
-    figure = figure_basins(run(basins, asked(1e-9, damping_ratio=0.22), "below"))
-    assert figure.axes[0].lines[1].get_xdata().size == 0

@@ -42,7 +42,6 @@ FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
 CHAIN = {"figure_chain": 1}
 MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
-MORE = dict.fromkeys(("residence", "figure_residence", "basins", "figure_basins"), 1)
 SCAN = {"scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_shapes: [2.1, 5.0]}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
@@ -57,7 +56,6 @@ STAGES = {
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
-    f"targets: [figure_residence, figure_basins]\n{GIVEN}": MORE,
     f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"ensemble_pilot": 1, **OSCILLATOR, "oscillator": 4},
     f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "adaptive_training": 1, "square_pilot": 1},
     f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},

@@ -113,13 +113,6 @@ def _map(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
     axes.set(xlabel=LABELS[names[0][0]], ylabel=LABELS[names[0][1]])
 
 
-def _residence(axes: Axes, results: Results, looks: Mapping[str, Look]) -> None:
-    for scene, result in results.items():
-        ends = with_ends(result, "half")
-        draw_curve(axes, result["friction_deviation"], ends, looks[scene] | {"ls": "-"})
-    axes.set(xlabel="standard deviation of friction", ylabel="damping ratio $D$", xlim=(0, None))
-
-
 COMPARED = (
     Panel("figure2", "Figure 2: pressure", ("method", "pressure", *with_interval_names("cumulative")), _pressure),
     *(
@@ -135,12 +128,6 @@ COMPARED = (
     Panel("figure5", "Figure 5: reattachment point", ("histogram", "histogram_edge"), _reattachment),
     Panel("figure5", "Figure 5: cycles lost", ("damping_ratio", *with_interval_names("difference")), _loss),
     Panel("figure_map", "map: where stick-slip is at 50 %", ("map_x", "map_y", "map_parameters", "probability"), _map),
-    Panel(
-        "figure_residence",
-        "residence: half of the time in stick-slip",
-        ("friction_deviation", *with_interval_names("half")),
-        _residence,
-    ),
     Panel("figure_scan", "scan: autocorrelation", ("lag_x", "lag_y", *with_interval_names("correlation")), _scan),
 )
 

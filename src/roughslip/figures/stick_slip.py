@@ -1,4 +1,4 @@
-"""Stick-slip over parameters: its map, how long it lasts near the limit, and from which initial states it comes."""
+"""Stick-slip over two parameters: its map."""
 
 from __future__ import annotations
 
@@ -11,13 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughslip.figures.style import (
     Arrays,
-    despine,
-    draw_points,
-    heads,
-    legend_above,
     panels,
-    with_ends,
-    with_interval_names,
 )
 
 OUTLINE = (withStroke(linewidth=2.6, foreground="white"),)
@@ -76,74 +70,9 @@ def draw_probability(axes: Axes, x: np.ndarray, y: np.ndarray, probability: np.n
     return mesh
 
 
-STATES = ("stick_slip", "sliding", "share")
-
-
-def figure_residence(result: Arrays) -> Figure:
-    """Mean durations of both states, and the share of stick-slip, against damping at every scatter."""
-    figure, (stick_slip, sliding, share) = panels(3, 1, 5.2)
-    for axes, name in ((stick_slip, "stick_slip"), (sliding, "sliding"), (share, "share")):
-        _state(axes, result, name)
-    for axes in (stick_slip, sliding):
-        axes.set(yscale="log", ylabel="natural periods")
-    share.set(ylim=(-0.02, 1.02), ylabel="share of the time")
-    legend_above(share, columns=2)
-    heads(
-        (stick_slip, sliding, share),
-        *("mean duration of stick-slip", "mean duration of steady sliding", "stick-slip"),
-    )
-    despine(stick_slip, sliding, share)
-    return figure
-
-
-def _state(axes: Axes, result: Arrays, name: str) -> None:
-    for row, deviation in enumerate(result["friction_deviation"]):
-        damping, colour = result["residence_damping"][row], f"C{row}"
-        ends = with_ends(result, name, row)
-        known = np.isfinite(ends).all(axis=0)
-        draw_points(axes, damping[known], [end[known] for end in ends], {"color": colour, "marker": "o", "ms": 3.5})
-        axes.plot(damping, result[f"{name}_by_theory"][row], lw=1.2, color=colour, label=f"std {deviation:.3g}")
-    axes.set(xlabel="damping ratio $D$")
-    for limit, style, label in (("hopf", "--", "sliding unstable below"), ("limit", "-", "cycle exists below")):
-        axes.axvline(float(result[f"residence_{limit}"]), color="0.3", lw=0.9, ls=style, label=label)
-
-
-CURVES = {"from_rest": ("from rest on the belt", "-"), "unstable": ("unstable cycle", "--")}
-
-
-def figure_basins(result: Arrays) -> Figure:
-    """States of the plane by where they end, the motion from rest, and the unstable cycle between."""
-    figure, _ = panels(1, 1, 6.0)
-    (axes,) = figure.axes
-    sticks = result["ends_in_stick_slip"] > 0
-    for chosen, colour, label in ((sticks, "C3", "ends in stick-slip"), (~sticks, "C0", "ends in steady sliding")):
-        x, v = result["basin_position"][chosen], result["basin_velocity"][chosen]
-        axes.plot(1e3 * x, v, ".", color=colour, ms=3.0, label=label)
-    for name, (label, style) in CURVES.items():
-        x, v = result[f"{name}_position"], result[f"{name}_velocity"]
-        if x.size:
-            axes.plot(1e3 * x, v, style, color="0.1", lw=1.2, label=label)
-    axes.set(xlabel="position $x$ [mm]", ylabel="velocity [m/s]")
-    legend_above(axes)
-    low, high = (100 * float(result[f"basin_share_{end}"]) for end in ("low", "high"))
-    share = 100 * float(result["basin_share"])
-    axes.set_title(f"{share:.0f} % of the states end in stick-slip [{low:.0f}, {high:.0f}]", loc="left")
-    despine(axes)
-    return figure
-
-
 DRAWN = {
     "figure_map": [
         *("map_x", "map_y", "map_x_own", "map_y_own", "map_parameters", "map_runs", "is_computed"),
         *("probability", "hopf_damping", "existence_limit"),
-    ],
-    "figure_residence": [
-        *("friction_deviation", "residence_damping", "residence_limit", "residence_hopf"),
-        *with_interval_names(*STATES),
-        *(f"{name}_by_theory" for name in STATES),
-    ],
-    "figure_basins": [
-        *("basin_position", "basin_velocity", "ends_in_stick_slip", *with_interval_names("basin_share")),
-        *(f"{name}_{part}" for name in CURVES for part in ("position", "velocity")),
     ],
 }

@@ -10,9 +10,8 @@
 - answer: whether it stick-slips with ScatteringFriction, where that ends or begins, and why, by a Sampling of runs
 - uncertainty_budget: how sure that is, and which uncertain input of a Machine decides it
 - run_until_known, states_of: when it is in stick-slip and when in steady sliding
-- ends_in_stick_slip, basin_share, unstable_cycle: from which initial states it comes to which of them without scatter
-- residence, trough_map, residence_by_theory: how long both last, by long runs and by theory
-- reattachment_statistics, count_difference, damping_band: statistics of ensembles
+- durations, durations_by_theory: how long both last, by long runs and by the chain of a trough_map
+- reattachment_statistics, count_difference: statistics of ensembles
 
 `__init__.pyi` lists all public names and their modules.
 """

@@ -3,7 +3,7 @@
 Friction mu_D + mu_S(s) adds (F / V) mu_S(s) to the slip flow of `oscillator.limits`, s being the slipped distance.
 Friction mu_D (1 + mu_S(s)) adds as much times mu_D at the speed of the orbit there. So, to first order, the damping
 ratio at which a loop just reaches the belt again is normal about the existence limit. Its standard deviation is
-proportional to that of mu_S. This scatter sets the width of the band of damping in which stick-slip survives or ends by
+proportional to that of mu_S. This scatter sets the width of the band of damping in which stick-slip goes on or ends by
 chance. A loop that misses the belt may still reach it at its next peak.
 """
 

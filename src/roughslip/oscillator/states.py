@@ -35,8 +35,8 @@ NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a r
 class States:
     """When a motion is in which state, in natural periods.
 
-    stick_slip, sliding : (spells, 2) beginning and end of each spell
-    stick_slip_ended, sliding_ended : (spells,) false where the run was over before the spell
+    stick_slip, sliding : (times, 2) beginning and end of each time in the state
+    stick_slip_ended, sliding_ended : (times,) false where the run was over before it
     """
 
     stick_slip: np.ndarray
@@ -48,8 +48,8 @@ class States:
     def share(self, begin: float = 0.0, end: float = math.inf) -> float:
         """Share of stick-slip in the time between two natural periods that belongs to a state; NaN where none does."""
         stuck, slid = (
-            float(np.sum(np.diff(np.clip(spells, begin, end)), dtype=np.float64))
-            for spells in (self.stick_slip, self.sliding)
+            float(np.sum(np.diff(np.clip(times, begin, end)), dtype=np.float64))
+            for times in (self.stick_slip, self.sliding)
         )
         return stuck / (stuck + slid) if stuck + slid > 0.0 else math.nan
 
@@ -70,24 +70,24 @@ def slip_phases(motion: Motion) -> tuple[np.ndarray, bool]:
 
 @gate
 def states_of(motion: Motion, longest_slip: float) -> States:
-    """The spells of both states in a motion.
+    """The times in both states in a motion.
 
     longest_slip : [natural periods] of a cycle, as the function of that name gives it
     """
     slips, cut_off = slip_phases(motion)
     is_long = slips[:, 1] - slips[:, 0] > longest_slip
     backwards = np.append(motion.backwards[motion.kind == REATTACHMENT], [False] * cut_off)
-    spells, ended = [], []
+    times, ended = [], []
     first = 0
     for i in [*np.flatnonzero(is_long), len(slips)]:
         short = slice(first, i - (i == len(slips) and cut_off and not is_long[-1]))
         if np.any(backwards[short]):
             over = i < len(slips)
-            spells.append((slips[first, 0], slips[i, 0] if over else slips[short][-1, 1]))
+            times.append((slips[first, 0], slips[i, 0] if over else slips[short][-1, 1]))
             ended.append(over)
         first = i + 1
     return States(
-        stick_slip=np.reshape(spells, (-1, 2)),
+        stick_slip=np.reshape(times, (-1, 2)),
         sliding=slips[is_long],
         stick_slip_ended=np.array(ended, dtype=bool),
         sliding_ended=~(np.arange(len(slips)) == (len(slips) - 1 if cut_off else -1))[is_long],

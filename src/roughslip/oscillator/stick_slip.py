@@ -20,10 +20,10 @@ from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Samp
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.durations import Residence, residence
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.oscillator.state_durations import Durations, durations
 from roughslip.oscillator.trough_chain import theory_or_nan
 from roughslip.probability.bracket import range_end
 from roughslip.probability.estimate import wilson_interval
@@ -119,8 +119,8 @@ class Answer:
     starts_differ : whether these differ by more than chance
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
-    residence : durations of the states, their rates and the share of time, from all runs
-    residence_by_theory : the same by `trough_chain`; None without `deviation` of the friction
+    durations : of the states, with their rates and the share of time, from all runs
+    durations_by_theory : the same by `trough_chain`; None without `deviation` of the friction
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     limits : by names of `changed.PARAMETERS`
@@ -138,8 +138,8 @@ class Answer:
     starts_differ: bool
     decided: bool
     needs: Needed
-    residence: Residence
-    residence_by_theory: Residence | None
+    durations: Durations
+    durations_by_theory: Durations | None
     amplitude: Quantity
     amplitude_scatter: Quantity
     frequency: Quantity
@@ -193,8 +193,8 @@ def answer(
         probability=probability(at_start),
         probability_from_sliding=probability(cycles["from_sliding"]),
         **memory_of_the_start(runs, periods, cycles),
-        residence=residence([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
-        residence_by_theory=_theory(oscillator, law, friction, options),
+        durations=durations([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
+        durations_by_theory=_theory(oscillator, law, friction, options),
         **cycle,
         limits=limits,
         smallest_change=smallest_change(limits, share > 0.5),
@@ -221,7 +221,7 @@ def check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
 
 def _theory(
     belt: Oscillator, law: FrictionLaw, friction: ScatteringFriction, options: MotionOptions
-) -> Residence | None:
+) -> Durations | None:
     if friction.deviation is None:
         return None
     of_friction = friction.deviation, friction.correlation_length_m, friction.autocorrelation

@@ -15,13 +15,12 @@ correlation of their scatters, xi_1 = sqrt(rho) (g + g') + sqrt(1 - 2 rho) xi. L
 departure to troughs below u*, between these, and from these to the belt. After LOOPS loops slip is steady sliding, so
 
     f = A Q^(LOOPS - 1) 1                         chance that a slip of stick-slip fails, given the friction g,
-    mean stick-slip = time of the slips that stick in LOOPS loops, with their sticks, over the spells of them,
+    mean stick-slip = time of the slips that stick in LOOPS loops, with their sticks, over the times it begins,
     mean sliding = LOOPS t + A Q^(LOOPS - 1) (1 - Q)^-1 t / f,    t the duration of a loop,
-    birth = spells of stick-slip over the time of sliding.
+    birth = beginnings of stick-slip over the time of sliding.
 
 Limits: for Gaussian friction and small sigma both logarithms grow as 1 / sigma^2 (M. I. Freidlin & A. D. Wentzell,
-Random Perturbations of Dynamical Systems, 1984, ch. 6). Far from the unstable cycle, birth is the first passage of a
-linear oscillator to the belt, whose crossings `rice_rate` counts.
+Random Perturbations of Dynamical Systems, 1984, ch. 6).
 
 Slip that friction has quickened meets the friction ahead sooner, so that the mean force about a path of mu_S is not 0.
 To second order the mean of -V mu_S' times the displacement by mu_S itself is, at the relative speed V (1 - w),
@@ -45,13 +44,13 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator.durations import Residence
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response, orbit_response
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import departure_point, hopf_damping, slip_loop
+from roughslip.oscillator.limits import departure_point, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, slip_flow
+from roughslip.oscillator.state_durations import Durations
 from roughslip.oscillator.states import LOOPS
 from roughslip.validation import gate, positive
 
@@ -80,7 +79,6 @@ class TroughMap:
     correlation : (1 + knots,) [-] rho of the scatter of a loop and of an equal one after it
     duration : (1 + knots,) [natural periods] of the loops
     stick : [natural periods] that the cycle without scatter sticks
-    reach : (2,) [-] sums of the negative and of the positive weights of mu_S in the trough after a departure
     """
 
     belt: float
@@ -90,13 +88,6 @@ class TroughMap:
     correlation: np.ndarray
     duration: np.ndarray
     stick: float
-    reach: tuple[float, float]
-
-    @gate
-    def can_fail(self, least: float, most: float) -> bool:
-        """Whether some path of mu_S between two bounds ends stick-slip; if none does, it lasts for ever."""
-        negative, positive_ = self.reach
-        return self.following[0] + negative * most + positive_ * least < self.belt
 
 
 def _turn(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
@@ -238,7 +229,6 @@ def trough_map(
         correlation=np.clip(beside / variance, 0.0, 0.45),
         duration=np.array([time for _, time, _ in loops]) / (2.0 * math.pi),
         stick=0.0 if cycle is None else (cycle.period - cycle.slip_duration) / (2.0 * math.pi),
-        reach=(float(np.minimum(first[2].kernel, 0.0).sum()), float(np.maximum(first[2].kernel, 0.0).sum())),
     )
 
 
@@ -274,8 +264,8 @@ def _chain(troughs: TroughMap) -> tuple[np.ndarray, np.ndarray]:
 
 
 @gate
-def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math.inf, math.inf)) -> Residence:
-    """How long both states last by the chain of troughs; NaN is unknown. bounds : least and largest mu_S"""
+def durations_by_theory(troughs: TroughMap) -> Durations:
+    """How long both states last by the chain of troughs; NaN is unknown."""
     transitions, times = _chain(troughs)
     nodes, j = len(times) - 1, JUNCTIONS
     inner = transitions[1:, ..., :nodes].transpose(1, 0, 2, 3).reshape(j * nodes, j * nodes)
@@ -289,7 +279,7 @@ def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math
         short = short + (spent @ returns).sum(axis=1) + troughs.stick * back.sum(axis=1)
         sticks, reached, spent = sticks + back, reached @ inner, spent @ inner
     fails = reached.sum(axis=1)
-    if not np.any(fails > 0.0) or (math.isfinite(sum(bounds)) and not troughs.can_fail(*bounds)):
+    if not np.any(fails > 0.0):
         return _exactly(math.inf, math.nan, math.nan, math.nan)  # sliding may last for ever too
     solved = np.linalg.solve(np.eye(j * nodes) - inner, np.column_stack([loop, returns]))
     until = reached @ solved[:, 0]
@@ -299,41 +289,17 @@ def residence_by_theory(troughs: TroughMap, bounds: tuple[float, float] = (-math
         again = reached @ solved[:, 1:]
     kernel = sticks + again
     share = np.linalg.lstsq(np.vstack([kernel.T - np.eye(j), np.ones(j)]), np.append(np.zeros(j), 1.0), rcond=None)[0]
-    spells_of_stick_slip = float(share @ again @ sticks.sum(axis=1))
-    if not spells_of_stick_slip > 0.0:  # no slip sticks again
+    beginnings = float(share @ again @ sticks.sum(axis=1))
+    if not beginnings > 0.0:  # no slip sticks again
         return _exactly(math.nan, math.inf, 0.0, 0.0)
     stuck, slid = float(share @ short), float(share @ (spent.sum(axis=1) + until))
-    spells_of_sliding = float(share @ fails)
-    birth = spells_of_stick_slip / slid
-    return _exactly(stuck / spells_of_stick_slip, slid / spells_of_sliding, birth, stuck / (stuck + slid))
+    failures = float(share @ fails)
+    birth = beginnings / slid
+    return _exactly(stuck / beginnings, slid / failures, birth, stuck / (stuck + slid))
 
 
-def _exactly(*values: float) -> Residence:
-    return Residence(*(np.full(3, value) for value in values))
-
-
-@gate
-def rice_rate(oscillator: Oscillator, law: FrictionLaw, deviation: float, length_m: float) -> float:
-    """Rate [1 / natural period] at which steady sliding of a linear oscillator with Gaussian mu_S comes to the belt.
-
-    deviation, length_m : standard deviation of mu_S, and the length [m] of its exponential autocorrelation
-
-    With y'' + 2 d y' + y = f, where d = D - hopf_damping, f has the variance (F sigma / V)^2 and the correlation time
-    L / V. From the covariance of (y, y', f), in closed form by Lyapunov's equation, the crossings of y' = 1 follow
-    (Rice): std(y'') / std(y') exp(-1 / (2 var y')) in a natural period. An upper limit of the rate of first passages.
-    Raises IllPosedError where sliding is unstable.
-    """
-    damping = oscillator.damping_ratio - hopf_damping(oscillator, law)
-    if not damping > 0.0:
-        raise IllPosedError(
-            "steady sliding is unstable, and has no covariance: raise the damping; scene key: oscillator.damping_ratio"
-        )
-    rate = oscillator.V / length_m
-    drift = np.array([[0.0, 1.0, 0.0], [-1.0, -2.0 * damping, 1.0], [0.0, 0.0, -rate]])
-    noise = np.diag([0.0, 0.0, 2.0 * rate * (oscillator.F * deviation / oscillator.V) ** 2])
-    covariance = scipy.linalg.solve_continuous_lyapunov(drift, -noise)
-    speed, acceleration = covariance[1, 1], drift[1] @ covariance @ drift[1]
-    return math.sqrt(acceleration / speed) * math.exp(-0.5 / speed)
+def _exactly(*values: float) -> Durations:
+    return Durations(*(np.full(3, value) for value in values))
 
 
 def theory_or_nan(
@@ -343,8 +309,8 @@ def theory_or_nan(
     length_m: float,
     autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None,
     options: MotionOptions = DEFAULTS,
-) -> Residence:
-    """What `residence_by_theory` finds, its arguments those of `trough_map`; NaN where slip makes no chain.
+) -> Durations:
+    """What `durations_by_theory` finds, its arguments those of `trough_map`; NaN where slip makes no chain.
 
     Further than FAR standard deviations from the existence limit no chain is needed: either state lasts for ever.
     """
@@ -355,6 +321,6 @@ def theory_or_nan(
             return _exactly(math.inf, math.nan, math.nan, math.nan)
         if apart < -FAR:
             return _exactly(math.nan, math.inf, 0.0, 0.0)
-        return residence_by_theory(trough_map(oscillator, law, deviation, length_m, autocorrelation, options))
+        return durations_by_theory(trough_map(oscillator, law, deviation, length_m, autocorrelation, options))
     except (ConvergenceError, IllPosedError, ParameterError):
         return _exactly(*[math.nan] * 4)

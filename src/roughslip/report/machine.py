@@ -131,18 +131,18 @@ def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
 
 def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
     """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
-    states, spells = answer["states"], []
+    states, durations = answer["states"], []
     for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
         mean, minimum, _ = states[name]
         if mean is not None or minimum is not None:
             known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
-            spells.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
+            durations.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
     value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
     if value is None:
         number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]
     else:
         number, notes = f"{value:.0f} %", [] if low is None or high is None else [f"{low:.0f} to {high:.0f} %"]
-    notes += [f"in the mean {joined(spells)}"] if spells else []
+    notes += [f"in the mean {joined(durations)}"] if durations else []
     return "time in stick-slip", number, "; ".join(notes)
 
 

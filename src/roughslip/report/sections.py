@@ -140,16 +140,6 @@ SECTIONS = {
         "A panel of bars by source of uncertainty: their parts in the variance of stick-slip or not, with the scatter "
         "of friction. Then a panel for each limit of the cycle, of damping, belt velocity and normal force.",
     ),
-    "figure_residence": Section(
-        "How long stick-slip and steady sliding last near the limit",
-        "Three panels over damping, at several scatters: mean durations of stick-slip and of steady sliding, and the "
-        "share of stick-slip in the time.",
-    ),
-    "figure_basins": Section(
-        "From which states it ends in stick-slip without scatter",
-        "A plane of position and velocity: a dot a state, coloured by its end, with the motion from rest and the "
-        "unstable cycle.",
-    ),
 }
 
 NUMBERS = {name: text for section in SECTIONS.values() for name, text in section.numbers.items()}

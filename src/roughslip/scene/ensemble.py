@@ -1,4 +1,4 @@
-"""Sections `ensemble`, `map`, `survival` and `answer` of a scene: the runs of the oscillator."""
+"""Sections `ensemble`, `map` and `answer` of a scene: the runs of the oscillator."""
 
 from __future__ import annotations
 
@@ -109,26 +109,6 @@ class StickSlipMap(Section):
 
 
 @section
-class Survival(Section):
-    """Durations of stick-slip and of steady sliding near the limit of existence, of figure_residence."""
-
-    scatter_factors: tuple[float, ...] = many(
-        "Multiples of the standard deviation of friction, strictly increasing",
-        number("A multiple", above=0, maximum=100),
-        maximum=20,
-    )
-    points: int = integer(
-        "Damping ratios around the limit of existence, as far from it as the scatter moves it", minimum=2, maximum=200
-    )
-    realisations: int = integer(
-        "Realisations of the friction process at each, from rest on the belt and from steady sliding",
-        minimum=8,
-        maximum=10000,
-    )
-    duration_periods: float = number("Duration of a run in natural periods", minimum=20, maximum=10000)
-
-
-@section
 class Answer(Section):
     """Runs that tell whether stick-slip occurs, and where it ceases or begins: answer.json."""
 
@@ -177,7 +157,6 @@ def _path_fits(length: float, process: str, velocity: float, omega: float, perio
 
 RULES = (
     increasing("ensemble.damping_ratios"),
-    increasing("survival.scatter_factors"),
     Rule(
         ("ensemble.realisations", "ensemble.duration_periods"),
         lambda runs, periods: runs * periods <= MOST_PERIODS,

@@ -101,7 +101,7 @@ _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscilla
 _FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
 MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
-FREE = ("figure_basins", "figure_budget", "figure_map", "figure_residence")  # figures without excitation
+FREE = ("figure_budget", "figure_map")  # figures without excitation
 
 REPLACES: dict[str, tuple[str, ...]] = {
     f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),

@@ -215,13 +215,8 @@ def nearest(given: str, known: list[str], heading: str) -> str:
     return f"{_guess(given, known)}{heading}: {', '.join(known)}"
 
 
-RENAMED = {"figure_lifetimes": "figure_residence"}
-
-
 def _guess(given: str, known: list[str]) -> str:
     """A question for the known word that is nearest, or nothing where none is near; the new name of an old one."""
-    if given in RENAMED and RENAMED[given] in known:
-        return f"its name is {RENAMED[given]} now; "
     given = given[:100].replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")  # else µm is near m
     near = difflib.get_close_matches(given, known, n=1)
     return f"did you mean {near[0]}? " if near else ""

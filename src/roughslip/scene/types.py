@@ -12,7 +12,7 @@ from typing import Any, Literal
 from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.declarations import declarations
-from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap, Survival
+from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap
 from roughslip.scene.expansion import Expansion
 from roughslip.scene.fields import (
     Section,
@@ -91,7 +91,6 @@ class Scene(Section):
     oscillator: Oscillator = group(Oscillator)
     ensemble: Ensemble = group(Ensemble)
     map: StickSlipMap = group(StickSlipMap)
-    survival: Survival = group(Survival)
     answer: Answer = group(Answer)
     numerics: Numerics = group(Numerics)
     standard_uncertainties: tuple[tuple[str, float], ...] = many(

@@ -9,7 +9,7 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
 from roughslip.oscillator.answer_runs import Sampling, ScatteringFriction
 from roughslip.oscillator.changed import PARAMETERS
-from roughslip.oscillator.durations import states_of_answer
+from roughslip.oscillator.state_durations import states_of_answer
 from roughslip.oscillator.stick_slip import Quantity, answer, check_has_answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
@@ -57,12 +57,12 @@ def work(job: Job) -> None:
     job.usage.count(runs=answered.trials)
     job.usage.skip({skip_reasons.KEPT: answered.trials - count})
     shown_friction = {"mean": numbers.mean, "deviation": numbers.standard_deviation, "pad_deviation": of_pad}
-    shown = {name: value for name, value in asdict(answered).items() if not name.startswith("residence")}
+    shown = {name: value for name, value in asdict(answered).items() if not name.startswith("durations")}
     result = {"given": True, **shown} | {
         **{f"friction_{name}": asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
         "windows": asdict(Quantity(own.windows, None, "1")),
         "states": states_of_answer(
-            answered.residence, answered.residence_by_theory, own.belt.natural_frequency_rad_per_s
+            answered.durations, answered.durations_by_theory, own.belt.natural_frequency_rad_per_s
         ),
     }
     store.write_json(job.arguments.output, result | {"summary": summary(result)})

@@ -10,7 +10,7 @@ from roughslip.stages.runtime.drawing import save_with_numbers
 STAGE = Stage(
     name="comparison",
     reads="description",
-    many={"results": "figure2 figure3 figure3_law figure5 figure_map figure_residence figure_scan"},
+    many={"results": "figure2 figure3 figure3_law figure5 figure_map figure_scan"},
     result="comparison.nc",
     caption="Scenes in comparison, with 95 % intervals: pressure at the centre over its mean; friction against "
     "penetration; limit cycle without scatter, reattachment point, cycles lost to the scatter; where stick-slip is as "

@@ -67,25 +67,11 @@ STAGES = [
         "the fitted process, on the scale of the measured one.",
     ),
     figure(
-        name="figure_residence",
-        of="residence",
-        draws="stick_slip",
-        caption="How long stick-slip and steady sliding last near the limit, and the share of stick-slip in the time. "
-        "Points with 95 % intervals are from runs, lines are theory: the chain of the troughs of slip.",
-    ),
-    figure(
         name="figure_budget",
         of="budget",
         caption="What is worth measuring: the part of each source of uncertainty in the variance of whether it "
         "stick-slips, with the scatter of friction itself, and Sobol' indices of the limits of the cycle: wide bars "
         "total, narrow ones first, lines their 95 % intervals.",
-    ),
-    figure(
-        name="figure_basins",
-        of="basins",
-        draws="stick_slip",
-        caption="From which initial states the mass ends in stick-slip without scatter. The unstable cycle parts these "
-        "states from those that end in steady sliding.",
     ),
     figure(
         name="figure_scan",

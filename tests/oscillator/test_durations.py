@@ -1,6 +1,6 @@
 """Durations of both states: by hand, against long runs, and in the limits that theory has of its own.
 
-Censored lifetimes against textbook values, intervals that cover as often as they say.
+Censored durations against textbook values, intervals that cover as often as they say.
 """
 
 import itertools
@@ -10,24 +10,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.optimize import isotonic_regression
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
-from roughslip.oscillator.durations import residence, states_of_answer, stationary_share
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
+from roughslip.oscillator.state_durations import durations, exponential_mean, states_of_answer, stationary_share
 from roughslip.oscillator.states import States, run_until_known
-from roughslip.oscillator.survival import (
-    Spells,
-    crossing,
-    damping_band,
-    falling_share,
-    mean_lifetime,
-)
-from roughslip.oscillator.trough_chain import residence_by_theory, rice_rate, theory_or_nan, trough_map
+from roughslip.oscillator.trough_chain import durations_by_theory, theory_or_nan, trough_map
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY, Slips, lifetime
 
@@ -36,10 +28,10 @@ NEARLY_GAUSSIAN = 200.0, 200.0
 
 
 def theory(damping, deviation, length=LENGTH):
-    return residence_by_theory(trough_map(replace(STUDY, damping_ratio=damping), LAW, deviation, length))
+    return durations_by_theory(trough_map(replace(STUDY, damping_ratio=damping), LAW, deviation, length))
 
 
-def spells_of(stick_slip, sliding):
+def states_in_turn(stick_slip, sliding):
     """States of spells (duration, ended), in turn from 0, stick-slip first."""
     rows, time = ([], []), 0.0
     for pair in itertools.zip_longest(stick_slip, sliding):
@@ -55,8 +47,8 @@ def spells_of(stick_slip, sliding):
 def test_means_of_runs_by_hand():
     """Time over ends: 30 / 2 and 60 / 2. Of the latter the mass slides again after one: a birth in 60."""
     slides_again = States(*(np.reshape(x, (-1, 2)) for x in ([], [(0, 10), (12, 22)])), *map(np.array, ([], [1, 0])))
-    runs = [spells_of([(10, True), (5, True)], [(40, True)]), spells_of([(15, False)], []), slides_again]
-    times = residence(runs, np.random.default_rng(1))
+    runs = [states_in_turn([(10, True), (5, True)], [(40, True)]), states_in_turn([(15, False)], []), slides_again]
+    times = durations(runs, np.random.default_rng(1))
     assert (times.stick_slip[0], times.sliding[0], times.birth[0]) == pytest.approx((15, 30, 1 / 60))
     assert times.share[0] == pytest.approx((1 / 60) / (1 / 60 + 1 / 15))
     assert times.death[0] == pytest.approx(1 / 15)
@@ -66,7 +58,7 @@ def test_means_of_runs_by_hand():
 
 
 def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
-    times = residence([spells_of([(40, False)], [])], np.random.default_rng(1))
+    times = durations([states_in_turn([(40, False)], [])], np.random.default_rng(1))
     assert times.share == pytest.approx([1.0, math.nan, 1.0], nan_ok=True)
     assert np.isnan(times.sliding).all()
     assert (times.stick_slip[0], times.stick_slip[2]) == (math.inf, math.inf)
@@ -97,11 +89,11 @@ def test_the_share_of_the_long_run_and_its_interval_follow_from_both_rates(death
 @pytest.mark.slow
 @pytest.mark.parametrize("again", [0.0, 0.5])
 def test_the_share_is_stationary_whichever_state_the_runs_begin_in(again):
-    """Spells of 20 and 5, after half of the latter sliding again: share 20 / (20 + 5 / (1 - again)). Runs of 60 begin
+    """Means of 20 and 5, after half of the latter sliding again: share 20 / (20 + 5 / (1 - again)). Runs of 60 begin
     half in either state, so that their own share is nearer to 1/2. 300 trials: 95 % within four standard errors."""
     rng, held, exact = np.random.default_rng(2), 0, 20 / (20 + 5 / (1 - again))
     for _ in range(300):
-        times = residence([renewal(rng, again, 60.0, begin) for begin in (0, 1) for _ in range(20)], rng)
+        times = durations([renewal(rng, again, 60.0, begin) for begin in (0, 1) for _ in range(20)], rng)
         held += times.share[1] <= exact <= times.share[2]
     assert abs(held / 300 - 0.95) < 4 * math.sqrt(0.95 * 0.05 / 300)
 
@@ -122,8 +114,8 @@ def test_theory_where_a_state_lasts_for_ever(damping, stick_slip, sliding):
     """Scatter of 1e-4: well below the existence limit a cycle never fails, far above it no slip sticks. So far from it
     the chain is left out, with the same result."""
     without_chain = theory_or_nan(replace(STUDY, damping_ratio=damping), LAW, 1e-4, LENGTH)
-    for durations in (theory(damping, 1e-4), without_chain):
-        assert (durations.stick_slip[0], durations.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
+    for found in (theory(damping, 1e-4), without_chain):
+        assert (found.stick_slip[0], found.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
 
 
 @pytest.mark.slow
@@ -132,7 +124,7 @@ def test_intervals_of_resampled_spells_hold_the_means():
     rng, held = np.random.default_rng(2), np.zeros(2)
     for _ in range(300):
         draws = ([(duration, True) for duration in mean * rng.standard_exponential(30)] for mean in (20.0, 50.0))
-        times = residence([spells_of(*draws)], rng)
+        times = durations([states_in_turn(*draws)], rng)
         held += [times.stick_slip[1] <= 20 <= times.stick_slip[2], times.sliding[1] <= 50 <= times.sliding[2]]
     assert np.all(held / 300 >= 0.95 - 0.03 - 4 * math.sqrt(0.95 * 0.05 / 300))  # the bootstrap of skew draws: 92 %
 
@@ -156,23 +148,12 @@ def test_scatter_of_a_small_loop_is_that_of_a_linear_oscillator():
 
 
 @pytest.mark.slow
-def test_bounded_friction_that_cannot_end_stick_slip_lets_it_last_for_ever():
-    """The bound: the worst path of mu_S through the first loop, against the depth that the belt needs."""
-    belt = replace(STUDY, damping_ratio=0.2)
-    troughs = trough_map(belt, LAW, 0.002, LENGTH)
-    margin = (troughs.following[0] - troughs.belt) / (troughs.reach[1] - troughs.reach[0])
-    assert not troughs.can_fail(-0.99 * margin, 0.99 * margin)
-    assert troughs.can_fail(-1.01 * margin, 1.01 * margin)
-    assert math.isinf(residence_by_theory(troughs, (-0.99 * margin, 0.99 * margin)).stick_slip[0])
-
-
-@pytest.mark.slow
 def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
     """Kramers: at 0.28, of lifetimes from 1e3 to 1e8 natural periods; the prefactor, a power of sigma, is taken off."""
     deviation = np.array([0.018, 0.0148, 0.0125, 0.0108, 0.0095])
-    durations = np.array([theory(0.28, one, 1e-4).stick_slip[0] for one in deviation])
-    assert 1e3 < durations[0] < durations[-1] < 1e9
-    x, y = deviation**-2, np.log(durations) + np.log(deviation)
+    times = np.array([theory(0.28, one, 1e-4).stick_slip[0] for one in deviation])
+    assert 1e3 < times[0] < times[-1] < 1e9
+    x, y = deviation**-2, np.log(times) + np.log(deviation)
     slope, offset = np.polyfit(x, y, 1)
     assert slope > 0
     assert np.max(np.abs(slope * x + offset - y)) < 0.03 * np.ptp(y)
@@ -181,18 +162,6 @@ def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
 def test_friction_that_does_not_follow_slip_has_no_chain():
     with pytest.raises(ParameterError, match="follows slip"):
         trough_map(STUDY, LAW, 0.01, LENGTH, None, MotionOptions(friction_follows="time"))
-
-
-def test_rice_s_rate_by_hand_and_its_condition():
-    """White friction of intensity S: var y' = S / (4 d), and the acceleration has the variance of friction."""
-    d, deviation, length = 0.1, 0.4, 1e-6
-    belt = replace(STUDY, damping_ratio=hopf_damping(STUDY, LAW) + d)
-    intensity = 2 * (belt.F * deviation / belt.V) ** 2 * length / belt.V
-    rate = rice_rate(belt, LAW, deviation, length)
-    speed, acceleration = intensity / (4 * d), (belt.F * deviation / belt.V) ** 2
-    assert math.log(rate) == pytest.approx(0.5 * math.log(acceleration / speed) - 0.5 / speed, rel=0.02)
-    with pytest.raises(IllPosedError, match="unstable"):
-        rice_rate(STUDY, LAW, deviation, length)
 
 
 @pytest.mark.slow
@@ -206,7 +175,7 @@ def test_theory_against_long_runs(deviation):
             run_until_known(belt, LAW, KeptPath(paths.realisation([1, run])), paths.spacing, 5000.0)[2]
             for run in range(4)
         ]
-        measured, expected = residence(runs, np.random.default_rng(3)), theory(damping, deviation)
+        measured, expected = durations(runs, np.random.default_rng(3)), theory(damping, deviation)
         for name, factor in (("stick_slip", 1.5), ("sliding", 2.0)):
             _, low, high = getattr(measured, name)
             assert low / factor <= getattr(expected, name)[0] <= high * factor, (damping, name)
@@ -224,7 +193,7 @@ def test_splitting_against_long_runs():
     runs = [
         run_until_known(belt, LAW, KeptPath(paths.realisation([1, run])), paths.spacing, 5000.0)[2] for run in range(8)
     ]
-    value, low, high = residence(runs, rng).stick_slip
+    value, low, high = durations(runs, rng).stick_slip
     slips = Slips(belt, LAW, process, paths.spacing)
     logs = np.log([lifetime(slips, 200, rng) for _ in range(8)])
     error = math.hypot(np.std(logs, ddof=1) / math.sqrt(8), math.log(high / low) / 3.92)
@@ -246,72 +215,10 @@ def test_long_lifetimes_of_theory_against_splitting(damping, length, deviation, 
     assert mean_time / 3 < theory(damping, deviation, length).stick_slip[0] < 3 * mean_time
 
 
-def test_mean_lifetime_by_hand():
+def test_the_mean_of_exponential_durations_by_hand():
     """Two ends in 30 periods; chi-square with 6 and 4 degrees of freedom."""
-    lifetime = mean_lifetime(Spells(np.array([5.0, 10.0, 15.0]), np.array([True, False, True])))
-    assert lifetime == pytest.approx([15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)], rel=1e-12)
-    value, low, high = mean_lifetime(Spells(np.array([30.0]), np.array([False])))
+    expected = [15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)]
+    assert exponential_mean(30.0, 2) == pytest.approx(expected, rel=1e-12)
+    value, low, high = exponential_mean(30.0, 0)
     assert (value, high) == (math.inf, math.inf)
     assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there
-    with pytest.raises(IllPosedError, match="no run"):
-        mean_lifetime(Spells(np.empty(0), np.empty(0, bool)))
-
-
-@pytest.mark.slow
-def test_the_interval_of_the_mean_covers_it_as_often_as_it_says():
-    """Lifetimes of mean 40 cut off at 25, 20 a trial: between exact (0.95) and conservative."""
-    rng, trials = np.random.default_rng(0), 2000
-    drawn = 40 * rng.standard_exponential((trials, 20))
-    held = 0
-    for row in drawn:
-        _, low, high = mean_lifetime(Spells(np.minimum(row, 25), row < 25))
-        held += low <= 40 <= high
-    assert held / trials >= 0.95 - 4 * math.sqrt(0.95 * 0.05 / trials)
-    assert held / trials <= 0.985
-
-
-def test_falling_share_is_the_isotonic_regression():
-    assert falling_share(np.array([1, 0.5, 0.7, 0.2])) == pytest.approx([1, 0.6, 0.6, 0.2], rel=1e-15)
-    shares = np.random.default_rng(1).random((20, 9))
-    expected = [isotonic_regression(row, increasing=False).x for row in shares]
-    np.testing.assert_allclose(falling_share(shares), expected, rtol=1e-13)
-
-
-def test_crossing_by_hand():
-    damping = np.array([0.1, 0.2, 0.4])
-    shares = np.array([[1.0, 0.8, 0.0], [1.0, 0.5, 0.5], [0.4, 0.2, 0.0], [0.9, 0.9, 0.6]])
-    np.testing.assert_allclose(crossing(damping, shares, 0.5), [0.275, np.nan, np.nan, np.nan])
-    np.testing.assert_allclose(crossing(damping, shares[:2], 0.9), [0.15, 0.12])
-
-
-@pytest.mark.slow
-def test_band_of_normal_tolerances():
-    """Every run survives up to a damping of its own, normal of mean 0.3 and deviation 0.02. The quantile at a share p
-    of n runs errs by sqrt(p (1 - p) / n) / phi deviations; intervals hold the truth in 19 of 20 trials."""
-    damping, levels, runs = np.linspace(0.22, 0.38, 33), (0.9, 0.5, 0.1), 200
-    truth = 0.3 + 0.02 * stats.norm.ppf(1 - np.array(levels))
-    error = 0.02 * np.sqrt([0.09 / runs, 0.25 / runs, 0.09 / runs]) / stats.norm.pdf(stats.norm.ppf(levels))
-    trials, held = 40, 0
-    for trial in range(trials):
-        rng = np.random.default_rng([2, trial])
-        survived = damping < 0.3 + 0.02 * rng.standard_normal((runs, 1))
-        band = damping_band(damping, survived, levels, rng)
-        assert np.all(np.abs(band[:, 0] - truth) < 4.5 * error)
-        held += np.count_nonzero((band[:, 1] <= truth) & (truth <= band[:, 2]))
-    # the three levels of a trial are correlated, at most alike
-    assert held / (3 * trials) == pytest.approx(0.95, abs=4 * math.sqrt(0.95 * 0.05 / trials))
-
-
-def test_what_the_ensemble_does_not_hold_is_refused():
-    rng = np.random.default_rng(3)
-    damping, survived = np.linspace(0.1, 0.5, 5), np.ones((10, 5), bool)
-    with pytest.raises(IllPosedError, match="widen them"):
-        damping_band(damping, survived, (0.5,), rng)
-    with pytest.raises(ParameterError, match="ascend"):
-        damping_band(damping[::-1], survived, (0.5,), rng)
-    # Half of 200 runs outlive the last damping in 2.7 % of all replicates where 86 do, in 6.8 % where 89 do (binomial).
-    last = np.arange(200)[:, None] < [200, 86]
-    assert damping_band(damping[:2], last, (0.5,), rng)[0, 0] == pytest.approx(0.1 + 0.1 * 0.5 / 0.57)
-    last[:89, 1] = True
-    with pytest.raises(IllPosedError, match="widen them"):
-        damping_band(damping[:2], last, (0.5,), rng)

@@ -6,8 +6,6 @@
 #   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
 #   make stress SEED=today SHARE=0.1     a tenth of each campaign, with other random problems, the same all day
-#   make reference JOBS=8                without results/reference/<scene>/pressure.nc, 75 minutes on one core are solved
-#                                        again; an interrupted run goes on from results/monte_carlo
 
 PYTHON ?= python3
 JOBS ?= 2
@@ -58,15 +56,15 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) snakefmt --check Snakefile workflow/Snakefile workflow/rules
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
-	@set -e; for subject in surface contact chaos oscillator chain; do \
+	@set -e; for subject in surface contact chaos oscillator; do \
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.runner $$subject --output results/benchmarks/$$subject.json \
 			$(if $(filter 1,$(PEERS)),--peers) $(if $(filter 1,$(QUICK)),--quick); \
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot --benchmark results/benchmarks/$$subject.json \
 			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \
 	done
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; half an hour
-	$(RUN) workflow.stress.runner -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json \
+stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; twenty minutes
+	$(RUN) tests.properties.campaign -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json \
 		$(if $(SEED)$(SHARE),,--keep results/reference/evidence/stress.json)
 
 verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and its files with their checksums
@@ -85,8 +83,7 @@ fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
-reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again; Monte Carlo where missing (75 minutes)
-	$(RUN) workflow.monte_carlo.references -j $(JOBS)
+reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again
 	$(RUN) snakemake -j$(JOBS) reference
 	@for file in results/benchmarks/*.json; do [ ! -f "$$file" ] || cp "$$file" results/reference/evidence/; done
 

@@ -44,7 +44,6 @@ LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
     "sobol": ("Sobol", {"color": "C4", "linestyle": (0, (5, 1)), "marker": "D"}),
     "equation_8": ("PC, eq. (8)", {**METHODS["equation_8"][1], "marker": "^"}),
     "equation_9": ("PC, eq. (9)", {**METHODS["equation_9"][1], "marker": "v"}),
-    "plain": ("direct cold solves, counted", {"color": "C2", "marker": "v", "linestyle": "-."}),
 }
 
 
@@ -112,14 +111,12 @@ def panels_of(subject: str, rows: Sequence[Row]) -> list[Panel]:
         axes = "contact solves", "error of the distribution [-]", lambda row: row["work"]
         ordered = sorted(rows, key=lambda row: row["work"])
         return [Panel(f"{name} %", part, *axes) for name, part in sorted(by(ordered, "scene", "percentile").items())]
-    if subject == "oscillator":
-        axes = "time of a cycle [s]", "relative error of X"
-        return [Panel(name.replace("-", " "), part, *axes) for name, part in by(rows, "motion").items()]
-    return [Panel("", rows, "CPU time [s]", "relative half width or error")]  # chain: ours and direct solves
+    axes = "time of a cycle [s]", "relative error of X"
+    return [Panel(name.replace("-", " "), part, *axes) for name, part in by(rows, "motion").items()]
 
 
 def draw(subject: str, rows: Sequence[Row]) -> Figure:
-    """Draw the panels of a benchmark with one legend; true errors and the scatter over designs where rows have them."""
+    """Draw the panels of a benchmark with one legend, and the scatter over designs where rows have it."""
     shown = panels_of(subject, rows)
     columns = min(len(shown), 3)
     canvas, places = panels(columns, len(shown) // columns, 4.6 if columns < 3 else 3.7)
@@ -129,10 +126,6 @@ def draw(subject: str, rows: Sequence[Row]) -> Figure:
             if row["method"] == OURS and "errors" in row:  # percentiles 10 and 90 of the designs
                 ends = np.percentile(row["errors"]["distance"], (10, 90))
                 axes.plot([panel.x(row)] * 2, ends, color="0.1", linewidth=5, alpha=0.3)
-            if "true_error" in row:
-                bar = {"yerr": row["reference_error"], "color": "C3", "marker": "D", "markerfacecolor": "w"}
-                axes.errorbar(panel.x(row), row["true_error"], **bar)
-                axes.annotate("true error", (panel.x(row), row["true_error"]), (6, 4), textcoords="offset points")
         axes.set(xlabel=panel.xlabel, ylabel=panel.ylabel)
         if panel.x is not seconds:  # whole numbers, which powers of ten do not name
             counts = sorted({panel.x(row) for row in panel.rows})
@@ -146,7 +139,7 @@ def draw(subject: str, rows: Sequence[Row]) -> Figure:
     return canvas
 
 
-FIGURES = {name: partial(draw, name) for name in ("surface", "contact", "chaos", "oscillator", "chain")}
+FIGURES = {name: partial(draw, name) for name in ("surface", "contact", "chaos", "oscillator")}
 
 
 def main() -> None:

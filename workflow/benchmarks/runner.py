@@ -26,7 +26,7 @@ from typing import Any, TypeVar
 
 from roughslip import store
 
-SUBJECTS = ("surface", "contact", "chaos", "oscillator", "chain")
+SUBJECTS = ("surface", "contact", "chaos", "oscillator")
 OURS = "roughslip"
 TURN_SECONDS = 5e-3  # A fast method is called repeatedly for so long, which makes clock and interrupts negligible.
 LONG = 1.5  # [s] The call that estimates the time of a method counts as its first turn if it takes longer.

@@ -27,7 +27,7 @@ from workflow.study.surface_check import check_surface
 USER_FILES = {"scan": "roughness.scan.file", "record": "friction.record.file"}  # by the stage that reads one
 KEYS = ("scenes", "scenes_folder", "compare", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
-FOLDERS = ("store", "reference", "benchmarks", "stress", "evidence", "monte_carlo", "logs", "usage")  # of no scene
+FOLDERS = ("store", "reference", "benchmarks", "evidence", "logs", "usage")  # of no scene
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
@@ -109,7 +109,7 @@ def _guess(name: str, allowed: Sequence[str]) -> str:
 
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "oscillator", "chain")
+BENCHMARKS = ("surface", "contact", "chaos", "oscillator")
 OF_SEVERAL = (
     *("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store"),
     "scatter_law",

@@ -46,10 +46,6 @@ MEASURED = {
     "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
     "solves.",
     "oscillator": "Oscillator: error of the point where the mass sticks again against the time of a cycle.",
-    "chain": "Friction of strips: half width of the 95 % intervals against the CPU time of all stages, the largest "
-    "of mean and scatter at penetrations from 20 to 95 %. For comparison direct strips, each penetration from a cold "
-    "start, as many as leave the same half width. They are counted from the scatter of a strip and the time of one. "
-    "True errors are largest differences from 4000 direct strips on the same cells, with one standard error.",
 }
 
 

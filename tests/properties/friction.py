@@ -14,7 +14,7 @@ from scipy import stats
 from roughslip.errors import IllPosedError
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, fit_beta
 from roughslip.friction.statistics import FEWEST_REPLICATES, strip_weights
-from workflow.stress.runner import Trial, choose, log_uniform
+from tests.properties.campaign import Trial, choose, log_uniform
 
 KINDS = ("rough", "dilute", "shaped", "outlier", "two-values", "constant", "nearly-constant", "none", "long")
 KIND_SHARES = (0.3, 0.12, 0.2, 0.06, 0.05, 0.06, 0.06, 0.03, 0.12)

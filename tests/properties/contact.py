@@ -22,7 +22,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.solve import ContactSolution, solve, solve_load, sweep
 from roughslip.errors import ConvergenceError
 from roughslip.grid import Grid
-from workflow.stress.runner import Trial, choose, log_uniform
+from tests.properties.campaign import Trial, choose, log_uniform
 
 DEMANDED = 1e-10  # Every problem must reach this residual. Short of a tighter tolerance, an error is an answer.
 LEAST_HARDNESS = 1.02  # mean pressures; at 1 all nodes yield

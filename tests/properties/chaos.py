@@ -29,7 +29,7 @@ from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.pressure import KINDS, PressureTarget
 from roughslip.chaos.strip import fit_strip
 from roughslip.errors import ConvergenceError, IllPosedError
-from workflow.stress.runner import Trial, choose, log_uniform
+from tests.properties.campaign import Trial, choose, log_uniform
 
 RISK, TWICE = 1e-6, 2.0
 # Shares of samples in contact, between two ends of a share; `none`, `one` and `all` are exact.

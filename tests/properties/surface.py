@@ -1,32 +1,27 @@
-"""Surfaces: random fields on meshes, each answer judged; one problem in ten is a fit to a table of lags.
+"""Surfaces: random fields on meshes, each answer judged.
 
 Heights and cells are drawn from 1e-12 m to 1e3 m, each for itself. Expansions are judged by the covariance matrix of
 all nodes. Embeddings are judged by the filter of the sampler, a field as wide as the torus. Random noise shows that
 heights are this filter convolved with the noise. Their covariance is then the sum of products of the filter with
-itself. Without errors a fit must return the model where the lags determine it. In all fits the answer must be a minimum
-of the squares: no step of a parameter may lower them.
+itself.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.scan.covariance_fit import CovarianceFit, fit_covariance
-from roughslip.scan.fit_data import Estimates, estimates
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.embedding import IMAGE_SHARE, MOST_FOLDS, embed
 from roughslip.surface.lanczos import leading_modes
-from roughslip.surface.models import KINDS, Matern, covariance_of
+from roughslip.surface.models import MODELS, covariance_of
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
-from workflow.stress.runner import Trial, choose, log_uniform
+from tests.properties.campaign import Trial, choose, log_uniform
 
-FITS = 10  # One problem in so many is a fit.
 ENTRIES, ENTRY_SHARES = ("expansion", "lanczos", "embedding"), (0.5, 0.2, 0.3)
 MOST_NODES, LONGEST_LINE = 24, 200  # on an axis of a mesh, and of a line
 MOST_EMBEDDED = 60_000  # nodes of a torus that holds the reach of the covariance on both sides
@@ -35,19 +30,13 @@ TOLERANCE = 1e-10  # of eigenvalues and residuals, relative to the largest eigen
 MATRIX_ROUNDING = 1e-13  # of an entry of the matrix; eigenvalues move by as much for each node
 SHARE_ROUNDING = 1e-9  # of a share, within which the number of modes may be one more or less
 LAG_ROUNDING = 1e-12  # of a correlation
+LARGEST_SHAPE = 100.0  # of a covariance, where its model bears any
 LAGS, NODES = 20, 3
 IMAGES = 1.1  # of the image share: on lines longer than 64 nodes the package does not try every lag
 
-SOURCES, SOURCE_SHARES = ("exact", "noise", "nonsense"), (0.45, 0.45, 0.1)
-STEPS = (-0.02, 0.02)  # of a logarithm or a radian
-STATIONARY = 1e-5  # of the squares, by which a step may lower them
-
 
 def attempt(trial: Trial) -> None:
-    """Expand or embed a field, or fit a covariance."""
-    if trial.number % FITS == FITS - 1:
-        attempt_fit(trial)
-        return
+    """Expand or embed a field."""
     rng, entry = trial.rng, choose(trial.rng, ENTRIES, ENTRY_SHARES)
     while True:
         grid = draw_mesh(rng, 4 if entry == "lanczos" else 1)
@@ -72,16 +61,14 @@ def attempt(trial: Trial) -> None:
 
 def draw_covariance(rng: np.random.Generator, grid: Grid) -> Covariance:
     """Draw a covariance of any kind, from far shorter than a cell to far longer than the mesh."""
-    kind, cell = choose(rng, KINDS), math.sqrt(grid.cell_area)
+    kind, cell = choose(rng, tuple(MODELS)), math.sqrt(grid.cell_area)
     length = cell * log_uniform(rng, -1, 2) if rng.random() < 0.9 else cell * log_uniform(rng, -3, 4)
     across = length * log_uniform(rng, -1.5, 1.5) if rng.random() < 0.4 else length
     lay = choose(rng, (0.0, math.pi / 2, math.pi / 4, float(rng.uniform(-4, 4))), (0.4, 0.1, 0.1, 0.4))
-    shapes: dict[str, float] = {}
-    if kind == "matern":
-        shapes["smoothness"] = choose(rng, (0.05, 0.5, 1.5, 20.0, log_uniform(rng, -1.3, 1.3)))
-    elif kind == "self_affine":
-        shapes["hurst"] = choose(rng, (0.01, 0.5, 1.0, float(rng.uniform(0.01, 1.0))), (0.1, 0.1, 0.1, 0.7))
-        shapes["bandwidth"] = 1.0 + log_uniform(rng, *((-5, -1) if rng.random() < 0.05 else (-1, 2)))
+    shapes = {}
+    for name, (low, high) in MODELS[kind].shapes.items():
+        most = min(high, LARGEST_SHAPE)
+        shapes[name] = choose(rng, (low, most, low * (most / low) ** rng.random()), (0.05, 0.05, 0.9))
     return covariance_of(kind, log_uniform(rng, -12, 3), length, across, lay, **shapes)
 
 
@@ -207,76 +194,3 @@ def judge_embedding(trial: Trial, covariance: Covariance, grid: Grid) -> None:
     trial.check("the filtered noise", max(unlike), 1e-12 * math.sqrt(filter_.size))
     trial.check("clipped variance", embedding.clipped_variance, 1e-6)
     trial.check("image share", embedding.image_share, IMAGE_SHARE)
-
-
-def attempt_fit(trial: Trial) -> None:
-    """Fit a model to a table of lags, exact, with noise or without sense."""
-    rng = trial.rng
-    source, kind = choose(rng, SOURCES, SOURCE_SHARES), choose(rng, KINDS)
-    of_truth = kind if source == "exact" or rng.random() < 0.6 else "gaussian"
-    unit, anisotropic = log_uniform(rng, -12, 3), bool(rng.random() < 0.6)
-    steps = tuple(int(n) for n in rng.integers(3, 9, 2)) if rng.random() < 0.9 else (0, 6)
-    length = log_uniform(rng, -0.3, 0.8)
-    across = length * log_uniform(rng, -0.4, 0.4) if anisotropic else length
-    lay = float(rng.uniform(-1.5, 1.5)) if anisotropic and of_truth != "separable_exponential" else 0.0
-    shapes: dict[str, float] = {}
-    if of_truth == "matern":
-        shapes["smoothness"] = log_uniform(rng, -0.7, 0.7)
-    elif of_truth == "self_affine":
-        shapes |= {"hurst": float(rng.uniform(0.2, 0.9)), "bandwidth": log_uniform(rng, 0.4, 1.5)}
-    truth = covariance_of(of_truth, log_uniform(rng, -12, 3), unit * length, unit * across, lay, **shapes)
-    cutoff = None
-    if kind == "self_affine":
-        cutoff = math.sqrt(math.prod(truth.cutoff_wavelengths_m)) if of_truth == kind else 2 * unit
-    x, y = (np.arange(-n, n + 1) * unit for n in steps)
-    r, level = truth(x[:, None], y) / truth.rms_height_m**2, log_uniform(rng, -4, -1)
-    if source == "noise":
-        noise = level * rng.standard_normal(r.shape)
-        r = r + (noise + noise[::-1, ::-1]) / math.sqrt(2)
-    elif source == "nonsense":
-        r = rng.uniform(-1, 1, r.shape)
-    data = estimates(x[:, None], y[None, :], r, np.full(r.shape, level))
-    trial.case |= {"source": source, "kind": kind, "truth": of_truth, "lags": data.x.size}
-    # Exact lags determine their own model; they do so to a fit with enough of them below and beyond its lengths.
-    determined = source == "exact" and kind == of_truth
-    short = min(truth.lengths_m) > 1.5 * float(np.min(np.hypot(data.x, data.y)))
-    enough = short and int((data.correlation > 0.3).sum()) > 8 and float(data.correlation.min()) < 0.2
-    trial.answers = () if determined and enough else (IllPosedError, ConvergenceError)
-    fit = fit_covariance(kind, data, truth.rms_height_m, cutoff_wavelength_m=cutoff)
-    assert np.isfinite([*fit.parameters.values(), fit.misfit]).all(), "parameters that are not finite"
-    minimum = squares(data, fit.covariance)
-    nearby = min((squares(data, near) for near in neighbours(fit)), default=math.inf)
-    misfit = math.sqrt(minimum / len(data.x))
-    trial.check("its misfit", abs(fit.misfit - misfit), 1e-6 * misfit + 1e-9)
-    trial.check("errors are not negative", -min(fit.standard_errors.values()))
-    trial.check("fewer squares nearby", minimum - nearby, STATIONARY * minimum + 1e-9)
-    if determined and not fit.at_bound:
-        off = np.abs(correlation(fit.covariance, data) - correlation(truth, data)).max()
-        trial.check("the model comes back", off, 1e-5)
-
-
-def correlation(model: Covariance, data: Estimates) -> np.ndarray:
-    """Return correlations [-] of a model at the lags."""
-    return model(data.x, data.y) / model.rms_height_m**2
-
-
-def squares(data: Estimates, model: Covariance) -> float:
-    """Return the sum of the squared residuals of a model over the lags."""
-    return float(np.sum(((correlation(model, data) - data.correlation) / data.standard_error) ** 2))
-
-
-def neighbours(fit: CovarianceFit) -> list[Covariance]:
-    """Return models a step away in each free parameter; no model if a parameter is at its bound."""
-    model, near = fit.covariance, list[Covariance]()
-    if fit.at_bound or model.kind == "self_affine":  # Lengths, bandwidth and cut-off move together.
-        return near
-    (along, across), both = model.lengths_m, ("correlation_length_m", "correlation_length_across_m")
-    for step in STEPS:
-        factor = math.exp(step)
-        pairs = ((along * factor, across), (along, across * factor))
-        near += [replace(model, **dict(zip(both, pair, strict=True))) for pair in pairs]
-        if model.kind != "separable_exponential":
-            near.append(replace(model, lay_rad=model.lay_rad + step))
-        if isinstance(model, Matern) and 0.05 < model.smoothness * factor < 20:
-            near.append(replace(model, smoothness=model.smoothness * factor))
-    return near

@@ -25,16 +25,13 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
-from roughslip.oscillator.path import INTERPOLATIONS
-from roughslip.oscillator.runge_kutta import PAIRS
-from workflow.stress.runner import Trial, choose, log_uniform
+from tests.properties.campaign import Trial, choose, log_uniform
 
 KINDS = ("stribeck", "steep", "coulomb", "level", "table")
 KINDS += tuple(name for name in sorted(LAWS) if name not in KINDS)
 # Ranges of the powers of ten of Q / N and of Omega / omega.
 EXCITATIONS = {"none": (), "weak": (-8, -2, -2, 1), "resonance": (-3, 1), "fast": (-3, 1, 0, 1.5)}
 EXCITATIONS |= {"strong": (0, 2, -2, 0.5)}
-FOLLOWS = ("slip", "belt", "time")
 STARTS = ("rest", "limit", "just-inside", "just-beyond", "far", "steady")
 PATHS = {"none": 0.0, "weak": 0.05, "strong": 0.8, "negative": 3.0}  # size over the static coefficient
 TOLERANCES, TOLERANCE_SHARES = (1e-6, 1e-4, 1e-9), (0.6, 0.2, 0.2)
@@ -52,9 +49,7 @@ LOOKS = 200  # times in a stick phase at which the judge evaluates the force
 
 @dataclass(frozen=True)
 class Equation:
-    """The equation of a motion in the judge's own form. nodes : (BLOCK,) that a path repeats, empty without one;
-    spacing : [m], or [s] where friction follows time
-    """
+    """The equation of a motion in the judge's own form. nodes : (BLOCK,) that a path repeats, empty without one"""
 
     oscillator: Oscillator
     law: FrictionLaw
@@ -67,17 +62,14 @@ class Equation:
         """[m] scale of X and X', from friction and excitation."""
         return self.oscillator.F + self.oscillator.q
 
-    def scatter(self, tau: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def scatter(self, s: np.ndarray) -> np.ndarray:
         """Return mu_S, by the four nodes around each place."""
         if not self.nodes.size:
-            return np.zeros_like(tau)
-        V, omega = self.oscillator.V, self.oscillator.natural_frequency_rad_per_s
-        place = {"slip": s, "belt": V * tau, "time": tau / omega}[self.options.friction_follows] / self.spacing
+            return np.zeros_like(s)
+        place = s / self.spacing
         k = np.floor(place).astype(np.int64)
         t = place - k
         before, here, there, behind = (self.nodes[(k + i) % BLOCK] for i in (-1, 0, 1, 2))
-        if self.options.interpolation == "linear":
-            return here + t * (there - here)
         out, into = np.where(k > 0, 0.5 * (there - before), there - here), 0.5 * (behind - here)
         rising = t**2 * (3 - 2 * t)
         return here + rising * (there - here) + t * (1 - t) ** 2 * out - t**2 * (1 - t) * into
@@ -99,9 +91,9 @@ class Equation:
         """Return the force [m] that friction holds."""
         return x + 2 * self.oscillator.damping_ratio * self.oscillator.V - self.drive(tau)
 
-    def limit(self, tau: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def limit(self, s: np.ndarray) -> np.ndarray:
         """Return the largest force [m] of stick."""
-        static, scatter = self.law.static, self.scatter(tau, s)
+        static, scatter = self.law.static, self.scatter(s)
         if self.options.stochastic_static_limit:
             return self.oscillator.F * np.maximum(static + scatter, 0.0)
         return self.oscillator.F * np.maximum(np.maximum(static, float(self.law.mu(0.0)) + scatter), 0.0)
@@ -115,7 +107,7 @@ class Equation:
         def rate(tau: np.ndarray, y: np.ndarray) -> np.ndarray:
             x, u = y
             slipped = s + sides * (V * (tau - first) - (x - place))
-            mu = np.maximum(self.kinetic(np.abs(omega * (V - u))) + self.scatter(tau, slipped), 0.0)
+            mu = np.maximum(self.kinetic(np.abs(omega * (V - u))) + self.scatter(slipped), 0.0)
             return np.stack([u, sides * F * mu - 2 * D * u - x + self.drive(tau)])
 
         d, y = h / steps, start[1:3]
@@ -178,7 +170,7 @@ class Equation:
             end = later[0] if later.size else motion.duration
             looks = tau + (end - tau) * np.linspace(0.0, 1.0, LOOKS)
             force = np.abs(self.stick_force(looks, x + V * (looks - tau)))
-            limit = self.limit(looks, np.full(LOOKS, s))
+            limit = self.limit(np.full(LOOKS, s))
             slack = AT_LIMIT * (self.scale + V + np.abs(x))
             trial.check(f"stick from tau = {tau:.6g} over its limit", np.max((force - limit) / slack), 1.0)
             if later.size:
@@ -192,9 +184,7 @@ def attempt(trial: Trial) -> None:
     mass, load = log_uniform(rng, -3, 3), log_uniform(rng, -9, 9)
     natural = load / (mass * omega**2)  # F, the scale of X and X'
     belt = natural * log_uniform(rng, -6, 3) * float(rng.random() > 0.08)
-    excitation, follows = choose(rng, tuple(EXCITATIONS)), choose(rng, FOLLOWS)
-    if belt == 0.0 and follows == "belt":
-        follows = "time"
+    excitation = choose(rng, tuple(EXCITATIONS))
     ranges = EXCITATIONS[excitation]
     size = log_uniform(rng, *ranges[:2]) if ranges else 0.0
     ratio = log_uniform(rng, *ranges[2:]) if ranges[2:] else 1.0
@@ -203,15 +193,12 @@ def attempt(trial: Trial) -> None:
     kind, scatter = choose(rng, KINDS), choose(rng, tuple(PATHS))
     law = draw_law(rng, kind, oscillator)
     per_cycle = log_uniform(rng, -3, 3)
-    travel = 2 * math.pi * (1 / omega if follows == "time" else max(belt, 0.1 * natural if follows == "slip" else 0))
+    travel = 2 * math.pi * max(belt, 0.1 * natural)
     begin, size_of_path = choose(rng, STARTS), PATHS[scatter] * law.static
     nodes = size_of_path * rng.uniform(-1, 1, BLOCK) if size_of_path > 0 else np.zeros(0)
     options = MotionOptions(
         tolerance=float(choose(rng, TOLERANCES, TOLERANCE_SHARES)),
         stochastic_static_limit=bool(rng.integers(2)),
-        interpolation=choose(rng, INTERPOLATIONS),
-        friction_follows=follows,
-        integrator=choose(rng, tuple(PAIRS)),
         samples_per_period=SAMPLES,
     )
     equation, F = Equation(oscillator, law, nodes, travel / per_cycle, options), oscillator.F
@@ -219,7 +206,7 @@ def attempt(trial: Trial) -> None:
     places = (0.0, limit, limit - 1e-12 * F, limit + 1e-12 * F, 30 * F, F * float(law.mu(belt * omega)))
     start = places[STARTS.index(begin)]
     trial.case |= {"tolerance": options.tolerance, "law": kind, "excitation": excitation, "path": scatter}
-    trial.case |= {"begin": begin, "friction_follows": follows}
+    trial.case["begin"] = begin
     trial.answers = (ConvergenceError,)
     path = repeat(nodes) if nodes.size else None
     drawn = trajectory(oscillator, law, path, equation.spacing, PERIODS, options, start)

@@ -13,7 +13,7 @@ import xarray
 
 from roughslip import store
 from roughslip.errors import InputError, StoreError
-from roughslip.scan.instrument_file import read_scan, write_x3p
+from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import Topography, topography
 
 KEY = store.Key({"seed": 3, "strip": {"cell_m": 1e-6}}, "abc")
@@ -194,7 +194,6 @@ def as_netcdf(path: Path) -> None:
     ("name", "write", "stated"),
     [
         ("a.nc", as_netcdf, {}),
-        pytest.param("a.x3p", lambda path: write_x3p(path, a_scan()), {}, marks=pytest.mark.slow),
         ("a.npz", lambda path: np.savez(path, z=a_scan().heights), {"spacing": (1e-6, 1e-6), "unit": "m"}),
     ],
 )

@@ -9,11 +9,11 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.scan.instrument_file import read_scan, write_x3p
-from roughslip.scan.topography import topography
+from roughslip.scan.instrument_file import read_scan
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows
 from roughslip.stages.result_tables.scan_table import NUMBERS
@@ -97,11 +97,14 @@ def test_real_scans_go_to_figures_3_and_5(shared):
     are enough, as `ground` takes its kind of model to Figure 3."""
     wide = read_scan(DATA / "matrix-2.txt")
     beside = shared.path("config/scenes")
-    write_x3p(beside / "matrix.x3p", topography(wide.heights[:200], wide.dx, wide.dy, "cut"))
+    np.savetxt(beside / "matrix.txt", wide.heights[:200].T)
     shutil.copyfile(DATA / "al3d-1.al3d", beside / "focus.al3d")
     scenes = {
         "focus": ("focus.al3d", "covariance: best, marginal: gaussian"),
-        "matrix": ("matrix.x3p", "covariance: measured, marginal: empirical"),
+        "matrix": (
+            f"matrix.txt, height_unit: m, spacing_m: [{wide.dx:.6e}, {wide.dy:.6e}]",
+            "covariance: measured, marginal: empirical",
+        ),
     }
     for name, (file, models) in scenes.items():
         scan = f"{{file: {file}, form: quadratic, {models}}}"

@@ -3,7 +3,7 @@
     scan = remove_form(read_scan(Path("disc.al3d")), "plane")
     found = scan_statistics(scan)
 
-- read_scan, write_x3p, Topography, remove_form: files of instruments, heights on a mesh, removal of their form
+- read_scan, Topography, remove_form: files of instruments, heights on a mesh, removal of their form
 - scan_statistics, fitted_covariances, fitted_marginal: statistics with intervals, and models for the scan
 
 `__init__.pyi` lists all public names and their modules.

@@ -1,85 +1,83 @@
-"""Files of scans: read instrument files, text and netCDF maps, and write X3P.
+"""Files of scans: instruments' formats by SurfaceTopography, netCDF maps and text.
 
-Sizes and links are checked before heights are read, nothing is unpickled, and each error is one InputError line that
-names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology and Properties 10, 2022,
-035032) reads the formats of instruments. It is imported in this module alone, where a file needs it.
+Each error is one InputError line that names the file. SurfaceTopography (Roettger et al., Surface Topography: Metrology
+and Properties 10, 2022, 035032) is imported in this module alone, where a file needs it.
 """
 
 from __future__ import annotations
 
-import hashlib
-import io
 import math
-import zipfile
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import netCDF4
 import numpy as np
 
-from roughslip.atomic_write import replacing
 from roughslip.errors import InputError
-from roughslip.scan.named_arrays import ARRAYS, read_arrays, read_netcdf
-from roughslip.scan.reading import (
-    ARRAY_KEY,
-    METRES,
-    MOST_LISTED,
-    Reading,
-    by_name,
-    check_hdf5,
-    check_points,
-    check_size,
-    check_text,
-    first_line,
-    metres,
-    no_length,
-    settled,
-)
-from roughslip.scan.text_table import STATED_UNIT, HasHeader, read_table
+from roughslip.scan.text_table import METRES, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate
 
 SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
 MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
+MOST_POINTS = 2**23  # statistics of so many points take some 2 GB
+MOST_LISTED = 8
 TEXT = (".txt", ".csv", ".tsv", ".dat", ".asc", ".prn", ".xyz")
+ARRAYS = ("h5", "mat", "npz")  # formats of named arrays, which say nothing of what they hold
+NAMES = ("heights", "height", "topography", "z")  # of the channel of heights among several, in any case of letters
 
-_INSTALL = "install it with: pip install 'roughslip[scans]'"
-_EPOCH = datetime(1980, 1, 1, tzinfo=UTC)  # the earliest date of a ZIP archive
+
+@dataclass(frozen=True)
+class Stated:
+    """What a scene states where the file does not give it. unit : of the heights; spacing : (dx, dy) [m]"""
+
+    unit: str | None
+    spacing: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a file holds.
+
+    heights : (nx, ny) [m], nan where there is none
+    spacing : (dx, dy) [m]
+    words : the channel, its unit and how it is written
+    """
+
+    heights: np.ndarray
+    spacing: tuple[float, float]
+    words: str
 
 
 @gate
-def read_scan(
-    path: Path | str, spacing: tuple[float, float] | None = None, unit: str | None = None, array: str | None = None
-) -> Topography:
+def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
     """Read a scan from a file.
 
     path : an instrument's file in any format that SurfaceTopography reads; a `.nc` map; text, such as `.txt` or `.csv`
     spacing : (dx, dy) [m] distances of neighbouring points, where the file does not give them
     unit : unit of the heights, a key of METRES, where the file does not give it
-    array : name of the array or channel of heights, where several can be
 
     Text without a header is a matrix, a row for each y, or points x, y, z. Values in the file cannot be replaced. Of
-    several arrays or channels the one of heights is `array`, or that whose name is one of NAMES. Without such a name
-    the first channel of an instrument is taken, and arrays are refused. `read` of the scan says what was.
+    several channels the one of heights is that whose name is one of NAMES, else the first of an instrument; named
+    arrays are then refused. `read` of the scan says what was.
 
     Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
     """
     path = Path(path)
-    reading = _read(path, spacing, unit, array)
-    by_file = f"so its reader takes {path.suffix or path.name} files; if that cannot be, export it in another format"
+    if unit is not None and unit not in METRES:
+        raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
+    reading = _read(path, Stated(unit, spacing))
+    check = "check the unit" if unit else f"so its reader takes {path.suffix} files; export it in another format"
+    if not all(SPACINGS[0] <= step <= SPACINGS[1] for step in reading.spacing):
+        apart = " x ".join(f"{step:.3g}" for step in reading.spacing)
+        allowed = f"from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed"
+        raise InputError(f"{path}: points {apart} m apart; {allowed}: {check}")
     heights = reading.heights[np.isfinite(reading.heights)]
-    ends = "from {:.4g} to {:.4g} m".format(*(np.min(heights), np.max(heights)) if heights.size else (0.0, 0.0))
-    check = f"they go {ends}: " + (
-        by_file if unit is None else "check the unit, and that neither end stands for missing points"
-    )
-    for step in reading.spacing:
-        if not SPACINGS[0] <= step <= SPACINGS[1]:
-            raise InputError(
-                f"{path}: points {step:.3g} m apart; from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed: "
-                f"{by_file if spacing is None else 'check the unit'}"
-            )
     if not np.all(np.abs(heights) <= MOST_HEIGHT):
         raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m; {check}")
     scan = topography(reading.heights, *reading.spacing, str(path), reading.words)
@@ -87,173 +85,191 @@ def read_scan(
     if not deviation < diagonal:
         raise InputError(
             f"{path}: heights scatter by {deviation:.3g} m over a scan of {diagonal:.3g} m; they must scatter by less "
-            f"than its length; {check}"
+            f"than its length; they go from {np.min(heights):.4g} to {np.max(heights):.4g} m: {check}, and that "
+            "neither end stands for missing points"
         )
     return scan
 
 
-def _read(path: Path, spacing: tuple[float, float] | None, unit: str | None, array: str | None) -> Reading:
-    if unit is not None and unit not in METRES:
-        raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
-    if path.stat().st_size == 0:
-        raise InputError(f"{path}: empty; export it again")
-    check_size(path)
-    check_hdf5(path)
+def _read(path: Path, stated: Stated) -> Reading:
     suffix = path.suffix.lower()
     if suffix == ".nc":
-        return read_netcdf(path, spacing, unit, array)
-    if suffix in ARRAYS:
-        return read_arrays(path, spacing, unit, array)
-    if suffix in TEXT and _is_text(path):
-        return _read_text(path, spacing, unit, array)
-    return _read_instrument(path, spacing, unit, array)
-
-
-def _is_text(path: Path) -> bool:
+        return _read_netcdf(path, stated)
     with path.open("rb") as file:
         start = file.read(4096)
-    return start.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in start
+    if not start:
+        raise InputError(f"{path}: empty; export it again")
+    if suffix in TEXT and (start.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in start):
+        try:
+            return _read_text(path, stated)
+        except HasHeader as header:
+            return _read_instrument(path, stated, start, header)
+    return _read_instrument(path, stated, start)
 
 
-def _read_text(path: Path, spacing: tuple[float, float] | None, unit: str | None, array: str | None) -> Reading:
-    """A table without a header of sizes, else what SurfaceTopography makes of the header."""
-    try:
-        table = read_table(path)
-    except HasHeader as header:
-        return _read_instrument(path, spacing, unit, array, header)
-    if array is not None:
-        raise InputError(f"{path}: text has one matrix, without a name; remove {ARRAY_KEY} = {array}")
-    own, hint = None, ""
+def _settled(
+    path: Path, unit: str | None, spacing: tuple[float, float] | None, stated: Stated, hint: str = ""
+) -> tuple[str, tuple[float, float]]:
+    """Unit of heights and spacing [m]: each of the file or of the scene, of one of them alone.
+
+    unit, spacing : in the file
+    hint : goes with what is missing. Raises InputError with all that is missing or twice there.
+    """
+    rows = (
+        ("unit of heights", "roughness.scan.height_unit", unit, stated.unit),
+        ("spacing", "roughness.scan.spacing_m", spacing, stated.spacing),
+    )
+    wrong = [
+        f"the file gives its {what}, {own}; remove {key} = {said}" for what, key, own, said in rows if own and said
+    ]
+    absent = [(what, key) for what, key, own, said in rows if not own and not said]
+    if absent:
+        what, keys = (" and ".join(names) for names in zip(*absent, strict=True))
+        wrong.append(f"the file does not give its {what}; set {keys}{hint}")
+    unit, spacing = unit or stated.unit, spacing or stated.spacing
+    if wrong or unit is None or spacing is None:
+        raise InputError(f"{path}: {'; '.join(wrong)}")
+    return unit, spacing
+
+
+def _metres(path: Path, unit: str) -> float:
+    """One of that unit [m]."""
+    if unit not in METRES:
+        raise InputError(
+            f"{path}: values in {unit!r}, which is not a unit of length: allowed are {', '.join(METRES)}; "
+            "export heights as a length"
+        )
+    return METRES[unit]
+
+
+def _check_points(path: Path, shape: tuple[int, ...]) -> None:
+    """Refuses heights of that shape that are no map, or one of more than MOST_POINTS."""
+    if len(shape) != 2:
+        raise InputError(f"{path}: holds {len(shape)}-dimensional heights; a map of heights has two dimensions")
+    if math.prod(shape) > MOST_POINTS:
+        smaller = "export a part of the scan, or every second point"
+        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read: {smaller}")
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    reason = (str(error).strip().splitlines() or ["no reason given"])[0][:200]
+    return InputError(f"{path}: truncated or damaged ({type(error).__name__}: {reason}); export it again")
+
+
+def _read_text(path: Path, stated: Stated) -> Reading:
+    table = read_table(path)
+    _check_points(path, table.values.shape)
+    spacing, hint = None, ""
     if table.steps is not None:
         hint = f" (its points lie {table.steps[0]:.4g} x {table.steps[1]:.4g} apart, in a unit that it does not give)"
         if len(table.units) == 3:
-            own = table.steps[0] * METRES[table.units[0]], table.steps[1] * METRES[table.units[1]]
-        elif spacing is not None and not math.isclose(
-            spacing[0] * table.steps[1], spacing[1] * table.steps[0], rel_tol=0.01
-        ):
-            stated = f"{spacing[0]:.4g} x {spacing[1]:.4g} m"
-            raise InputError(f"{path}: the stated spacing of {stated} has another ratio than the file{hint}")
-    unit, spacing = settled(path, (table.units[-1] if table.units else None, own), (unit, spacing), hint)
+            spacing = table.steps[0] * METRES[table.units[0]], table.steps[1] * METRES[table.units[1]]
+        elif stated.spacing is not None:
+            ratio = stated.spacing[0] * table.steps[1] / (stated.spacing[1] * table.steps[0])
+            if not math.isclose(ratio, 1.0, rel_tol=0.01):
+                said = f"{stated.spacing[0]:.4g} x {stated.spacing[1]:.4g} m"
+                raise InputError(f"{path}: the stated spacing of {said} has another ratio than the file{hint}")
+    unit, spacing = _settled(path, table.units[-1] if table.units else None, spacing, stated, hint)
     return Reading(table.values * METRES[unit], spacing, f"{table.words}, heights in {unit}")
 
 
-@gate
-def write_x3p(path: Path | str, scan: Topography) -> None:
-    """Write a scan as X3P (ISO 25178-72), the instruments' exchange format; missing points stay missing.
+def _read_netcdf(path: Path, stated: Stated) -> Reading:
+    """A variable `heights(x, y)` with attribute `units`, and coordinates x, y with theirs.
 
-    SurfaceTopography writes it. Its archive is packed again without dates, so that the same scan gives the same bytes,
-    and with the checksum of main.xml, which the standard asks for. Raises InputError where the file cannot be written.
+    `mask`, where there is one, is 1 at missing points. SurfaceTopography calls the attributes `unit`.
     """
-    path = Path(path)
-    library = _library(path)
-    heights = np.ma.masked_array(scan.heights, mask=scan.missing)
-    sizes = scan.grid.nx * scan.dx, scan.grid.ny * scan.dy
-    written = library.Topography(heights, sizes, unit="m", info={"acquisition_time": _EPOCH})
-    dated, packed = io.BytesIO(), io.BytesIO()
-    written.to_x3p(dated, manufacturer="roughslip", model="simulated")
-    with zipfile.ZipFile(dated) as source, zipfile.ZipFile(packed, "w") as target:
-        for name in source.namelist():
-            content = source.read(name)
-            if name == "md5checksum.hex":
-                content = f"{hashlib.md5(source.read('main.xml')).hexdigest()} *main.xml\n".encode()
-            target.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
     try:
-        with replacing(path) as temporary:
-            temporary.write_bytes(packed.getvalue())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error})") from error
+        with netCDF4.Dataset(path) as file:
+            if "heights" not in file.variables:
+                raise InputError(f"{path}: no variable heights; it has {', '.join(file.variables) or 'none'}")
+            heights = file.variables["heights"]
+            if sorted(heights.dimensions) != ["x", "y"]:
+                raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
+            _check_points(path, heights.shape)
+            axes = [file.variables[axis] for axis in "xy" if axis in file.variables]
+            steps = [_step(path, axis) for axis in axes]
+            spacing = (steps[0], steps[1]) if len(steps) == 2 else None
+            unit, spacing = _settled(path, _unit(heights), spacing, stated)
+            values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan) * _metres(path, unit)
+            if "mask" in file.variables:
+                values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
+            values = values if heights.dimensions == ("x", "y") else values.T
+    except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
+        raise _damaged(path, error) from error
+    return Reading(values, spacing, f"variable 'heights' in {unit}")
+
+
+def _unit(variable: netCDF4.Variable) -> str | None:
+    return next((str(getattr(variable, name)) for name in ("units", "unit") if name in variable.ncattrs()), None)
+
+
+def _step(path: Path, axis: netCDF4.Variable) -> float:
+    """[m] between neighbouring points of an axis."""
+    unit = _unit(axis)
+    if axis.ndim != 1 or len(axis) < 2 or unit is None:
+        raise InputError(f"{path}: coordinate {axis.name} needs at least two points and an attribute 'units'")
+    steps = np.diff(np.asarray(axis[:], dtype=np.float64)) * _metres(path, unit)
+    if not (steps[0] > 0.0 and np.allclose(steps, steps[0], rtol=1e-3, atol=0.0)):
+        raise InputError(
+            f"{path}: coordinate {axis.name} does not increase in equal steps; a scan has one spacing an axis"
+        )
+    return float(np.mean(steps))
 
 
 def _library(path: Path) -> ModuleType:
     try:
         import SurfaceTopography  # for instrument files alone: its import takes two seconds
     except ImportError as error:
-        raise InputError(
-            f"{path}: instrument files need SurfaceTopography, which is not installed; {_INSTALL}"
-        ) from error
+        install = "install it with: pip install 'roughslip[scans]'"
+        raise InputError(f"{path}: files of instruments need SurfaceTopography; {install}") from error
     return SurfaceTopography
 
 
-def _read_instrument(
-    path: Path,
-    spacing: tuple[float, float] | None,
-    unit: str | None,
-    array: str | None,
-    header: HasHeader | None = None,
-) -> Reading:
+def _read_instrument(path: Path, stated: Stated, start: bytes, header: HasHeader | None = None) -> Reading:
     """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one.
 
+    start : the first bytes. A reader that they prove reports the damage of a file; trying all readers hides it
     header : the error of text with a header, raised where no reader knows the header
     """
-    check_text(path)
     library = _library(path)
+    proven = [reader for reader in library.IO.readers if reader.can_read(start[:512]) is library.IO.MagicMatch.YES]
     try:
-        with library.open_topography(path, format=_format(library, path)) as reader:
+        with library.open_topography(path, format=proven[0].format() if len(proven) == 1 else None) as reader:
             if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
                 raise library.IO.CannotDetectFileFormat("no signature")
-            if f".{reader.format()}" in ARRAYS:
-                raise InputError(f"{path}: a file of named arrays; give it the ending .{reader.format()}")
-            channel, words = _channel(path, reader.channels, array)
-            check_points(path, channel.nb_grid_pts)
-            unit, spacing = settled(path, (channel.unit, _found_spacing(channel)), (unit, spacing))
-            scale = metres(path, unit)
-            stated = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
-            heights = channel.topography(**stated).heights()
+            channel, words = _channel(path, reader.channels, named=reader.format() in ARRAYS)
+            _check_points(path, channel.nb_grid_pts)
+            unit, spacing = _settled(path, channel.unit, _spacing(channel), stated)
+            sizes = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
+            heights = channel.topography(**sizes).heights()
     except InputError:
         raise
     except library.IO.CannotDetectFileFormat as error:
-        raise _unknown(path, header) from error
-    except Exception as error:
-        reason = f"{type(error).__name__}: {first_line(error)}"
-        if "unit" in reason.lower():
-            raise InputError(
-                f"{path}: no unit of length for heights or distances ({reason}); export lengths"
-            ) from error
-        raise InputError(f"{path}: truncated or damaged ({reason}); export it again") from error
-    return Reading(
-        np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * scale, spacing, f"{words} in {unit}"
-    )
-
-
-def _channel(path: Path, channels: Sequence[Any], wanted: str | None) -> tuple[Any, str]:
-    """The channel of heights, and which it is in words."""
-    heights = {channel.name: channel for channel in reversed(channels) if channel.is_height_channel}
-    names = list(reversed(heights))
-    if not names:
-        kinds = ", ".join(f"'{c.name}' in {c.data_unit or 'no unit'}, {c.data_kind.value}" for c in channels)
-        raise InputError(f"{path}: no height channel found ({kinds or 'no channel'}); export the heights, as a length")
-    listed = ", ".join(names[:MOST_LISTED])
-    if wanted is not None and wanted not in names:
-        raise InputError(f"{path}: no channel of heights is named '{wanted}' ({ARRAY_KEY}); it has {listed}")
-    name = wanted or (by_name(names) if len(by_name(names)) == 1 else names)[0]
-    others = f" of {len(names)} with heights ({listed})" if len(names) > 1 else ""
-    return heights[name], f"channel '{name}'{others}"
-
-
-def _format(library: ModuleType, path: Path) -> str | None:
-    """The format that the first bytes prove, else None, which tries all readers.
-
-    A reader chosen by the first bytes reports the damage of a file; trying all readers hides it.
-    """
-    with path.open("rb") as file:
-        start = file.read(512)
-    proven = [r.format() for r in library.IO.readers if r.can_read(start) is library.IO.MagicMatch.YES]
-    return proven[0] if len(proven) == 1 else None
-
-
-def _unknown(path: Path, header: HasHeader | None) -> InputError:
-    """The error for a file that no reader accepts."""
-    if header is None:
         known = "allowed are instrument files, .nc and text such as .txt and .csv"
-        return InputError(f"{path}: unknown format, or damaged; {known}")
-    with path.open(encoding="utf-8", errors="replace") as file:
-        units = [stated[1] for stated in map(STATED_UNIT.search, file) if stated and stated[1] not in METRES]
-    return no_length(path, units[0]) if units else header
+        raise header or InputError(f"{path}: unknown format, or damaged; {known}") from error
+    except Exception as error:
+        if "unit" in str(error).lower():
+            raise InputError(f"{path}: no unit of length for heights or distances ({error}); export lengths") from error
+        raise _damaged(path, error) from error
+    heights = np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * _metres(path, unit)
+    return Reading(heights.T if start.startswith(b"MATLAB 7.3") else heights, spacing, f"{words} in {unit}")
 
 
-def _found_spacing(channel: Any) -> tuple[float, float] | None:
+def _channel(path: Path, channels: Sequence[Any], *, named: bool) -> tuple[Any, str]:
+    """The channel of heights, and which it is in words. named : whether channels are arrays that may be anything"""
+    maps = [channel for channel in channels if channel.is_height_channel and min(channel.nb_grid_pts) > 1]
+    listed = ", ".join(channel.name for channel in (maps or channels)[:MOST_LISTED])
+    if not maps:
+        raise InputError(f"{path}: no channel of heights; it has {listed or 'no channel'}; export heights, as a length")
+    chosen = [channel for channel in maps if channel.name.rpartition("/")[2].strip().lower() in NAMES]
+    if named and len(maps) > 1 and len(chosen) != 1:
+        raise InputError(f"{path}: {listed} can be the heights; export them alone, or call them heights")
+    others = f" of {len(maps)} with heights ({listed})" if len(maps) > 1 else ""
+    channel = chosen[0] if len(chosen) == 1 else maps[0]
+    return channel, f"channel '{channel.name}'{others}"
+
+
+def _spacing(channel: Any) -> tuple[float, float] | None:
     """(dx, dy) [m] that the file gives; None without a unit. A text header may have one for x alone."""
     unit = channel.unit or channel.info.get("raw_metadata", {}).get("xunit")
     if channel.pixel_size is None or unit not in METRES:

@@ -6,36 +6,33 @@ missing values, lines of headings. Else the error names what was met, and where.
 
 from __future__ import annotations
 
-import codecs
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from roughslip.errors import InputError
-from roughslip.scan.reading import METRES, MOST_POINTS, SMALLER, check_points
 from roughslip.scan.topography import FEWEST_NODES
 
+METRES = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "μm": 1e-6, "um": 1e-6, "nm": 1e-9, "Å": 1e-10, "pm": 1e-12}
 MISSING = frozenset(
     ["", "bad", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "invalid", "nodata", "-", "--", "---", "*", "***"]
 )
-SAMPLE = 200  # lines that show how values are written
 MOST_HEADINGS = 20  # lines
 MOST_COORDINATE = 1e12  # a metre in the smallest unit
+MOST_NODES = 2**23  # of a mesh on which points lie
 NEAR_NODE = 0.05  # of a step, by which coordinates of points may be rounded
 
-_COMMENT = re.compile(r"(?:^|\s)#(?!N/A).*")
 _UNIT = "|".join(METRES)
 # Lines of comment that give a size or a unit of values.
-_SIZE = re.compile(rf"[:=]\s*(?:[-+\d.,eE]+\s*)?(?:{_UNIT})\s*$")
-STATED_UNIT = re.compile(r"(?:value units|z-unit|unit data)\s*[:=]\s*(\S+)", re.IGNORECASE)
+_SIZE = re.compile(rf"[:=]\s*(?:[-+\d.,eE]+\s*)?(?:{_UNIT})\s*$|(?:value units|z-unit|unit data)\s*[:=]", re.IGNORECASE)
 _HEADING_UNIT = re.compile(rf"[\[(]\s*({_UNIT})\s*[\])]")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 _STEM = re.compile(r"[-+]?0\d|-0(?!\d)")  # what no whole number is written as
+Line = tuple[int, str]
 
 
 class HasHeader(InputError):
@@ -60,10 +57,10 @@ class Table:
 
 def read_table(path: Path) -> Table:
     """The numbers of a text file: a matrix with a row for each y, or points in three columns."""
-    try:
-        rows, headings, written = _rows(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    lines = _lines(path)
+    separator, comma, written = _style(path, lines)
+    headings, lines = _headings(path, lines, separator, comma)
+    rows = _rows(path, lines, separator, comma)
     units = tuple(_HEADING_UNIT.findall(" ".join(headings)))
     if headings:
         written.append("after the line " + " and ".join(repr(line[:60]) for line in headings[:2]))
@@ -73,159 +70,117 @@ def read_table(path: Path) -> Table:
         return Table(values, steps, units if len(units) == 3 else (), f"points x, y, z{how}")
     if min(rows.shape) < FEWEST_NODES and len(rows) >= FEWEST_NODES**2:
         raise _no_matrix(path, f"{len(rows)} lines of {rows.shape[1]} numbers; points have three, x, y and z")
-    check_points(path, rows.shape)
-    for lines, what in ((rows, "the first row"), (rows.T, "the first column")):
-        if _rises_evenly(lines[0]) and not any(map(_rises_evenly, lines[1:2])):  # heights of a slope do so in every row
+    for across, what in ((rows, "the first row"), (rows.T, "the first column")):
+        if _rises_evenly(across[0]) and not any(map(_rises_evenly, across[1:2])):  # a slope does so in every row
             raise InputError(f"{path}: {what} rises in equal steps: coordinates, no heights; export the heights alone")
     return Table(rows.T, None, units if len(units) == 1 else (), f"matrix{how}")
 
 
-def _lines(path: Path, *, sizes: bool = True) -> Iterator[tuple[int, str]]:
-    """Numbers and texts of the lines that are neither empty nor comments. sizes : whether comments may give none"""
-    with path.open("rb") as file:
-        start = file.read(2**16)
-    if start.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
-        encoding = "utf-32"
-    elif start.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encoding = "utf-16"
-    else:
-        try:
-            codecs.getincrementaldecoder("utf-8")().decode(start)  # a character that the end cuts is no error
-            encoding = "utf-8-sig"
-        except UnicodeDecodeError:
-            encoding = "latin-1"
-    with path.open(encoding=encoding, errors="replace") as file:
-        for number, line in enumerate(file, start=1):
-            if sizes and line.lstrip().startswith("#") and (_SIZE.search(line) or STATED_UNIT.search(line)):
+def _lines(path: Path) -> list[Line]:
+    """Numbers and texts of the lines that are neither empty nor comments, without quotes.
+
+    A comma inside quotes is a decimal one. Raises HasHeader where a comment gives a size or a unit.
+    """
+    content = path.read_bytes()
+    try:
+        text = content.decode("utf-16" if content.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    text = re.sub("no data", "nodata", text.replace("\u2212", "-"), flags=re.IGNORECASE)
+    text = re.sub(r'"([^"\n]*)"', lambda quoted: quoted[1].replace(",", "."), text)
+    lines = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.startswith("#") and not line.upper().startswith("#N/A"):
+            if _SIZE.search(line):
                 raise _header(path, line.strip(" #"), number)
-            text = _COMMENT.sub("", line.rstrip("\r\n")) if "#" in line else line.rstrip("\r\n")
-            if text.strip() and not re.fullmatch("sep=.", text.strip()):  # the separator, as Excel notes it
-                yield number, _plain(text)
+        elif line.strip() and not re.fullmatch("sep=.", line.strip()):  # the separator, as Excel notes it
+            lines.append((number, line))
+    return lines
 
 
-def _plain(line: str) -> str:
-    """Without quotes, a comma inside them being a decimal one; the sign of minus and two words as one."""
-    line = line.replace("\u2212", "-")
-    if "data" in line.lower():
-        line = re.sub("no data", "nodata", line, flags=re.IGNORECASE)
-    return re.sub(r'"([^"]*)"', lambda quoted: quoted[1].replace(",", "."), line) if '"' in line else line
-
-
-def _rows(path: Path) -> tuple[np.ndarray, list[str], list[str]]:
-    """(lines, columns) numbers, lines of headings, and how the numbers are written."""
-    separator, comma, written = _style(path)
-    headings: list[tuple[str, int, int]] = []  # text, cells, number of the line
-    rows: list[np.ndarray] = []
-    trailing, first, last, step = False, 0, 0, 0
-    for number, line in _lines(path):
-        cells = line.split(separator) if separator else line.split()
-        row = _numbers(cells, comma)
-        if not rows:
-            if isinstance(row, int):
-                parts = line.split(separator) if separator == ";" else line.split()
-                wrong = [place for place, part in enumerate(parts) if isinstance(_numbers([part], comma), int)]
-                if wrong and 2 * len(wrong) < len(parts):  # mostly numbers: no line of headings
-                    met = parts[wrong[0]].strip()[:30]
-                    raise _no_matrix(path, f"{met!r} in line {number}, column {wrong[0] + 1}")
-            if isinstance(row, int) or (len(cells) == 1 and not np.isfinite(row).all()):
-                headings.append((line.strip(), len(cells), number))
-                if re.search("[=:]", line):
-                    raise _header(path, line, number)
-                if len(headings) > MOST_HEADINGS:
-                    raise _header(path, headings[0][0], headings[0][2])
-                continue
-            trailing, first = separator is not None and len(cells) > 1 and not cells[-1].strip(), number
-            for text, count, place in headings:
-                if re.search(r"\d", text) and count != len(cells):
-                    raise _header(path, text, place)
-        if isinstance(row, int):
-            raise _no_matrix(path, f"{cells[row].strip()[:30]!r} in line {number}, column {row + 1}")
-        if trailing and not cells[-1].strip():
-            row = row[:-1]
-        if rows and len(row) != len(rows[0]):
-            raise _no_matrix(path, f"{len(row)} values in line {number}, {len(rows[0])} in line {first}")
-        if rows and len(row) != 3 and number - last != (step := step or number - last):
-            raise _no_matrix(path, f"a gap before line {number}, perhaps of two matrices")
-        last = number
-        rows.append(row)
-        if len(rows) * len(row) > 3 * MOST_POINTS:  # points have three columns
-            raise InputError(f"{path}: more than {MOST_POINTS} points; at most {MOST_POINTS} are read: {SMALLER}")
-    if not rows and headings:
-        raise _header(path, headings[0][0], headings[0][2])
-    if not rows:
-        raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
-    return np.array(rows), [text for text, *_ in headings], written
-
-
-def _style(path: Path) -> tuple[str | None, bool, list[str]]:
-    """The separator (None for blanks), whether commas are decimal, and both in words."""
-    sample = []
-    for number, line in _lines(path):
-        if re.search(r"\d", line):
-            sample.append((number, line))
-        if len(sample) == SAMPLE:
-            break
+def _style(path: Path, lines: list[Line]) -> tuple[str | None, bool, list[str]]:
+    """The separator (None for blanks), whether commas are decimal, and both in words, from some 200 lines."""
+    sample = [(number, line) for number, line in lines[: 200 + MOST_HEADINGS] if re.search(r"\d", line)]
     text = "\n".join(line for _, line in sample)
     separator = next((mark for mark in ";\t" if mark in text), None)
     if separator == "\t" and any(" " in line.strip() for _, line in sample):
         separator = None
-    cells = [cell.strip() for _, line in sample for cell in (line.split(separator) if separator else line.split())]
+    cells = [cell.strip() for _, line in sample for cell in line.split(separator)]
     with_comma = [cell for cell in cells if "," in cell]
-    comma = bool(with_comma) and any(_DECIMAL_COMMA.fullmatch(cell) for cell in with_comma)
-    comma = comma and len(cells) > len(sample) and all(cell.count(",") == 1 for cell in with_comma if "." not in cell)
+    comma = any(_DECIMAL_COMMA.fullmatch(cell) for cell in with_comma) and len(cells) > len(sample)
+    comma = comma and all(cell.count(",") == 1 for cell in with_comma if "." not in cell)
     if with_comma and not comma and separator is None:
         separator = ","
-        if "." not in text:
-            for number, line in sample:
-                if any(_STEM.match(cell.strip()) for cell in line.split(",")):
-                    raise _no_matrix(path, f"commas that separate and are decimal, in line {number}")
+        joined = [n for n, line in sample if any(_STEM.match(cell.strip()) for cell in line.split(","))]
+        if joined and "." not in text:
+            raise _no_matrix(path, f"commas that separate and are decimal, in line {joined[0]}")
     if comma and all(_THOUSANDS.fullmatch(cell) for cell in with_comma):
         raise _no_matrix(path, f"{with_comma[0]!r}, whose comma is decimal or one of thousands")
-    words = {";": ["semicolons"], ",": ["commas"], "\t": [], None: []}[separator]
+    words = {";": ["semicolons"], ",": ["commas"]}.get(separator or "", [])
     return separator, comma, words + (["decimal commas"] if comma else [])
+
+
+def _headings(path: Path, lines: list[Line], separator: str | None, comma: bool) -> tuple[list[str], list[Line]]:
+    """Lines before the first row of numbers, and the lines from it on."""
+    for first, (number, line) in enumerate(lines):
+        cells = line.split(separator)
+        row = _numbers(cells, comma)
+        if not isinstance(row, int) and (len(cells) > 1 or np.isfinite(row).all()):
+            for place, text in lines[:first]:
+                if re.search(r"\d", text) and len(text.split(separator)) != len(cells):
+                    raise _header(path, text, place)
+            return [text.strip() for _, text in lines[:first]], lines[first:]
+        parts = line.split(";" if separator == ";" else None)
+        wrong = [place for place, part in enumerate(parts) if isinstance(_numbers([part], comma), int)]
+        if wrong and 2 * len(wrong) < len(parts):  # mostly numbers: no line of headings
+            raise _no_matrix(path, f"{parts[wrong[0]].strip()[:30]!r} in line {number}, column {wrong[0] + 1}")
+        if re.search("[=:]", line) or first == MOST_HEADINGS:
+            raise _header(path, line, number)
+    if lines:
+        raise _header(path, lines[0][1], lines[0][0])
+    raise InputError(f"{path}: empty; a matrix has a row of numbers for each y")
+
+
+def _rows(path: Path, lines: list[Line], separator: str | None, comma: bool) -> np.ndarray:
+    """(lines, columns) numbers."""
+    first, cells = lines[0][0], lines[0][1].split(separator)
+    trailing = separator is not None and len(cells) > 1 and not cells[-1].strip()
+    columns, rows = len(cells) - trailing, []
+    for number, line in lines:
+        cells = line.split(separator)
+        row = _numbers(cells[:-1] if trailing and not cells[-1].strip() else cells, comma)
+        if isinstance(row, int):
+            raise _no_matrix(path, f"{cells[row].strip()[:30]!r} in line {number}, column {row + 1}")
+        if len(row) != columns:
+            raise _no_matrix(path, f"{len(row)} values in line {number}, {columns} in line {first}")
+        rows.append(row)
+    return np.array(rows)
 
 
 def _numbers(cells: list[str], comma: bool) -> np.ndarray | int:
     """The numbers of a line, or the place of the first cell that holds none."""
-    if comma:
-        mixed = next(
-            (place for place, cell in enumerate(cells) if "." in cell and cell.strip().lower() not in MISSING), -1
-        )
-        if mixed >= 0:
-            return mixed
-        cells = [cell.replace(",", ".") for cell in cells]
-    marked = next((place for place, cell in enumerate(cells) if "_" in cell), -1)  # 1_000 is one of Python alone
-    if marked >= 0:
-        return marked
-    try:
-        return np.array(cells, dtype=np.float64)
-    except ValueError:
-        row = np.empty(len(cells))
+    row = np.empty(len(cells))
     for place, cell in enumerate(cells):
+        word = cell.strip().lower()
+        if word in MISSING:
+            row[place] = math.nan
+            continue
+        if "_" in word or (comma and "." in word):  # 1_000 is a number of Python alone
+            return place
         try:
-            row[place] = math.nan if cell.strip().lower() in MISSING else float(cell)
+            row[place] = float(word.replace(",", ".") if comma else word)
         except ValueError:
             return place
     return row
 
 
 def _no_matrix(path: Path, met: str) -> InputError:
-    return InputError(
-        f"{path}: not a matrix of numbers ({met}); export numbers with decimal points, set apart by blanks"
-    )
+    advice = "export numbers alone, with decimal points, set apart by blanks"
+    return InputError(f"{path}: not a matrix of numbers ({met}); {advice}")
 
 
 def _header(path: Path, text: str, number: int) -> HasHeader:
-    """Where decimal commas follow, the line names them too: SurfaceTopography, which reads headers, takes points."""
-    commas = (
-        n for n, line in _lines(path, sizes=False) if n > number and any(map(_DECIMAL_COMMA.fullmatch, line.split()))
-    )
-    comma_line = next(commas, None)
-    met = f"{text.strip()[:60]!r} in line {number}" + (f", decimal commas in line {comma_line}" if comma_line else "")
-    return HasHeader(
-        f"{path}: not a matrix of numbers ({met}); remove the header or export numbers with decimal points, set apart "
-        "by blanks"
-    )
+    return HasHeader(_no_matrix(path, f"{text.strip()[:60]!r} in line {number}").lines[0])
 
 
 def _rises_evenly(line: np.ndarray) -> bool:
@@ -241,23 +196,18 @@ def _on_mesh(path: Path, rows: np.ndarray) -> tuple[np.ndarray, tuple[float, flo
         if not np.all(np.abs(values) < MOST_COORDINATE):
             raise InputError(f"{path}: a point without {name}; each needs both coordinates, below {MOST_COORDINATE:g}")
         levels = np.unique(values)
-        reach = levels[-1] - levels[0]
         apart = np.diff(levels)
         apart = apart[apart > 1e-3 * np.max(apart, initial=0.0)]  # levels that differ by rounding are one
         if not len(apart):
             raise InputError(f"{path}: all points have one {name}; a map has points along x and y")
-        count = int(min(round(reach / np.median(apart)), MOST_POINTS)) + 1
-        steps.append(float(reach / (count - 1)))
+        counts.append(round(min((levels[-1] - levels[0]) / np.median(apart), MOST_NODES)) + 1)
+        steps.append(float((levels[-1] - levels[0]) / (counts[-1] - 1)))
         place = (values - levels[0]) / steps[-1]
-        if np.max(np.abs(place - np.round(place))) > NEAR_NODE:
-            raise InputError(f"{path}: {name} of the points does not increase in equal steps; a scan lies on a mesh")
         places.append(np.round(place).astype(int))
-        counts.append(count)
-    check_points(path, tuple(counts))
+        if np.max(np.abs(place - places[-1])) > NEAR_NODE or math.prod(counts) > MOST_NODES:
+            raise InputError(f"{path}: {name} of the points does not increase in equal steps; a scan lies on a mesh")
     heights = np.full(counts, np.nan)
-    taken = np.zeros(counts, dtype=bool)
-    taken[places[0], places[1]] = True
-    if taken.sum() != len(rows):
+    if len(np.unique(np.ravel_multi_index((places[0], places[1]), counts))) != len(rows):
         raise InputError(f"{path}: several heights at one place; a scan has one at each point")
     heights[places[0], places[1]] = rows[:, 2]
     return heights, (steps[0], steps[1])

@@ -101,9 +101,6 @@ class Scan(Section):
     height_unit: HeightUnit | None = choice(
         "Unit of the heights, where the file does not give it", HeightUnit, default=None
     )
-    array: str | None = text(
-        "Name of the array or channel of heights, where the file has several that can be", longest=200, default=None
-    )
     form: Form = choice("Form that is removed from the scan first, by a least squares fit", Form)
     cutoff_m: float | None = number(
         "Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than "
@@ -203,7 +200,7 @@ FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
 FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
 # Of each family of distributions: the names of its shapes, and their limits.
 FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
-STATED = ("spacing_m", "height_unit", "array")  # for a file that does not give them
+STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 
 _REPLACES = {
     **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),

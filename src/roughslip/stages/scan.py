@@ -90,7 +90,7 @@ def best_sampled(
 def work(job: Job) -> None:
     """Read, remove form, describe, fit."""
     wanted = job.scene.roughness.scan
-    scan = remove_form(read_scan(job.arguments.scan, wanted.spacing_m, wanted.height_unit, wanted.array), wanted.form)
+    scan = remove_form(read_scan(job.arguments.scan, wanted.spacing_m, wanted.height_unit), wanted.form)
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
     if scan.cut > WIDE_RIM:
         job.usage.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")

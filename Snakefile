@@ -34,7 +34,7 @@ configfile: f"{ROOT}/config/config.yaml"
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import all_names
+from roughslip.scene.loader import scene_names
 from roughslip.stages import PARENT
 from workflow import keys
 from workflow.keys import KEY, STORE, Names
@@ -64,14 +64,12 @@ if workflow.is_main_process and not workflow.output_settings.verbose:
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:
     own = config.get("scenes_folder")
-    files = {scene: variants for folder in scene_folders(ROOT, own) for scene, variants in all_names(folder).items()}
-    known = [name for scene, variants in files.items() for name in (scene, *variants)]
+    known = [name for folder in scene_folders(ROOT, own) for name in scene_names(folder)]
     options = check_config(config, known)
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
     if workflow.modifier.is_main_snakefile():  # of a module, targets may be rules of the caller
         check_targets(words, known, RULES | {"all"})
     scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked", own=own)
-    compared = scenes.compared(config["compare"]) if "compare" in config else None
     names = Names(scenes, ROOT, writes=RUNS)
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
@@ -139,7 +137,7 @@ for name in known:
         name:
             name
         input:
-            [f"results/{each}/{LISTED}" for each in (name, *scenes.variants.get(name, ()))],
+            f"results/{name}/{LISTED}",
 
 
 # A line when a job starts, in place of a block of files and reasons.

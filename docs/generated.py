@@ -30,7 +30,6 @@ PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
 # Keys that no stage reads: they say what runs and in how large jobs, or stand for others.
 OF_THE_PLAN = {
     "extends": "which values the file changes",
-    "sweep": "which variants are made",
     "jobs": "how many jobs take the samples of a stage",
     "targets": "which stages run",
 }

@@ -11,7 +11,7 @@ import difflib
 import hashlib
 import json
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -88,7 +88,7 @@ class Names:
         files, made_of = {}, {"configuration": self._configuration(scene, stage)}
         before = self._before(scene, stage)
         if stage == "report":
-            files = {scene: self.published(scene, without=("report", "sweep"))}
+            files = {scene: self.published(scene, without=("report",))}
         if stage in USER_FILES:
             made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
         if declarations()[stage].batches is not None:
@@ -100,14 +100,6 @@ class Names:
             awaited += self.records(scene, "contact_strip", below="strip.training_samples")
         return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
 
-    @cache  # noqa: B019
-    def variants_table(self, scene: str) -> Entry:
-        """The table of the variants of a scene, in which it is the first row."""
-        variants = self.scenes.variants[scene]
-        own = {key: get(self.scenes[scene], key) for key in next(iter(variants.values()))}
-        part = slice_for(self.scenes[scene], "sweep") | {"variants": list({scene: own, **variants}.items())}
-        return self._of_several("sweep", (scene, *variants), part, scene=scene)
-
     def joint_page(self, names: Iterable[str], kept: list[str], drawn: list[str], code: Iterable[Path]) -> Entry:
         """The page on several scenes. kept, drawn : files of evidence and their pictures; code : what draws these"""
         part = {"captions": plan.captions(), "folder": "results", "evidence": [*map(_content, map(Path, kept))]}
@@ -115,17 +107,6 @@ class Names:
         inputs = {"evidence": [str(Path(file).parent) for file in kept[:1]]}
         inputs["drawn"] = [str(Path(file).parent) for file in drawn[:1]]
         return self._of_several("report", names, part, inputs, drawn)
-
-    def comparison(self, figures: Mapping[str, list[str]]) -> Entry:
-        """One picture of the figures of several scenes. figures : by scene"""
-        pairs = [(scene, figure) for scene, names in figures.items() for figure in names]
-        inputs = {"results": [file for pair in pairs for file in self.results(*pair)]}
-        before = {
-            scene: {figure: self.entry(scene, figure).key for figure in names} for scene, names in figures.items()
-        }
-        awaited = [record for pair in pairs for record in self.records(*pair)]
-        made_of = {"configuration": {"scenes": [scene for scene, _ in pairs]}, "before": before}
-        return self._known(Entry(self._code("comparison") | made_of, inputs, awaited))
 
     def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
         """A stage that reads and writes published files of these scenes: `verify` and `reference`."""
@@ -165,9 +146,6 @@ class Names:
                 names.append(f"usage/{declared.job_name(**job)}.json")
                 files |= {name: f"{folder}/{name}" for name in names}
             files[f"keys/{stage}.json"] = f"{folder}/key.json"
-        if "sweep" not in without and self.scenes.variants.get(scene):
-            table = self.variants_table(scene).folder
-            files |= {file: f"{table}/{file}" for file in declarations()["sweep"].results.values()}
         return files
 
     def file(self, scene: str, name: str) -> str:
@@ -182,11 +160,7 @@ class Names:
 
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
-        table = [self.variants_table(scene)] if self.scenes.variants.get(scene) else []
-        return [
-            *self._awaited(scene, self.scenes.stages(scene)),
-            *(f"{sweep.folder}/usage/sweep.json" for sweep in table),
-        ]
+        return self._awaited(scene, self.scenes.stages(scene))
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -255,7 +229,7 @@ class Names:
     ) -> Entry:
         """A stage that looks at the whole results of several scenes. part : what it works with, without these"""
         names = tuple(names)
-        files = {name: self.published(name, without=("report", "sweep")) for name in names}
+        files = {name: self.published(name, without=("report",)) for name in names}
         before = {
             name: {other: self.entry(name, other).key for other in self._before(name, "report")} for name in names
         }

@@ -172,9 +172,6 @@ def oscillator(runs=12, damping=DAMPING):
         "mean_cycles": mean,
         **with_interval("difference", cycles - mean, 2.0),
         "friction_percentile": np.array(50.0),
-        "nearest_penetration_percentile": np.array(20.0),
-        "nearest_penetration_damping_ratio": damping[::2],
-        **with_interval("nearest_penetration_difference", (cycles - mean)[::2] / 2, 2.0),
         "deterministic_hopf_damping": np.array(0.2311),
         "deterministic_existence_limit": np.array(0.3244),
     }

@@ -14,15 +14,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roughslip import store
 from roughslip.figures.style import draw_map, panels, save
 from roughslip.report.answer import digits, regions, shown, summary
 from roughslip.report.budget import summary as of_budget
 from roughslip.report.drawing import chosen, element, reduced, size, thumbnail
 from roughslip.report.machine import change_rows, factor, facts, friction_curve, on_the_map, plots, verdict
-from roughslip.report.page import Row, sweep_page, sweep_table
-from roughslip.stages.sweep import TITLES, of_answer, row
-from tests.report.test_report import Page, parsed, scene
+from tests.report.test_report import parsed, scene
 
 
 def number(value, low=None, high=None, unit="1", **more):
@@ -388,34 +385,3 @@ def test_a_png_takes_the_place_of_a_large_drawing(svg, tmp_path):
     long = svg.replace("</svg>", '<path d="M 0 0"/>' * 20_000 + "</svg>")
     assert chosen(long, png) == png
     assert "data:image/png;base64," in element(png, "a", "one")
-
-
-def test_a_variant_has_its_answer_and_how_far_it_is():
-    """A letter stands at 320 + 300 log(limit / own) / log(100): m at 1 / 50 and D at 1.172."""
-    numbers = of_answer(MACHINE | {"summary": summary(MACHINE)})
-    assert numbers["limit_damping"] == (0.19923, 0.1904, 0.2103)
-    assert "limit_load" not in numbers
-    rows = [Row("mine", {"oscillator.damping_ratio": 0.17}, numbers, MACHINE), Row("mine-1", {"a.b": None}, {})]
-    page = Page(sweep_page(rows, "Of <mine>.", TITLES))
-    assert page.mistakes == page.open == []
-    text = " ".join(" ".join(page.text).split())
-    for part in ("Of <mine>", "4.77 mm", "4.73 to 4.81", "0.199", "0.19 to 0.21", "not given"):
-        assert part in text
-    assert [(attrs["x"], attrs["y"]) for attrs in page.all("text")] == [("330.3", "13"), ("65.2", "13")]
-    head, first, second = sweep_table(rows, TITLES).splitlines()
-    assert head.startswith("scene,oscillator.damping_ratio,probability,probability_low,probability_high,friction_mean")
-    assert first.startswith("mine,0.17,1,0.963,1,0.4,,")
-    assert second.startswith("mine-1,not given,,,")
-
-
-def test_a_variant_without_an_answer_has_the_numbers_that_its_files_hold(tmp_path):
-    """Friction under a load has no statistics by penetration; an answer that is not given has no numbers."""
-    held = {"oscillator/deterministic.nc": ("hopf_damping", 0.2), "friction/under_load.nc": ("load_std", 0.01)}
-    files = {file: {name: store.Variable((), value, "1", name)} for file, (name, value) in held.items()}
-    paths = {name: tmp_path / str(number) for number, name in enumerate((*files, "answer.json"))}
-    for name, variables in files.items():
-        store.write(paths[name], variables, store.Key({}, "code"))
-    store.write_json(paths["answer.json"], {"given": False})
-    assert row("mine", {}, paths) == Row(
-        "mine", {}, {"std_friction_of_pad": (0.01, None, None), "hopf_damping": (0.2, None, None)}
-    )

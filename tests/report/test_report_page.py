@@ -15,8 +15,7 @@ from pathlib import Path
 import pytest
 
 from roughslip import store
-from roughslip.report.page import MEASURED, Evidence, Row, SceneReport, page, sweep_page
-from roughslip.stages.sweep import TITLES, of_answer
+from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from tests.report.test_report_answer import MACHINE, machine_scene
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
@@ -108,15 +107,12 @@ def probe(text, folder, width, height, back, place=""):
 
 
 @pytest.mark.parametrize("window", WINDOWS)
-@pytest.mark.parametrize("shown", ["likely", "unlikely", "variants"])
+@pytest.mark.parametrize("shown", ["likely", "unlikely"])
 def test_the_pages_of_machines_are_read_anywhere(shown, window, tmp_path):
     """Text of every verdict and drawing stands out, nothing is wider than the window, every link leads somewhere."""
     answer = MACHINE | {"probability": {"value": float(shown == "likely"), "interval": [0.0, 1.0], "unit": "1"}}
     figures = {name: (REFERENCE / "paper" / "figure2.png").read_bytes() for name in ("figure2", "figure_map")}
     text = page([machine_scene(answer, figures=figures, captions=dict.fromkeys(figures, "A caption."))], {})
-    if shown == "variants":
-        rows = [Row(name, {"load.force_n": 9.0}, of_answer(MACHINE), MACHINE) for name in ("mine", "mine-1")]
-        text = sweep_page(rows, "Of mine", TITLES)
     seen = probe(text, tmp_path, *WINDOWS[window])
     assert seen["wrong"] == seen["faint"] == []
     assert seen["back"] == seen["asked"]

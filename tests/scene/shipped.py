@@ -29,7 +29,7 @@ KNOWN = ", ".join(sorted((*SCENES, "mine")))
 KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
 FIGURES = (
     "answer, figure2, figure3, figure5, figure_budget, figure_chain, figure_map, "
-    "figure_record, figure_scan, friction_against_load, readings"
+    "figure_record, figure_scan, friction_against_load"
 )
 FRACTAL = "{hurst: 0.8, azimuths: 8, gamma: 1.5}"
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"

@@ -14,7 +14,7 @@ from roughslip.limits import FUNCTIONALS
 from roughslip.probability import FAMILIES
 from roughslip.scene import contact, friction, roughness
 from roughslip.scene.declarations import declarations
-from roughslip.scene.loader import RESERVED, all_names, load
+from roughslip.scene.loader import RESERVED, load
 from roughslip.scene.schema import describe_allowed
 from roughslip.scene.types import slice_for
 from roughslip.stages.from_scene.geometry import training_columns
@@ -99,7 +99,7 @@ def test_two_parts_of_a_load_take_the_place_of_what_was_given_by_hand(mine, load
     assert scene["oscillator"]["normal_force_n"] == pytest.approx(1500.0, rel=1e-12)
     assert scene["oscillator"]["windows_in_parallel"] == 1000
     assert scene["oscillator"]["penetration_percentile"] is None
-    assert scene["targets"] == ["figure2", "friction_against_load", "figure5", "readings", "figure_map"]
+    assert scene["targets"] == ["figure2", "friction_against_load", "figure5", "figure_map"]
     assert scene["friction"]["scatter"] == "multiplicative"
     least = mine("extends: paper\nload: {force_n: 1, apparent_area_m2: 1.5e-8}")  # a window, but for rounding
     assert least["oscillator"]["windows_in_parallel"] == 1
@@ -216,41 +216,6 @@ def test_a_scene_that_lacks_what_its_targets_need(mine):
         "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
         f"scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of {FIGURES}",
     ]
-
-
-SWEPT = "extends: paper\nsweep: {material.hardness_pa: [1.0e+9, 2.0e+9], oscillator.damping_ratio: [0.1, 0.2, 7]}\n"
-
-
-def test_a_sweep_makes_a_variant_of_each_combination(mine, folder):
-    """A variant is the scene with its values, under the same rules; a scene that extends the swept one has none."""
-    scene = mine(SWEPT, other="extends: mine")
-    names = all_names(folder / "scenes")
-    assert list(names["mine"]) == [f"mine-{n}" for n in range(1, 7)]
-    assert names["other"] == {}
-    assert names["mine"]["mine-5"] == {"material.hardness_pa": 2.0e9, "oscillator.damping_ratio": 0.2}
-    expected = copy.deepcopy(scene) | {
-        "description": f"{scene['description']}: hardness_pa 2000000000.0, damping_ratio 0.2"
-    }
-    expected["material"]["hardness_pa"] = 2.0e9
-    expected["oscillator"]["damping_ratio"] = 0.2
-    del expected["map"]["ranges"]
-    del expected["ensemble"]["damping_ratios"]  # ranges and lists around the point of the scene go with its oscillator
-    names = load("mine-5", folder / "scenes")
-    names["ensemble"].pop("damping_ratios", None)
-    assert names == expected
-    assert load(folder / "scenes/mine-5.yaml", folder / "scenes") == load("mine-5", folder / "scenes")
-    assert load("other", folder / "scenes") == scene
-    assert lines_of(load, "mine-7", folder / "scenes") == ["scenes/mine-7.yaml: no such file; mine has 6 variants"]
-
-
-def test_mistakes_of_variants(mine, folder):
-    """Those of values come with each variant, those of names with the scene."""
-    mine(SWEPT.replace("[0.1, 0.2, 7]", "[-1, 0.1]"))
-    line = "scenes/mine.yaml: oscillator.damping_ratio: -1 is not allowed; a number >= 0 and <= 1"
-    assert lines_of(load, "mine-1", folder / "scenes") == [line]
-    named = {"mine-2": "extends: paper"}
-    line = "scenes/mine.yaml: sweep: mine-2.yaml has the name of a variant; rename that file"
-    assert lines_of(mine, SWEPT, **named) == [line]
 
 
 def test_a_stiffness_gives_the_frequency_with_the_mass_of_the_scene(mine):

@@ -23,7 +23,7 @@ from roughslip.scene.types import Scene, get, scene_of, slice_for, without_nulls
 from tests.scene.shipped import CONFIG, SCAN, SCENES, SCHEMA, lines_of, properties, shipped_scene
 
 ALWAYS = {"claims", "costs", "report"}
-SEVERAL = {"reference", "comparison", "sweep", "verify"}  # of several scenes together, asked for by name
+SEVERAL = {"reference", "verify"}  # of several scenes together, asked for by name
 OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
 SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
 
@@ -34,7 +34,7 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     read.remove("standard_uncertainties")  # of the loader, not of scene files
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
-    assert unread == {"extends", "sweep", "jobs"}
+    assert unread == {"extends", "jobs"}
 
 
 def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
@@ -85,7 +85,7 @@ def test_every_stage_runs_or_has_a_reason():
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
         of_oscillator = "figure5, figure_budget, figure_chain, figure_map"
-        asking = f"not asked for: answer, figure3, {of_oscillator}, readings"
+        asking = f"not asked for: answer, figure3, {of_oscillator}"
         assert square["contact_strip"] == square["friction"] == asking
         assert square["ensemble_pilot"] == "not asked for: figure5, figure_chain"
 
@@ -251,8 +251,6 @@ def test_the_check_of_values_is_that_of_json_schema():
     """By jsonschema, an independent judge. No double holds the last two, which it takes for numbers."""
     accepted = 0
     for key, part in properties(SCHEMA).items():
-        if key == "sweep":  # its keys are dotted, and scene/sweep.py checks them
-            continue
         for value in VALUES:
             ours = not any(schema.refusals(value, part))
             assert ours == Draft202012Validator(part).is_valid(value), (key, value)
@@ -264,7 +262,7 @@ def test_the_check_of_values_is_that_of_json_schema():
 def test_the_schema_is_closed_described_and_gives_units():
     Draft202012Validator.check_schema(SCHEMA)
     for key, part in {"": SCHEMA, **properties(SCHEMA)}.items():
-        if part["type"] == "object" and key != "sweep":  # its keys are dotted, and scene/sweep.py checks them
+        if part["type"] == "object":
             assert part["additionalProperties"] is False, key
             assert set(part.get("required", [])) <= set(part["properties"]), key
         assert len(part["description"].split()) >= 2, key

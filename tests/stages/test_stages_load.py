@@ -6,7 +6,7 @@ import pytest
 from roughslip.errors import IllPosedError
 from roughslip.friction.pad import WINDOWS
 from roughslip.scene.types import scene_of
-from roughslip.stages import contact_periodic, contact_strip, friction, friction_under_load, wide_field
+from roughslip.stages import contact_periodic, contact_strip, friction, friction_under_load
 from roughslip.stages.from_scene import periodic_cell
 from roughslip.stages.from_scene.periodic_cell import yielding
 from roughslip.surface.models import covariance_of
@@ -159,50 +159,6 @@ def test_a_soft_surface_touches_on_the_load_over_its_hardness(run):
     assert elastic["plasticity_index"] == elastic["yielded_share"] == 0
     assert yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
     assert "material.hardness_pa is not given" in yielding(0.0, 0.0)
-
-
-@pytest.mark.slow
-def test_windows_of_a_wide_field_are_those_of_cells_under_the_same_pressure(run, stored, folder, monkeypatch):
-    """At three penetrations of given pressures the cells are those that a load solves, and so are the statistics."""
-    pressures = np.array([6e8, 1e9, 1.5e9])
-    friction_file = stored(
-        "by_hand.nc",
-        percentile=(("level",), np.array([20.0, 50.0, 80.0])),
-        nominal_pressure=(("level",), pressures),
-    )
-    scene = changed(
-        CELLS, strip={"cell_m": 2.5e-6}, oscillator={"normal_force_n": 50.0, "penetration_percentile": 80.0}
-    )
-    del scene["load"]
-    monkeypatch.setattr(wide_field, "CELLS", 8)
-    result = run(wide_field, scene, friction=friction_file)
-    assert result["mean"][1] == pytest.approx(MEAN, rel=1e-12)
-    assert np.all(np.diff(result["variation"]) < 0.0)
-    for name in ("mean", "std", "variation"):
-        assert result[f"change_of_{name}"] == pytest.approx(result[name][2] - result[name][0])
-    load = {"nominal_pressure_pa": 1.5e9, "force_n": 50.0}
-    of_load = changed(CELLS, strip={"cell_m": 2.5e-6}, load=load, oscillator={"windows_in_parallel": 13})
-    monkeypatch.setattr(contact_periodic.Cells, "count", lambda *_: 8)
-    run(contact_periodic, of_load, "eight")
-    same = run(friction_under_load, of_load, "same", contact=folder / "eight.nc")
-    assert result["variation"][2] == pytest.approx(same["std"] / same["mean"], rel=1e-9)
-    windows = 50.0 / (1.5e9 * WINDOW_AREA)  # 13.3
-    assert result["load_std"] / result["mean"][2] == pytest.approx(
-        same["load_std"] / same["mean"] * np.sqrt(13 / windows), rel=0.02
-    )
-
-
-@pytest.mark.parametrize(
-    ("roughness", "reason"),
-    [({"correlation_length_m": 6e-7}, "resolve no contacts"), ({"covariance": "exponential"}, "slope")],
-)
-def test_heights_without_cells_leave_the_reading_of_a_wide_field_untested(run, stored, roughness, reason):
-    levels = {"percentile": (("level",), np.array([50.0])), "nominal_pressure": (("level",), np.array([1e8]))}
-    scene = changed(CELLS, roughness=roughness, oscillator={"penetration_percentile": 50.0})
-    del scene["load"]
-    result = run(wide_field, scene, friction=stored("one.nc", **levels))
-    assert reason in result.attributes["reason"]
-    assert not list(result)
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from scipy.special import stdtrit
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import wilson_interval
-from roughslip.stages import belt_readings, cycles, deterministic, ensemble_pilot, oscillator
+from roughslip.stages import cycles, deterministic, ensemble_pilot, oscillator
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import DISCARDED_PERIODS
 from roughslip.stages.result_tables import ensemble_table
@@ -195,37 +195,6 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
         np.testing.assert_array_equal(result[f"deterministic_{name}"], without_scatter[name])
     for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
         assert result[f"deterministic_{name}"] == without_scatter[name]
-
-
-@pytest.mark.slow
-def test_each_reading_changes_one_thing(run, stored, without_scatter):
-    """Damping ratios of the texts; a process that hardly scatters leaves the motion without scatter; the level of the
-    windows that lies nearest to the Beta, other than the scene's, has its own mean and its own limit."""
-    scene = scattered(1e-9) | {"ensemble": CONFIGURATION["ensemble"] | {"marginal": "beta"}}
-    result = run(belt_readings, scene)
-    assert "nearest_penetration_cycling_share" not in result  # the scene gives the friction as numbers
-    assert result["half_damping_nominal_damping"] == 0.085
-    assert result["plain_damping_nominal_damping"] == pytest.approx(0.17 / (2 * 316), rel=1e-12)
-    for name in ("paper_process", "belt_travel", "mean_stick_limit"):
-        limit, damping = result[f"{name}_deterministic_existence_limit"], result[f"{name}_damping_ratio"]
-        assert limit == pytest.approx(float(without_scatter["existence_limit"]), rel=1e-7)
-        np.testing.assert_allclose(damping, [0.17, 1.003 * limit, 1.03 * limit], rtol=1e-12)
-        assert result[f"{name}_mean_cycles"][0] == without_scatter["cycles"][1]
-        assert result[f"{name}_stick_slip_share"] == pytest.approx([1.0, 0.0, 0.0], abs=0.05)
-    ones, levels = np.ones(3), ("level",)
-    numbers = {"combined_mean": [0.31, 0.3, 0.29], "combined_std": 1e-9 * ones, "beta_a": 2.1 * ones}
-    numbers |= {"combined_length_least_squares": 2.5e-4 * ones, "beta_b": 5.0 * ones}
-    numbers |= {"percentile": [20.0, 50.0, 80.0], "combined_skewness": [0.6, 0.56, 0.0]}
-    numbers |= {"beta_distance_standardised": [0.06, 0.01, 0.05]}  # the last is nearer, and not as skewed
-    file = stored("windows.nc", **{name: (levels, np.array(values)) for name, values in numbers.items()})
-    windows = CONFIGURATION | {"friction": {"statistics": None}}
-    nearest = run(belt_readings, windows, "nearest", friction=file)
-    assert nearest["nearest_penetration_percentile"] == 20.0
-    assert nearest["belt_travel_percentile"] == 50.0
-    limits = [
-        float(nearest[f"{name}_deterministic_existence_limit"]) for name in ("nearest_penetration", "belt_travel")
-    ]
-    assert limits[0] > limits[1] == pytest.approx(0.3244, abs=1e-4)  # more friction at rest over sliding: eq. (13)
 
 
 def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), **keys: object) -> dict:

@@ -492,7 +492,7 @@ def test_only_what_this_run_made_is_shown(scene):
 
 
 def test_links_lead_from_the_joint_page_to_files_of_the_scene(scene, monkeypatch):
-    """The scene file too, where the scene has one of its own: variants of a sweep have none."""
+    """The scene file too."""
     monkeypatch.chdir(scene)
     file = scene / "config/scenes/mine.yaml"
     file.parent.mkdir(parents=True)

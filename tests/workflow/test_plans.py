@@ -85,9 +85,9 @@ REPORT = {"scene_report": 1, "publish": 1}
 COSTS = {"costs": 1, **REPORT}
 CLAIMS = {"claims": 1, **COSTS}
 CYCLES = {"cycles": 1, "figure5": 1, **CHAIN, **CLAIMS}
-AFTER_DAMPINGS = {"deterministic": 1, "oscillator": 1, "belt_readings": 1, **CYCLES}
+AFTER_DAMPINGS = {"deterministic": 1, "oscillator": 1, **CYCLES}
 MAPPED = {"stick_slip_map": 1, "figure_map": 1}  # a scene that names no targets has the map with figure5
-AFTER_FRICTION = {"answer": 1, "wide_field": 1, **MAPPED, **AFTER_DAMPINGS}
+AFTER_FRICTION = {"answer": 1, **MAPPED, **AFTER_DAMPINGS}
 AFTER_SQUARE = {"chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
 SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
@@ -217,13 +217,11 @@ def test_a_job_of_a_cluster_asks_for_more_at_each_attempt_and_never_for_more_tha
 
 # Snakemake runs in this process, and its warnings are its own.
 
-OF_OSCILLATOR = {"deterministic", "oscillator", "cycles", "belt_readings"}
-OF_FIGURE5 = OF_OSCILLATOR - {"belt_readings"}
+OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-OF_WINDOWS = {"friction", "wide_field"}
 OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
-FRICTION = OF_STRIP | OF_WINDOWS | OF_OSCILLATOR | OF_POINT
+FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
 OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 MADE_OF_MORE = {"claims", "costs", "report"}  # of all that a scene makes
 
@@ -238,8 +236,8 @@ OVERLAYS = {
     "ensemble: {damping_ratios: [0.17, 0.3]}": OF_OSCILLATOR,
     "jobs: 2": FRICTION | OF_SQUARE - {"design"},  # other files
     "expansion: {draws: 3000}": {"chaos_square"},
-    "strip: {expansion_samples: 24}": {"expansion_strip"} | OF_WINDOWS | OF_OSCILLATOR | OF_POINT,
-    "friction: {mean_at_median: 0.2}": OF_WINDOWS | OF_OSCILLATOR | OF_POINT,
+    "strip: {expansion_samples: 24}": {"expansion_strip"} | {"friction"} | OF_OSCILLATOR | OF_POINT,
+    "friction: {mean_at_median: 0.2}": {"friction"} | OF_OSCILLATOR | OF_POINT,
     "material: {young_modulus_pa: 1.0e+9}": FRICTION | OF_SQUARE - {"design"},
     "seed: 7": FRICTION | OF_SQUARE,
     "description: Another": set(),
@@ -267,29 +265,13 @@ def test_names_differ_from_the_first_change_on(empty, tmp_path):
 def test_scenes_share_what_has_one_name(shared, plan):
     """From disk, and in a run of several new scenes, of which the first computes for all."""
     shared.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
-    oscillator = dict.fromkeys(OF_FIGURE5 | {"answer"}, 1) | OWN
+    oscillator = dict.fromkeys(OF_OSCILLATOR | {"answer"}, 1) | OWN
     assert plan(shared.folder, "variant") == {"variant": oscillator}
     shared.scene("new", "extends: variant\ntargets: [figure5]\nseed: 7\n")
     shared.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")
     assert plan(shared.folder, "newer", "new") == {
         "new": dict.fromkeys(OF_STRIP, 1) | oscillator,
         "newer": oscillator,
-    }
-
-
-@pytest.mark.slow
-def test_a_sweep_solves_a_contact_problem_once(shared, plan):
-    """Four variants of two materials, each solved once. The scene itself shares all up to its answer with `tiny`."""
-    sweep = "sweep: {oscillator.damping_ratio: [0.1, 0.2], material.hardness_pa: [2.0e+9, 3.0e+9]}"
-    shared.scene("mine", f"extends: tiny\ntargets: [figure5]\n{sweep}\n")
-    planned = plan(shared.folder, "mine")
-    own = dict.fromkeys(OF_FIGURE5 | {"answer"}, 1) | OWN
-    assert planned.pop("mine") == {"sweep": 1, **{stage: 1 for stage in OWN if stage != "figure_chain"}}
-    solved = [name for name, jobs in planned.items() if "contact_strip" in jobs]
-    assert len(solved) == 2
-    assert planned == {
-        f"mine-{number}": (dict.fromkeys(OF_STRIP, 1) if f"mine-{number}" in solved else {}) | own
-        for number in range(1, 5)
     }
 
 

@@ -1,19 +1,15 @@
 # What takes several scenes together; each is asked for by name.
-# In:  results of the default scenes, or of those that `--config compare=resolved,mine` names; the kept results.
-# Out: results/report.html; results/evidence/<subject>.svg, pictures of the kept benchmarks; results/comparison.png|svg|nc,
-#      figures of several scenes in one picture; results/verify.json|txt; results/reference, the small results that git
-#      keeps; results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
+# In:  results of the default scenes; the kept results.
+# Out: results/report.html; results/evidence/<subject>.svg, pictures of the kept benchmarks; results/verify.json|txt;
+#      results/reference, the small results that git keeps; results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
 #      scene uses.
 KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*.json"))  # by `make benchmark` and `make stress`
-COMPARISON = declarations()["comparison"].results.values()
 DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
 PLOT = ROOT / "workflow/benchmarks/plot.py"
 # By published file, a function of its name in the store.
 JOINT = {
-    file: lambda file=file: f"{names.comparison(compared or scenes.compared(None)).folder}/{file}"
-    for file in COMPARISON
+    "report.html": lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
 }
-JOINT["report.html"] = lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 
@@ -47,11 +43,6 @@ rule evidence_drawn:
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.benchmarks.plot --benchmark {input.result:q} --output {output.svg:q}'
         " --usage {output.usage:q} 2> {log:q}"
-
-
-rule comparison:
-    input:
-        [f"results/{file}" for file in COMPARISON],
 
 
 rule verify:

@@ -1,7 +1,7 @@
 # The stages: one rule each, made from its declaration. What a job reads stands in its key file.
 # In:  results/store/<stage>/<key>/key.json; the records of the jobs before it, as long as it has not ended.
 # Out: results/store/<stage>/<key>/<result of the stage>, usage/<job>.json; results/<scene>/..., published from these.
-RULE_NAMES = {"report": "scene_report", "comparison": "scenes_compared"}
+RULE_NAMES = {"report": "scene_report"}
 OVER_PUBLISHED = {"verify", "reference"}  # workflow/rules/several_scenes.smk
 
 

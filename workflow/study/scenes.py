@@ -17,15 +17,14 @@ from roughslip.limits import SHARES
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.fields import AUTO
-from roughslip.scene.loader import all_names, load, scene_names
+from roughslip.scene.loader import load, scene_names
 from roughslip.scene.mistakes import display, line, shown
 from roughslip.scene.plausibility import inherited
-from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 from workflow.study.surface_check import check_surface
 
 USER_FILES = {"scan": "roughness.scan.file", "record": "friction.record.file"}  # by the stage that reads one
-KEYS = ("scenes", "scenes_folder", "compare", "memory_mb")
+KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "evidence", "logs", "usage")  # of no scene
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
@@ -140,17 +139,11 @@ class Scenes:
         own: str | None = None,
     ) -> None:
         self.root, self.default, self._marks = root, list(default), marks
-        self.variants: dict[str, dict[str, Any]] = {}
-        self._folders: dict[str, Path] = {}  # by name
-        for folder in scene_folders(root, own):
-            added = all_names(folder)
-            self.variants |= added
-            self._folders |= {name: folder for scene, variants in added.items() for name in (scene, *variants)}
+        self._folders = {name: folder for folder in scene_folders(root, own) for name in scene_names(folder)}
         self.names = sorted(self._folders)
         asked = {scene_of(word) for word in words}.intersection(self.names)
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
-        asked.update([variant for name in asked for variant in self.variants.get(name, ())])
         self.asked = sorted(asked)
         mistakes, good = self._loaded(self.asked)
         mistakes += [line for name in good for line in self._surface(name)[0]]
@@ -171,27 +164,8 @@ class Scenes:
 
     @cached_property
     def valid(self) -> list[str]:
-        """All scenes without mistakes. A scene is made with all its variants, or not at all."""
-        good = self._loaded(self.names)[1]
-        return [name for name in good if set(good).issuperset(self.variants.get(name, ()))]
-
-    def compared(self, asked: str | None) -> dict[str, list[str]]:
-        """Scenes that are drawn in one picture, with the figures that each adds: COMPARED, or as asked, `one,other`.
-
-        Raises InputError for one that has no such figure.
-        """
-        names = [name for name in COMPARED if name in self.valid] if asked is None else str(asked).split(",")
-        every = declarations()["comparison"].many["results"].split()
-        drawn = {
-            name: figures
-            for name in self.valid
-            if (figures := [figure for figure in every if figure in plan.figures(self[name])])
-        }
-        wrong = [shown(name) for name in names if name not in drawn]
-        if wrong or len(set(names)) < len(names):
-            text = f"is not allowed; scenes with {' or '.join(every)}, each once, of: {', '.join(drawn)}"
-            raise InputError([f"--config compare: {', '.join(wrong) or shown(asked)} {text}"])
-        return {name: drawn[name] for name in names}
+        """All scenes without mistakes."""
+        return self._loaded(self.names)[1]
 
     @cache  # noqa: B019 (one instance lives as long as the run)
     def __getitem__(self, name: str) -> dict[str, Any]:
@@ -241,7 +215,7 @@ class Scenes:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
         scan = Path(self.user_files(name, "scan")[0]) if reads else None
-        return check_surface(scene_file(name, self._folders[name]), self[name], scan, self._marks)
+        return check_surface(self._folders[name] / f"{name}.yaml", self[name], scan, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
@@ -265,7 +239,7 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         if path.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (path.is_file() and any(_is_inside(path, inside) for inside in (folder, root, Path.cwd()))):
-            raise InputError(line(scene_file(name, folder), tuple(key.split(".")), f"{shown(file)} {text}"))
+            raise InputError(line(folder / f"{name}.yaml", tuple(key.split(".")), f"{shown(file)} {text}"))
     return scene
 
 

@@ -22,11 +22,7 @@ DRAWN = {
         *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
         *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
         *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
-        *("deterministic_hopf_damping", "deterministic_existence_limit", "friction_percentile"),
-        *(
-            f"nearest_penetration_{name}"
-            for name in ("percentile", "damping_ratio", *with_interval_names("difference"))
-        ),
+        *("deterministic_hopf_damping", "deterministic_existence_limit"),
     ]
 }
 
@@ -86,19 +82,10 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
 
 
 def _loss(axes: Axes, result: Arrays) -> None:
-    """M_diff, and that at the penetration where the friction lies nearest to the paper's Beta, if it was run."""
-    lines = {"": ("C0", "-", "o", "friction_percentile"), "nearest_penetration_": ("C1", "--", "s", "percentile")}
-    drawn = {prefix: look for prefix, look in lines.items() if f"{prefix}difference" in result}
-    for prefix, (colour, style, marker, name) in drawn.items():
-        key = name if not prefix else prefix + name
-        look = {"color": colour, "ls": style, "marker": marker, "ms": 3}
-        if len(drawn) > 1:
-            look["label"] = f"penetration {float(result[key]):g} %"
-        draw_curve(axes, result[f"{prefix}damping_ratio"], with_ends(result, f"{prefix}difference"), look, alpha=0.3)
+    look = {"color": "C0", "ls": "-", "marker": "o", "ms": 3}
+    draw_curve(axes, result["damping_ratio"], with_ends(result, "difference"), look, alpha=0.3)
     axes.axhline(0, color="0.6", lw=0.5)
     axes.set(xlabel="damping ratio $D$", ylabel="$M_{diff} = M_d - E[M_S]$")
-    if len(drawn) > 1:
-        legend_above(axes)
 
 
 def _counts(axes: Axes, result: Arrays) -> None:

@@ -1,8 +1,6 @@
 """One page, readable without a network, of what scenes found: figures, verdicts, costs and how to repeat the run.
 
 The joint page also shows the kept benchmarks and stress campaigns, which a run of the study does not repeat.
-
-The page that compares the variants of a scene: a row a variant, with its values and its main numbers.
 """
 
 from __future__ import annotations
@@ -109,9 +107,14 @@ class SceneReport:
         return self.name in READINGS
 
     @property
+    def has_answer(self) -> bool:
+        """Whether it could be told if the scene stick-slips."""
+        return self.answer is not None and bool(self.answer["given"])
+
+    @property
     def is_machine(self) -> bool:
         """Whether the scene has an answer and is no reading of the paper: its page shows the machine first."""
-        return not self.is_reading and self.answer is not None and bool(self.answer["given"])
+        return not self.is_reading and self.has_answer
 
     @property
     def shown_claims(self) -> list[Mapping[str, Any]]:
@@ -175,7 +178,6 @@ def environment() -> Environment:
         "digits": digits,
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "amount": amount,
-        "as_number": lambda three, unit: {"value": three[0], "interval": three[1:], "unit": unit},
         "bars": bars,
         "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
         "change_rows": change_rows,
@@ -235,40 +237,3 @@ def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]
     for stage, reason in (costs[-1].get("not_needed", {}) if costs else {}).items():
         reasons.setdefault(reason, []).append(stage)
     return reasons
-
-
-Number = tuple[float, float | None, float | None]  # with the ends of its 95 % interval, where it has one
-
-
-@dataclass(frozen=True)
-class Row:
-    """scene : name; swept : its values by dotted key; numbers : its results by name; answer : answer.json, if given"""
-
-    scene: str
-    swept: Mapping[str, Any]
-    numbers: Mapping[str, Number]
-    answer: Mapping[str, Any] | None = None
-
-
-def sweep_page(rows: Sequence[Row], description: str, titles: Mapping[str, tuple[str, str]]) -> str:
-    """The page as HTML. titles : heading and unit by the name of a number, in their order"""
-    names = [name for name in titles if any(name in row.numbers for row in rows)]
-    template = environment().get_template("sweep.html.j2")
-    return template.render(rows=rows, description=description, titles=titles, names=names, words=words)
-
-
-def words(value: Any) -> str:
-    """A value of a scene, as a reader would write it."""
-    return "not given" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def sweep_table(rows: Sequence[Row], titles: Mapping[str, tuple[str, str]]) -> str:
-    """The same as comma-separated values; _low and _high end the interval of a number."""
-    names = [name for name in titles if any(name in row.numbers for row in rows)]
-    parts = [f"{name}{end}" for name in names for end in ("", "_low", "_high")]
-    lines = [",".join(["scene", *rows[0].swept, *parts])]
-    for row in rows:
-        values = [value for name in names for value in row.numbers.get(name, (None, None, None))]
-        texts = ["" if value is None else f"{value:.6g}" for value in values]
-        lines.append(",".join([row.scene, *(words(value).replace(",", "") for value in row.swept.values()), *texts]))
-    return "\n".join(lines) + "\n"

@@ -25,13 +25,12 @@ from roughslip.scene import (
     oscillator,
     plan,
     roughness,
-    sweep,
     uncertain,
 )
 from roughslip.scene.fields import AUTO, WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
-from roughslip.scene.types import get, nested
+from roughslip.scene.types import get
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
@@ -49,24 +48,14 @@ _REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES
 def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     """The scene of a name, or of a file anywhere, with its overlays merged and every rule checked.
 
-    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml;
-        a variant has a name but no file
+    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
     scenes_folder : folder of the names; a name after `extends` may also be that of a shipped scene
 
-    Returns the scene as nested dicts, without `extends` and `sweep`, and with what follows from its load; a key that
+    Returns the scene as nested dicts, without `extends`, and with what follows from its load; a key that
     takes a `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
     schema = scene_schema()
-    asked = _locate(name_or_path, scenes_folder)
-    top = sweep.scene_file(asked.stem, asked.parent)
-    chain, merged, swept, lines = read_chain(top, scenes_folder)
-    try:
-        variants = sweep.variants(top, swept)
-        if top.stem != asked.stem and asked.stem not in variants:
-            lines.append(f"{display(asked)}: no such file; {top.stem} has {len(variants)} variants")
-        merged.overlay(top, _of_the_variant(asked.stem, variants, merged.values))
-    except InputError as error:
-        lines += error.lines
+    chain, merged, lines = read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
 
     def topmost(paths: list[KeyPath]) -> Path:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
@@ -133,17 +122,6 @@ def scene_names(scenes_folder: Path) -> list[str]:
     return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
 
 
-def all_names(scenes_folder: Path) -> dict[str, dict[str, Values]]:
-    """By the name of each scene file, sorted, its variants; none where the file or its `sweep` has a mistake."""
-    names: dict[str, dict[str, Values]] = {}
-    for file in sorted(scenes_folder.glob("*.yaml")):
-        try:
-            names[file.stem] = sweep.variants(file, read(file).get("sweep", {}))
-        except InputError:
-            names[file.stem] = {}
-    return names
-
-
 class Merged:
     """The values of overlaid files, and for each key the file that gave it last."""
 
@@ -182,14 +160,6 @@ def _keys(values: Values) -> Iterator[str]:
         yield from (f"{name}.{key}" for key in _keys(value)) if isinstance(value, dict) else ()
 
 
-def _of_the_variant(name: str, variants: dict[str, Values], scene: Values) -> Values:
-    """What a variant changes in the scene that it is one of: the values of `sweep`, and the description."""
-    if name not in variants:
-        return {}
-    values = ", ".join(f"{key.rpartition('.')[2]} {shown(value)}" for key, value in variants[name].items())
-    return {**nested(variants[name]), "description": f"{scene.get('description')}: {values}"[:LONGEST]}
-
-
 def _inside(values: Values, section: list[str]) -> Values:
     """The section of that name; empty where there is none."""
     for name in section:
@@ -211,7 +181,7 @@ def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
     if is_path:
         return Path(given)
     file = scenes_folder / f"{name}.yaml"
-    if not sweep.scene_file(name, scenes_folder).is_file():
+    if not file.is_file():
         raise InputError(f"{display(file)}: no such file; {nearest(name, scene_names(scenes_folder), 'scenes')}")
     return file
 
@@ -223,16 +193,12 @@ def _stay_inside(file: Path) -> None:
         raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
 
 
-def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any, list[str]]:
-    """Return the files of a scene from the top of its overlays down, their values merged, and `sweep` of the top.
-
-    Last come lines on accuracies that find nothing.
-    """
+def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, list[str]]:
+    """Files of a scene from the top of its overlays down, their values merged, and lines on unused accuracies."""
     known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
     chain = [top]
     documents: list[Values] = []
     lines: list[str] = []
-    swept: list[Any] = []
     while len(documents) < len(chain):
         file = chain[-1]
         try:
@@ -245,7 +211,6 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
             values["accuracy"] = accuracy.of_all(both)
         values |= friction.with_listed_records(values)
         lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
-        swept.append(values.pop("sweep", {}))  # of the file, not of those that extend it
         documents.append(values)
         if "extends" not in values:
             break
@@ -260,7 +225,7 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, Any,
     merged = Merged(top)
     for file, values in zip(reversed(chain), reversed(documents), strict=True):
         merged.overlay(file, values)
-    return chain, merged, swept[0], lines
+    return chain, merged, lines
 
 
 def _without(faulty: set[str], value: Any, path: str = "") -> Any:

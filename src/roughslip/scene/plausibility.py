@@ -17,7 +17,6 @@ from roughslip.scene.fields import unless_auto
 from roughslip.scene.loader import read_chain
 from roughslip.scene.mistakes import Values
 from roughslip.scene.plan import stages_needed
-from roughslip.scene.sweep import scene_file
 from roughslip.scene.types import get
 
 SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
@@ -133,7 +132,7 @@ def inherited(name: str, scenes_folder: Path) -> list[str]:
 
     A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
     """
-    chain, merged, _, _ = read_chain(scene_file(name, scenes_folder), scenes_folder)
+    chain, merged, _ = read_chain(scenes_folder / f"{name}.yaml", scenes_folder)
     level = {file: chain.index(file) for file in chain}
 
     def height(*keys: str) -> int:

@@ -36,7 +36,7 @@ _BOUNDS = {
 
 @cache
 def scene_schema() -> dict[str, Any]:
-    """The schema of a scene after its overlays are merged, with `extends` and `sweep` of a file. Do not change it."""
+    """The schema of a scene after its overlays are merged, with `extends` of a file. Do not change it."""
     schema = _part(Scene, {"description": "Scene of roughslip; the unit of a number ends its name"})
     del schema["properties"]["standard_uncertainties"]  # which the loader finds
     listed = schema["properties"]["targets"]  # the stages declare them
@@ -46,13 +46,8 @@ def scene_schema() -> dict[str, Any]:
         "type": "string",
         "pattern": WORD,
     }
-    sweep = {
-        "description": "Lists of values by dotted key: each combination is a variant, with results of its own",
-        "type": "object",
-        "additionalProperties": {"type": "array", "minItems": 1, "uniqueItems": True},
-    }
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of roughslip"}
-    return {**head, **schema, "properties": {"extends": extends, "sweep": sweep, **schema["properties"]}}
+    return {**head, **schema, "properties": {"extends": extends, **schema["properties"]}}
 
 
 def text() -> str:

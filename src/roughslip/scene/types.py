@@ -74,8 +74,7 @@ class Scene(Section):
         text(
             "A figure of the paper, or one of two others. In figure_scan, a scan is compared with surfaces sampled "
             "from its models. In figure_map, the probability of stick-slip is shown over two parameters. "
-            "Two have no figure of their own. readings are small ensembles by which the statements on figure5 are also "
-            "judged. answer is that probability and its limits; it comes with figure5 and figure_map",
+            "answer has no figure: it is that probability and its limits, and comes with figure5 and figure_map",
             longest=40,
         ),
         unique=True,

@@ -12,13 +12,7 @@ from roughslip.verdicts.rules import BOUNDS, claims
 STAGE = Stage(
     name="claims",
     reads="description targets",
-    collects={
-        "square": "chaos_square",
-        "friction": "friction",
-        "oscillator": "cycles",
-        "readings": "belt_readings",
-        "field": "wide_field",
-    },
+    collects={"square": "chaos_square", "friction": "friction", "oscillator": "cycles"},
     result="claims.json",
     target="every scene",
 )
@@ -37,13 +31,8 @@ def work(job: Job) -> None:
     paths = {name: getattr(job.arguments, name) for name in STAGE.options}
     results = {name: store.read(path) for name, path in paths.items() if path is not None}
     friction, oscillator = results.get("friction"), results.get("oscillator")
-    of_field = {f"field_{name}": values for name, values in results.get("field", {}).items()}
     with job.usage.core():
-        of_windows, of_belt = (
-            friction and {**friction, **of_field},
-            oscillator and {**oscillator, **results.get("readings", {})},
-        )
-        judged = claims(results.get("square"), of_windows, of_belt)
+        judged = claims(results.get("square"), friction, oscillator)
         if friction is not None:
             strip = json.loads(friction.attributes["configuration"])["strip"]
             strips = int(friction.attributes.get("strips", strip["samples"]))  # or found from the accuracy asked

@@ -45,10 +45,9 @@ STAGES = [
     figure(
         name="figure5",
         of="cycles",
-        collects={"readings": "belt_readings"},
         caption="Figure 5. As in the paper (a) the limit cycle, (b) the point where the mass sticks again, and (c) "
-        "the cycles lost to the scatter against damping, also where the friction lies nearest to the paper's Beta if "
-        "the scene has readings; (d) the cycles themselves. The paper's dimensionless numbers are ours in metres.",
+        "the cycles lost to the scatter against damping; (d) the cycles themselves. The paper's dimensionless numbers "
+        "are ours in metres.",
     ),
     figure(
         name="figure_map",

@@ -17,7 +17,6 @@ import numpy as np
 
 REPRODUCED, CONTRADICTED, UNDECIDED = "reproduced", "contradicted", "undecided"
 CONTRADICTS, NOT_TESTED = "contradicts itself", "not tested"
-NO_FIELD = "the scene does not run this reading: its targets lack readings, or no periodic cells resolve its contacts"
 VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
 ON_THRESHOLD = 0.02  # relative distance up to which an undecided number lies on its threshold
 

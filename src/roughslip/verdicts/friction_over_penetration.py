@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from roughslip.verdicts.finding import (
-    NO_FIELD,
     TREND,
     Arrays,
     Bound,
@@ -18,7 +17,6 @@ from roughslip.verdicts.finding import (
     inside,
     judged,
     judged_inside,
-    number,
 )
 from roughslip.verdicts.reading import PValue, Reading, Statement
 
@@ -74,18 +72,6 @@ def _by_sums(friction: Arrays) -> Finding | str:
     return judged_inside((change, (change - below, change + above)), note, high=0.0)
 
 
-def _of_a_field(friction: Arrays, key: str, title: str) -> Finding | str:
-    """Change from the lowest to the highest nominal pressure, of windows of periodic cells."""
-    if f"field_change_of_{key}" not in friction:
-        return NO_FIELD
-    pressures, values = friction["field_nominal_pressure"], friction[f"field_{key}"]
-    if len(values) == 1:
-        return ONE_LEVEL
-    minimum, largest = (f"{values[level]:.3g} at {pressures[level] / 1e6:.3g} MPa" for level in (0, -1))
-    note = f"change of the {title} from {minimum} to {largest}"
-    return judged_inside(number(friction, f"field_change_of_{key}"), note, high=0.0)
-
-
 SUMS = Reading(
     "sums",
     "sum of the areas over sum of the forces of all windows, so that each window weighs as its force",
@@ -119,13 +105,6 @@ def _statement(name: str, key: str, title: str) -> Statement:
                 partial(_every_step, key=key, title=title),
             ),
             *((SUMS,) if key == "mean" else ()),
-            Reading(
-                "wide-field",
-                "windows within a wide field of the same surface, under the mean pressure of each penetration",
-                "section 4: surfaces “with dimension 25 µm × 600 µm”; whether these are all of the contact is not said",
-                "the interval of the change from the lowest to the highest nominal pressure lies below zero",
-                partial(_of_a_field, key=key, title=title),
-            ),
         ),
     )
 

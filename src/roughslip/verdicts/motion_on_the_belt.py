@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -10,8 +9,8 @@ import numpy as np
 
 from roughslip.friction.penetration import between
 from roughslip.verdicts.centre_pressure import shown
-from roughslip.verdicts.finding import NO_FIELD, Arrays, Finding, Interval, inside, judged_inside, number
-from roughslip.verdicts.reading import SHARE, UNITLESS, VISIBLE, Reading, Statement, Unit
+from roughslip.verdicts.finding import Arrays, Finding, Interval, inside, judged_inside, number
+from roughslip.verdicts.reading import SHARE, VISIBLE, Reading, Statement
 
 NON_NORMAL = 0.1  # skewness or excess kurtosis
 CYCLING = 0.95  # share of the runs
@@ -24,20 +23,9 @@ NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cyc
 OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
-NOT_RUN = "the scene does not run this reading: its targets lack readings, or it gives the friction as numbers"
 MOVES = "section 5: “Figure 5 displays the limit cycle”"
 SEEN = "section 5: “it can be clearly seen that also the reattachment point is nonnormally distributed”"
 RANGE = "section 5: a range of damping “where the stochastic system can still move on the limit cycle”"
-
-
-def under(name: str, judge: Callable[[Arrays], Finding | str]) -> Callable[[Arrays], Finding | str]:
-    """The same rule for the runs of a reading that stage belt_readings made."""
-
-    def judged(oscillator: Arrays) -> Finding | str:
-        own = {key.removeprefix(f"{name}_"): value for key, value in oscillator.items() if key.startswith(f"{name}_")}
-        return judge(own) if own else NOT_RUN
-
-    return judged
 
 
 def _limit(oscillator: Arrays) -> float:
@@ -131,11 +119,10 @@ def _runs_at_the_end(oscillator: Arrays) -> Finding | str:
     return judged_inside(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
 
 
-def _under_load(both: Arrays, kinds: tuple[str, ...], field: bool = False) -> Finding | str:
+def _under_load(both: Arrays, kind: str) -> Finding | str:
     """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows.
 
-    kinds : of scatter, additive or multiplicative; the interval holds all of them
-    field : whether the scatter of the pad is that of periodic cells
+    kind : of scatter, additive or multiplicative
     """
     limit, damping = _limit(both), both["damping_ratio"]
     if not np.isfinite(limit):
@@ -148,16 +135,11 @@ def _under_load(both: Arrays, kinds: tuple[str, ...], field: bool = False) -> Fi
     percentile, scatter = float(both["friction_percentile"]), float(both["friction_scatter"])
     if percentile < both["percentile"][0]:
         return OF_LOAD
-    if field and "field_load_std" not in both:
-        return NO_FIELD
     names = ("load_windows", "load_std", "load_std_low", "load_std_high")
     windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
-    if field:
-        std = [float(both[f"field_load_std{end}"]) for end in ("", "_low", "_high")]
     low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
-    responses = [float(both[f"load_response_{kind}"]) for kind in kinds]
-    response = float(np.mean(responses))
-    ends = np.array([(low + high) / 2.0 * response, low * min(responses), high * max(responses)])
+    response = float(both[f"load_response_{kind}"])
+    ends = np.array([(low + high) / 2.0, low, high]) * response
     ours, *interval = (ends * std / scatter).tolist()
     note = (
         f"share of the limit {limit:.4f}; at percentile {percentile:g} {windows:.4g} windows bear the force, and their "
@@ -194,47 +176,6 @@ def _visible(oscillator: Arrays) -> Finding:
     return judged_inside(number(oscillator, "reattachment_distance_to_normal"), note, low=VISIBLE)
 
 
-OTHERS = {
-    "nearest-penetration": (
-        "at the penetration, other than the scene's, where the friction lies nearest to the paper's Beta",
-        "section 5: “μ_fit(d) obtained from the mean value curve, Figure 3 a)”; no penetration is stated for Figure 5",
-    ),
-    "paper-process": (
-        "with the paper's Beta(2.1, 5) and 250 µm for the stochastic part, and our scatter",
-        "section 4 finds them, and section 5 takes “a stochastic process”",
-    ),
-    "belt-travel": (
-        "with the travel v0 t of the belt in place of the slipped distance",
-        "section 5: realizations of the process are “transformed from space to time domain”",
-    ),
-    "mean-stick-limit": (
-        "with the stochastic part in slip alone, and a limit of stick without scatter",
-        "eq. (12) has a static friction F_Rst of its own, and section 5 gives μ_S for μ(v_rel) “in slip mode”",
-    ),
-    "half-damping": (
-        "with 0.17 as d_k / (m ω), so that D = 0.085",
-        "section 5: “a damping coefficient of 0.17”, with no definition",
-    ),
-    "plain-damping": (
-        "with 0.17 N s/m as d_k itself, so that D = 0.00027",
-        "section 5: “damping constant d_k” and “a damping coefficient of 0.17”",
-    ),
-}
-"""Readings that stage belt_readings runs: what is taken how, and its place."""
-
-
-def _others(
-    rule: str, judge: Callable[[Arrays], Finding | str], unit: Unit = UNITLESS, names: tuple[str, ...] = tuple(OTHERS)
-) -> tuple[Reading, ...]:
-    """The same rule under the readings that have runs of their own."""
-    return tuple(
-        Reading(name, taken, place, rule, under(name.replace("-", "_"), judge), unit=unit)
-        for name, (taken, place) in OTHERS.items()
-        if name in names
-    )
-
-
-WITH_RANGE = ("nearest-penetration", "paper-process", "belt-travel", "mean-stick-limit")
 ON_THE_CYCLE = (
     "the damping lies below the deterministic limit, and the interval of the share of runs with a cycle in the last "
     f"ten natural periods lies above {CYCLING}"
@@ -273,7 +214,6 @@ STATEMENTS = (
                 _time_on_the_cycle,
                 unit=SHARE,
             ),
-            *_others(ON_THE_CYCLE, _limit_cycle, SHARE),
         ),
     ),
     Statement(
@@ -296,7 +236,6 @@ STATEMENTS = (
                 f"the interval of the Kolmogorov distance to the normal lies above {VISIBLE}",
                 _visible,
             ),
-            *_others(BEYOND_NORMAL, _moments),
         ),
     ),
     Statement(
@@ -312,7 +251,6 @@ STATEMENTS = (
                 _sharp_limit,
                 natural="the sentence names existence",
             ),
-            *_others(SHARP, _sharp_limit, names=("nearest-penetration",)),
         ),
     ),
     Statement(
@@ -347,7 +285,6 @@ STATEMENTS = (
                 _every_return,
                 unit=SHARE,
             ),
-            *_others(IN_STICK_SLIP, _lost_cycles, SHARE, WITH_RANGE),
         ),
     ),
 )
@@ -368,7 +305,7 @@ OWN = (
                 "range by the share of runs with a cycle in the closing periods, scaled to the windows of the force",
                 "section 5: a normal force of 2.5 kN, on windows of 25 µm x 600 µm",
                 ON_THE_PAD,
-                partial(_under_load, kinds=("additive",)),
+                partial(_under_load, kind="additive"),
                 natural="section 5 adds the stochastic part: μ = μ_D + μ_S",
                 unit=SHARE,
             ),
@@ -377,15 +314,7 @@ OWN = (
                 "the same with scatter that multiplies the friction coefficient",
                 "section 4: the friction coefficient is shear strength times area over force, and the area scatters",
                 ON_THE_PAD,
-                partial(_under_load, kinds=("multiplicative",)),
-                unit=SHARE,
-            ),
-            Reading(
-                "wide-field",
-                "the same with the scatter of a pad of periodic cells, and either kind of scatter",
-                "section 5: a normal force of 2.5 kN; the windows that bear it lie in one contact",
-                f"{ON_THE_PAD}. The interval holds both kinds of scatter",
-                partial(_under_load, kinds=("additive", "multiplicative"), field=True),
+                partial(_under_load, kind="multiplicative"),
                 unit=SHARE,
             ),
         ),

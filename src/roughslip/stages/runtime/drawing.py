@@ -20,8 +20,7 @@ def draw_and_save(
 
     No name is in two results, but for coordinates. Names that no result holds are left out.
     """
-    paths = [*job.arguments.results, getattr(job.arguments, "readings", None)]
-    results = [store.read(path) for path in paths if path is not None]
+    results = [store.read(path) for path in job.arguments.results]
     owner = {name: result for result in results for name in result}
     figure = draw({name: result[name] for name, result in owner.items()})
     kept = {name: owner[name].variable(name) for name in drawn if name in owner}

@@ -24,7 +24,6 @@ from roughslip.chaos.strip import fit_strip
 from roughslip.contact.influence import Influence, Material
 from roughslip.contact.solve import solve, solve_load, sweep
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.allocation import influences
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import fit_beta
@@ -376,18 +375,15 @@ def test_bad_input_is_refused(subject):
 
 def ill_posed() -> dict[str, Callable[[], Any]]:
     """By a part of its message each, what data cannot tell, just beyond what they can."""
-    some, none = np.ones((3, 4)), np.zeros((3, 4), dtype=bool)
+    some = np.ones((3, 4))
     rng = np.random.default_rng(7)
-    weights, alone = strip_weights(3, 40, rng), np.zeros((3, 4), dtype=bool)
-    alone[1] = True
+    weights = strip_weights(3, 40, rng)
     levels = np.array([5.0, 50.0])
     few, one = np.ones((FEWEST_REALISATIONS - 1, 2)), Estimate(*map(np.array, (1.0, 0.0, 2.0)), np.ones(40))
     surface = Surface(lambda x, y: np.exp(-(x**2) - y**2), (1.0, 1.0))
     parts = SubAreas(Grid(9, 9, 1.0, 1.0), (3, 3), (1.0, 1.0))
     return {
         "1 strip": lambda: strip_weights(1, 40, rng),
-        "fewer than 2 of 3 pilot strips touch": lambda: influences(some, alone),
-        "no scatter in the sample": lambda: influences(some, ~none),
         "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
         "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 5)), np.ones(2), surface, 1.0, 1.0, 4.0),
         "has no scatter to find": lambda: pad_scatter(np.eye(1, 5).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),

@@ -197,9 +197,8 @@ class Names:
         special: dict[str, list[str]] = {}
         if stage in USER_FILES:
             special[stage] = self.scenes.user_files(scene, stage)
-        if stage == "chaos_strip":  # training strips are those of the pilot, or of the first batches
-            pilot = self.results(scene, "strip_pilot")
-            special["contact"] = pilot or self.results(scene, "contact_strip", below="strip.training_samples")
+        if stage == "chaos_strip":  # training strips are those of the first batches
+            special["contact"] = self.results(scene, "contact_strip", below="strip.training_samples")
         others = {option: made_by.split() for option, made_by in options.items() if option not in special}
         return special | {option: self.results(scene, *stages) for option, stages in others.items()}
 

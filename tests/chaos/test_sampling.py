@@ -44,7 +44,6 @@ from roughslip.chaos.regression import wild_coefficients
 from roughslip.chaos.sampling import (
     MOST_SOBOL_VARIABLES,
     cumulative_given_contact,
-    distance_beyond_chance,
     kolmogorov_distance,
     latin_hypercube,
     quantile_levels,
@@ -326,23 +325,6 @@ def test_samples_without_contact_are_refused():
     for call in (quantile_levels, lambda p: cumulative_given_contact(p, np.ones(1))):
         with pytest.raises(IllPosedError, match="no sample is in contact"):
             call(np.zeros(3))
-
-
-def test_pairs_that_differ_by_chance_alone_have_hardly_a_distance():
-    """A shift d of a normal variable moves its distribution by 2 Phi(d / 2) - 1. Noise of 0.1 moves it by 0.002, and
-    the largest difference of 4000 pairs is some 2 sqrt(q / n) = 0.009, q = 0.08 of them crossing a value by chance."""
-    rng = np.random.default_rng(3)
-    first = rng.standard_normal((20, 4000))
-    noise = 0.1 * rng.standard_normal(first.shape)
-    beyond = [distance_beyond_chance(*pair, rng) for pair in zip(first, first + noise, strict=True)]
-    plain = [kolmogorov_distance(*pair) for pair in zip(first, first + noise, strict=True)]
-    assert np.mean(plain) > 0.007
-    assert np.mean(beyond) < 0.5 * np.mean(plain)
-    shifted = zip(first, first + 0.1 + noise, strict=True)
-    moved = [distance_beyond_chance(*pair, rng) for pair in shifted]
-    assert (
-        2 * ndtr(0.05) - 1.004 < np.mean(moved) < 2 * ndtr(0.05) - 0.991
-    )  # the largest of many is high, by 0.009 at most
 
 
 INDICES = multi_indices(2, 2)

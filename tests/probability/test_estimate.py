@@ -1,7 +1,5 @@
 """Statistics with intervals, against quantiles and tables.
 
-Numbers for an accuracy, and the nearest one that is reached: half widths b + c / sqrt(n) in closed form.
-
 A probability on a lattice from few of its nodes: exact there, near between, and nothing is left to chance.
 
 Crossings of a level by paths with known changes: order statistics, coverage, and what the search cannot find.
@@ -19,10 +17,9 @@ from scipy.special import bdtr, ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.probability.estimate import interval_margin, student_95, variance_margin
+from roughslip.probability.estimate import interval_margin, student_95
 from roughslip.probability.lattice_map import START, lattice_map
 from roughslip.probability.level_search import ACCURACY, COARSE, LevelSearch, central_counts
-from roughslip.probability.pilot import Pilot
 from roughslip.probability.sensitivity import Source, variance_split
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
@@ -70,59 +67,6 @@ def test_margins_for_few_samples(samples):
     assert interval_margin(samples) * shown == pytest.approx(quantile, rel=1e-12)
     fewer = stats.t.ppf(0.975, max((samples - 1) / 3, 1.0))
     assert interval_margin(samples, 1 / 3) * shown == pytest.approx(fewer, rel=1e-12)
-    hidden = stats.chi2.cdf((samples - 1) / variance_margin(samples), samples - 1)  # a variance as much too small
-    assert hidden == pytest.approx(0.1, rel=1e-9)
-
-
-FIXED, SCATTER, MOST = (
-    {"friction_mean": 0.01, "friction_std": 0.02},
-    {"friction_mean": 1.0, "friction_std": 3.0},
-    40_000,
-)
-
-
-def cheapest(asked):
-    """The least n with b + c / sqrt(n) <= a for both, at most MOST."""
-    if any(asked[name] <= FIXED[name] for name in FIXED):
-        return None
-    needed = max(math.ceil((SCATTER[name] / (asked[name] - FIXED[name])) ** 2) for name in FIXED)
-    return needed if needed <= MOST else None
-
-
-def pilot(mean, std, **options):
-    return Pilot({"friction_mean": mean, "friction_std": std}, cheapest, lambda: "take finer cells", **options)
-
-
-def test_the_cheapest_numbers_keep_every_half_width():
-    """The standard deviation decides: (3 / 0.08)^2."""
-    assert pilot(0.05, 0.1).numbers() == 1407
-
-
-@pytest.mark.parametrize(("mean", "std", "binding"), [(0.01, 0.1, 1.5), (0.05, 0.007, 5.0)])
-def test_what_is_out_of_reach_has_a_nearest_accuracy_in_the_same_ratio(mean, std, binding):
-    """At MOST the half widths are 0.01 + 1 / 200 and 0.02 + 3 / 200: 1.5 or 5 times what is asked, to 1 %."""
-    near = pilot(mean, std).nearest()
-    assert near["friction_mean"] / mean == pytest.approx(near["friction_std"] / std, rel=0.01)
-    assert binding <= near["friction_mean"] / mean <= 1.011 * binding
-    assert cheapest(near) is not None
-    with pytest.raises(IllPosedError) as refused:
-        pilot(mean, std).numbers()
-    wanted, reached = (
-        f"{{friction_mean: {first:g}, friction_std: {second:g}}}" for first, second in ((mean, std), near.values())
-    )
-    assert str(refused.value) == (
-        f"accuracy: {wanted} is not reached; nearest is {reached}; ask for that, or take finer cells"
-    )
-    wider = pilot(mean, std, margin=1.1).nearest()
-    assert wider["friction_mean"] == pytest.approx(1.1 * near["friction_mean"], rel=0.01)
-
-
-def test_the_nearest_accuracy_is_one_that_a_scene_may_ask_for():
-    """0.035 of a standard deviation asked as 0.001 widens the mean to 0.35, and asked as 0.0001 beyond 0.5."""
-    assert pilot(0.01, 0.001).nearest()["friction_mean"] == pytest.approx(0.35, rel=0.01)
-    assert pilot(0.01, 0.0001).nearest() is None
-    with pytest.raises(IllPosedError, match="is not reached, nor is any other; take finer cells"):
-        pilot(0.01, 0.0001).numbers()
 
 
 POINTS = 33

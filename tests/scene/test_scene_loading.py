@@ -164,7 +164,7 @@ ensemble: {drawn_realisations: 200}
         "scenes/mine.yaml: oscillator: no value is not allowed; "
         + describe_allowed(SCHEMA["properties"]["oscillator"]),
         "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
-        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m], or auto",
+        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m]",
         "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
         + ", ".join(SCHEMA["properties"]["strip"]["properties"]),
     ]

@@ -32,8 +32,6 @@ def run(folder: Path) -> Callable[..., store.Result]:
         defaults = {
             "scan": None,
             "friction": None,
-            "allocation": None,
-            "pilot": None,
             "output": output,
             "summary": folder / "summary.csv",
         }

@@ -1,21 +1,15 @@
-"""Stage friction on known windows: its definitions, lengths, trends, and what is drawn and tabled.
-
-The stages that find how many strips an accuracy takes, and the shares that compute these."""
+"""Stage friction on known windows: its definitions, lengths, trends, and what is drawn and tabled."""
 
 import math
-import re
 from itertools import pairwise
 
 import numpy as np
 import pytest
-import yaml
 
 from roughslip import store
-from roughslip.errors import IllPosedError
 from roughslip.friction.marginal import SHAPES
 from roughslip.friction.over_penetration import TRENDS
-from roughslip.limits import SHARES
-from roughslip.stages import chaos_strip, contact_strip, expansion_strip, friction, strip_allocation, strip_pilot
+from roughslip.stages import friction
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY, WINDOWS = 12, 40, 60
@@ -150,113 +144,3 @@ def test_one_level_has_no_trend(run, known, folder):
     assert not [name for name in one if name.startswith("trend_")]
     for name in ("mean", "std", "skewness"):
         np.testing.assert_allclose(one[name][..., 0], statistics[name][..., 1], rtol=1e-12)
-
-
-ASKED = {"friction_mean": 0.05, "friction_std": 0.08}
-PILOT = 12
-ENDS = (("low", "high"), ("high", "low"))
-ALLOTTED = changed(
-    CONTACT,
-    strip={
-        "length_m": 8e-4,
-        "window_m": 2e-4,
-        "penetration_percentiles": [50.0, 70.0, 90.0],
-        "expansion_spacing_m": 1e-5,
-    },
-    expansion={"target": "squared_pressure", "degree": 1},
-    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
-    accuracy=ASKED,
-)
-ALLOTTED["strip"] |= {"training_samples": PILOT, "samples": "auto", "expansion_samples": "auto"}
-
-
-@pytest.fixture(scope="module")
-def allotted(run):
-    """Paths of the pilot, of the expansion and of the allocation."""
-    pilot = run(strip_pilot, ALLOTTED).path
-    expansion = run(chaos_strip, ALLOTTED, contact=[pilot]).path
-    return pilot, expansion, run(strip_allocation, ALLOTTED, pilot=pilot, expansion=expansion).path
-
-
-@pytest.mark.slow
-def test_pilot_and_shares_are_the_strips_of_one_batch_and_reach_what_is_asked(run, allotted):
-    """Bit for bit, each strip once.
-
-    Half widths of some 50 strips and 200 replicates are themselves known to 11 %, 1 / sqrt(2 x 50) and quantiles
-    together. So the largest of three lies below 1.3 times what is asked.
-    """
-    pilot, expansion, allocation = allotted
-    chosen = store.read(allocation)
-    strips, many = int(chosen["strips"]), int(chosen["expansion_strips"])
-    assert strips >= PILOT + SHARES
-    assert many >= 2 * strips
-    assert np.all(chosen["expected"] < chosen["bound"])
-    assert np.all(chosen["bound"] <= chosen["asked"])
-    parts = {contact_strip: [pilot], expansion_strip: []}
-    for stage, paths in parts.items():
-        for share in range(SHARES):
-            place = {"first": share, "last": share + 1, "allocation": allocation, "expansion": expansion}
-            paths.append(run(stage, ALLOTTED, f"{stage.STAGE.name}-{share}", **place).path)
-    by_hand = changed(ALLOTTED, strip={"samples": strips, "expansion_samples": many})
-    for stage, count in ((contact_strip, strips), (expansion_strip, many)):
-        whole = run(stage, by_hand, f"{stage.STAGE.name}-whole", first=0, last=count, expansion=expansion)
-        for name in ("area", "force"):
-            np.testing.assert_array_equal(store.join(store.read_all(parts[stage]), name), whole[name])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction, "REPLICATES", 200)
-        result = run(
-            friction, ALLOTTED, contact=parts[contact_strip], expansion=parts[expansion_strip], allocation=allocation
-        )
-    assert result.attributes["strips"] == strips
-    for name, asked in ASKED.items():
-        statistic = f"combined_{name.removeprefix('friction_')}"
-        width = (result[f"{statistic}_high"] - result[f"{statistic}_low"]) / 2 / result[statistic]
-        assert run.did[f"{name}_reached"] == pytest.approx(width.max(), abs=1e-5)
-        assert width.max() < 1.3 * asked
-
-
-@pytest.mark.slow
-def test_strips_on_coarse_cells_alone_are_those_of_a_whole_solve(run, stored):
-    """Bit for bit. As a control they leave the same friction, within the intervals of both."""
-    scene = changed(ALLOTTED, numerics={"extrapolate_mesh": True, "contact_area": "corrected"}, strip={"width_m": 3e-5})
-    pilot = run(strip_pilot, scene, "both-pilot").path
-    expansion = run(chaos_strip, scene, "both-chaos", contact=[pilot]).path
-    none = {name: (("number",), np.array([])) for name in ("percentile", "statistic")}
-    statistics = {}
-    for coarse in (20, 60):
-        numbers = {"strips": ((), 20), "coarse_strips": ((), coarse), "expansion_strips": ((), 200)}
-        place = {"allocation": stored(f"{coarse}.nc", None, **none, **numbers), "expansion": expansion}
-        parts = {contact_strip: [pilot], expansion_strip: []}
-        for stage, paths in parts.items():
-            for share in range(SHARES):
-                name = f"{coarse}-{stage.STAGE.name}-{share}"
-                paths.append(run(stage, scene, name, first=share, last=share + 1, **place).path)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(friction, "REPLICATES", 200)
-            files = {"contact": parts[contact_strip], "expansion": parts[expansion_strip]}
-            statistics[coarse] = run(friction, scene, f"{coarse}-friction", **files, allocation=place["allocation"])
-    for name in ("combined_mean", "combined_std"):
-        low, high = (statistics[60][f"{name}_{end}"] - statistics[20][f"{name}_{other}"] for end, other in ENDS)
-        assert np.all((low <= 0.0) & (high >= 0.0))
-        assert not np.array_equal(statistics[20][name], statistics[60][name])
-    batches = [one for one in store.read_all(parts[contact_strip]) if "other_area" in one]
-    whole = run(contact_strip, scene, "others-whole", first=20, last=60)
-    for name in ("area", "force"):
-        np.testing.assert_array_equal(store.join(batches, f"other_{name}"), whole[f"coarse_{name}"])
-
-
-@pytest.mark.slow
-def test_an_accuracy_above_the_cost_limit_is_refused_with_the_nearest_one(run, allotted):
-    """What the message names as nearest is then reached."""
-    pilot, expansion, allocation = allotted
-    limit = float(store.read(allocation)["cost"]) / 2
-    scene = changed(ALLOTTED, accuracy={"cost_limit_cpu_s": limit})
-    with pytest.raises(IllPosedError, match=r"nearest is .* or raise accuracy.cost_limit_cpu_s to") as caught:
-        run(strip_allocation, scene, "refused", pilot=pilot, expansion=expansion)
-    near = yaml.safe_load(re.search(r"nearest is (\{.*\});", str(caught.value))[1])
-    scene = changed(scene, accuracy=near)
-    assert run(strip_allocation, scene, "nearest", pilot=pilot, expansion=expansion)["cost"] <= limit
-    assert all(ASKED[name] < value < 2 * ASKED[name] for name, value in near.items())
-    by_hand = changed(ALLOTTED, strip={"samples": PILOT + SHARES})
-    with pytest.raises(IllPosedError, match="or leave the number of strips that you gave to auto"):
-        run(strip_allocation, by_hand, "refused", pilot=pilot, expansion=expansion)

@@ -5,9 +5,8 @@ import pytest
 from scipy.special import stdtrit
 
 from roughslip import store
-from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import wilson_interval
-from roughslip.stages import cycles, deterministic, ensemble_pilot, oscillator
+from roughslip.stages import cycles, deterministic, oscillator
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import DISCARDED_PERIODS
 from roughslip.stages.result_tables import ensemble_table
@@ -117,7 +116,7 @@ def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(without_scatt
     assert result.attributes["first"] == 1
 
 
-def test_an_ensemble_scatters_as_its_friction_does(run, stored, without_scatter):
+def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
     """Departure moves with mu_S by F mu_S, and the place of the next stick by as much; half the scatter in the static
     limit alone is another motion."""
     spread = {}
@@ -131,30 +130,22 @@ def test_an_ensemble_scatters_as_its_friction_does(run, stored, without_scatter)
     np.testing.assert_array_equal(
         later["reattachment"], result["reattachment"][result["reattachment_realisation"] >= 6]
     )
-    arrays = {"runs": ((), np.array(16)), "nodes_per_correlation_length": ((), np.array(8))}
-    share = run(oscillator, scattered(4e-3), "share", first=3, last=4, allocation=stored("runs.nc", **arrays))
-    np.testing.assert_array_equal(share["realisation"], [6, 7])  # the fourth eighth of 16 runs
-    np.testing.assert_array_equal(share["reattachment"], later["reattachment"])
     still = run(oscillator, scattered(4e-3, stochastic_static_limit=False), "still", first=0, last=8)
     assert still["reattachment"].std() != pytest.approx(spread[4e-3], rel=1e-3)
 
 
 @pytest.mark.slow
-def test_keys_of_the_ensemble_reach_the_runs(run, stored):
-    """Each changes the places of reattachment, none by more than the scatter does; nodes found are nodes given."""
-    plain, found_nodes = scattered(4e-3), stored("nodes.nc", nodes_per_correlation_length=((), 4), runs=((), 16))
+def test_keys_of_the_ensemble_reach_the_runs(run):
+    """Each changes the places of reattachment, none by more than the scatter does."""
+    plain = scattered(4e-3)
 
     def places(**keys):
         scene = plain | {"ensemble": plain["ensemble"] | keys}
-        allocation = found_nodes if "auto" in keys.values() else None  # of 16 runs the first share has two
-        last = 1 if allocation else 2
-        return run(oscillator, scene, "keys", first=0, last=last, allocation=allocation)["reattachment"]
+        return run(oscillator, scene, "keys", first=0, last=2)["reattachment"]
 
     default = places()
     np.testing.assert_array_equal(default, places(process="recursion", marginal="paper"))
-    four = places(nodes_per_correlation_length=4)
-    np.testing.assert_array_equal(places(nodes_per_correlation_length="auto"), four)
-    for points in (four, places(process="spectral")):
+    for points in (places(nodes_per_correlation_length=4), places(process="spectral")):
         assert not np.array_equal(points, default)
         assert points.mean() == pytest.approx(default.mean(), abs=4 * default.std())
 
@@ -195,41 +186,3 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
         np.testing.assert_array_equal(result[f"deterministic_{name}"], without_scatter[name])
     for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
         assert result[f"deterministic_{name}"] == without_scatter[name]
-
-
-def asked(cycles: float, std: float, dampings: tuple[float, ...] = (0.1, 0.31), **keys: object) -> dict:
-    auto = {"nodes_per_correlation_length": "auto", "realisations": "auto", "damping_ratios": list(dampings)}
-    ensemble = CONFIGURATION["ensemble"] | {"duration_periods": 20} | auto | keys
-    return scattered(std) | {"ensemble": ensemble, "accuracy": {"cycles": cycles}}
-
-
-@pytest.mark.slow
-def test_runs_and_nodes_keep_the_accuracy_asked(run):
-    """Without scatter the fewest of both. With scatter the interval of the runs that it finds is as asked, and half the
-    width takes about four times the runs."""
-    result = run(ensemble_pilot, asked(1.0, 1e-9))
-    assert (result["runs"], result["nodes_per_correlation_length"]) == (8, 2)
-    scattering = [run(ensemble_pilot, asked(cycles, 0.05), f"to{cycles:g}") for cycles in (2.0, 1.0)]
-    runs = [int(one["runs"]) for one in scattering]
-    assert runs[1] / runs[0] == pytest.approx(4, rel=0.3)
-    assert all(one["from_nodes"] <= 0.25 * cycles for one, cycles in zip(scattering, (2.0, 1.0), strict=True))
-    scene, path = asked(2.0, 0.05), scattering[0].path
-    shares = [
-        run(oscillator, scene, f"share{number}", first=number, last=number + 1, allocation=path) for number in range(8)
-    ]
-    counts = store.join(shares, "cycles")
-    assert len(counts) == runs[0]
-    assert 1.96 * counts.std(axis=0).max() / np.sqrt(runs[0]) + result["from_nodes"] < 2.0
-
-
-@pytest.mark.slow
-def test_an_accuracy_of_cycles_beyond_the_cost_is_refused_with_the_nearest_one(run):
-    scene = asked(0.5, 0.05)
-    dear = scene | {"accuracy": {"cycles": 0.5, "cost_limit_cpu_s": 0.1}}
-    with pytest.raises(
-        IllPosedError, match=r"nearest is {cycles: [0-9.]+}; ask for that, or raise accuracy.cost"
-    ) as caught:
-        run(ensemble_pilot, dear)
-    nearest = float(str(caught.value).split("nearest is {cycles: ")[1].split("}")[0])
-    allowed = scene | {"accuracy": {"cycles": nearest, "cost_limit_cpu_s": 0.1}}
-    run(ensemble_pilot, allowed)

@@ -434,21 +434,6 @@ def test_costs_add_up_and_memory_is_that_of_the_largest_job():
     assert everything["not_needed"] == {"design": "not asked for", "spacing": "given"}
 
 
-def test_an_accuracy_that_is_not_reached_is_a_warning():
-    """Asked and reached are counts of different stages; a number equal to the asked one has none.
-
-    It follows the first warning on the scene, as the end of a run shows few warnings, and has digits that differ.
-    """
-    jobs = [
-        record("pilot", 0.0, 0.0, None, friction_std_asked=0.03, friction_mean_asked=0.01, cycles_asked=3),
-        record("friction", 0.0, 0.0, None, friction_std_reached=0.03001, friction_mean_reached=0.01),
-    ]
-    first, text, last = total(jobs, {}, ["the curve", "of the scene"])[-1]["warnings"]
-    assert first == "the curve"
-    assert text.startswith("accuracy.friction_std of 0.03 was asked and 0.03001 is reached")
-    assert last == "of the scene"
-
-
 CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}
 
 

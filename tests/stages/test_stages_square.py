@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol
+from roughslip.chaos.sampling import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
-from roughslip.grid import Grid
 from roughslip.scene.types import scene_of
-from roughslip.stages import adaptive_training, contact_square, design, karhunen_loeve, square_pilot
+from roughslip.stages import contact_square, design, karhunen_loeve
 from roughslip.stages.from_scene.geometry import (
     STREAM_EXPANSION_DESIGN,
     STREAM_LATIN_HYPERCUBE,
@@ -170,84 +169,3 @@ def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
         with pytest.raises(InputError) as caught:
             design.samples_of(scene_of(DESIGNS), count)
         assert [line[:12] for line in caught.value.lines] == keys
-
-
-ADAPTIVE = changed(
-    CONTACT,
-    roughness={"rms_height_m": 5e-8, "correlation_length_m": 6e-7},
-    square={"edge_m": 6e-4, "nodes": 8, "modes": 64, "penetration_percentile": 50.0},
-    expansion={"variables": 2, "degree": 2, "target": "trial_pressure", "samples": "auto", "design": "sobol"},
-)
-
-
-@pytest.mark.slow
-def test_solves_found_while_running_are_those_of_a_design_with_as_many_samples(run, stored):
-    """Bit for bit, with the design, in the variables that stage chaos_square reads."""
-    modes = run(karhunen_loeve, ADAPTIVE, "adaptive_modes").path
-    result = run(adaptive_training, changed(ADAPTIVE, accuracy={"pressure": 0.08}), surface=modes)
-    did, count = run.did, len(result["pressure"])
-    assert adaptive_training.LEAST < count == did["solves"] == adaptive_training.LEAST * 2 ** (did["fits"] - 1)
-    xi = sobol(np.random.default_rng([7, STREAM_EXPANSION_DESIGN]), count, 64)
-    np.testing.assert_array_equal(result["xi"], xi)
-    given = stored("design.nc", expansion=(("sample", "mode"), xi))
-    known = run(contact_square, ADAPTIVE, surface=modes, designs=given, design="expansion", first=0, last=count)
-    for name in known:
-        np.testing.assert_array_equal(result[name], known[name])
-        assert result.variable(name).dimensions == known.variable(name).dimensions
-    assert {name: result.attributes[name] for name in ("first", "design")} == {"first": 0, "design": "expansion"}
-    assert did["cdf_error"] == pytest.approx(result["cdf_error_scatter"] + result["cdf_error_bias"], abs=1e-6)
-    assert did["cdf_error"] <= did["cdf_error_asked"] == 0.008
-    run(
-        adaptive_training,
-        changed(ADAPTIVE, accuracy={"pressure": 0.4}, expansion={"design": "monte_carlo"}),
-        surface=modes,
-    )
-    assert run.did["solves"] == adaptive_training.LEAST  # enough for so large an error
-
-
-def test_more_samples_than_terms_to_begin_with_and_none_that_memory_cannot_hold():
-    """165 terms are the study's; 2^20 numbers of 1e8 are 95 modes or terms at a node."""
-    assert adaptive_training.solve_limits(10, 4, 64) == (128, 2**14)
-    assert adaptive_training.solve_limits(165, 16, 101) == (256, 2**14)
-    assert adaptive_training.solve_limits(715, 16, 101) == (1024, 2**13)  # 11 440 numbers a surface: 8741 surfaces
-    assert adaptive_training.solve_limits(165, 16, 50_000) == (256, 2**10)  # 2000
-
-
-PILOT = changed(
-    CONTACT,
-    square={"edge_m": 6e-5, "nodes": 12, "modes": 20, "penetration_percentile": 30.0, "monte_carlo_samples": 1000},
-)
-
-
-@pytest.mark.slow
-def test_errors_of_cells_and_modes_are_those_of_the_same_surfaces(run, monkeypatch):
-    """With all modes nothing is missing. With few there is an error, and its half of an accuracy
-    has to hold it: what is refused names the nearest, which is then kept."""
-    monkeypatch.setattr(square_pilot, "SURFACES", 120)
-    every = changed(PILOT, square={"modes": 144}, accuracy={"pressure": 0.4})
-    result = run(square_pilot, every, surface=run(karhunen_loeve, every, "every").path)
-    assert result["modes"] < 1.01 / 120  # rounding parts two equal samples by one step of their distribution
-    assert 0 < result["mesh"] < 0.2 / 3
-    whole = changed(every, numerics={"contact_area": "nodes"})
-    cells = run(square_pilot, whole, "nodes", surface=run(karhunen_loeve, whole, "every").path)["mesh"]
-    assert cells > 1.5 * result["mesh"]
-    assert result["sampling"] == pytest.approx(1.358 / np.sqrt(1000))
-    modes = run(karhunen_loeve, PILOT, "twenty").path
-    with pytest.raises(
-        IllPosedError, match=r"nearest is {pressure: [0-9.]+}; ask for that, or take more square.nodes"
-    ) as caught:
-        run(square_pilot, changed(PILOT, accuracy={"pressure": 0.002}), surface=modes)
-    nearest = float(str(caught.value).split("nearest is {pressure: ")[1].split("}")[0])
-    result = run(square_pilot, changed(PILOT, accuracy={"pressure": nearest}), surface=modes)
-    assert result["modes"] > 0
-    assert 2 * (result["mesh"] + result["modes"]) == pytest.approx(nearest / 1.1, rel=0.1)  # of fewer surfaces
-
-
-def test_the_coarse_mesh_holds_the_centre():
-    """Every other node, with the centre n // 2 at half its number."""
-    for n in (6, 7, 8, 9, 64):
-        coarse = square_pilot.coarser(Grid(n, n, 1e-6, 2e-6))
-        nodes = np.arange(n)[n // 2 % 2 :: 2]
-        assert coarse.shape == (len(nodes), len(nodes))
-        assert nodes[n // 2 // 2] == n // 2
-        assert (coarse.dx, coarse.dy) == (2e-6, 4e-6)

@@ -36,7 +36,6 @@ pytestmark = pytest.mark.filterwarnings("default")
 END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
-ALLOTTED = {**STRIP, "strip_pilot": 1, "strip_allocation": 1, "contact_strip": 8, "expansion_strip": 4}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
@@ -45,20 +44,14 @@ MAP = {"answer": 1, "stick_slip_map": 1, "figure_map": 1}
 SCAN = {"scan": 1, "synthetic_surfaces": 1, "figure_scan": 1}
 STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4, beta_shapes: [2.1, 5.0]}"
 GIVEN = f"friction: {{statistics: {STATISTICS}}}"
-SPACED = "accuracy: {cycles: 5}"
-FOUND = "accuracy: {pressure: 0.2}\nexpansion: {samples: auto}"
 GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covariance: best, marginal: gaussian}}"
 STAGES = {
     "targets: [figure2]": SQUARE,
     "targets: [figure3]": {**STRIP, **FIGURE3},
-    "targets: [figure3]\naccuracy: 0.1": {**ALLOTTED, **FIGURE3},
     "targets: [figure5]": {**STRIP, **OSCILLATOR, **CHAIN},
     "targets: [figure2, figure3]": {**SQUARE, **STRIP, **FIGURE3},
     f"targets: [figure5, figure_map]\n{GIVEN}": {**OSCILLATOR, **MAP},
     "targets: [figure_map]": {**STRIP, **MAP},
-    f"targets: [figure5]\n{GIVEN}\n{SPACED}": {"ensemble_pilot": 1, **OSCILLATOR, "oscillator": 4},
-    f"targets: [figure2]\n{FOUND}": {**SQUARE, "contact_square": 2, "adaptive_training": 1, "square_pilot": 1},
-    f"targets: [figure3]\n{FOUND}": {**STRIP, **FIGURE3},
     f"targets: [figure2, figure_scan]\n{GROUND}": {**SQUARE, **SCAN},
     f"targets: [figure5]\n{GIVEN}\n{GROUND}": OSCILLATOR,
     f"targets: [answer]\n{GIVEN}": {"answer": 1},

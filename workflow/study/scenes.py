@@ -13,10 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
-from roughslip.limits import SHARES
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
-from roughslip.scene.fields import AUTO
 from roughslip.scene.loader import load, scene_names
 from roughslip.scene.mistakes import display, line, shown
 from roughslip.scene.plausibility import inherited
@@ -178,17 +176,10 @@ class Scenes:
         return frozenset(plan.stages_needed(self[name]))
 
     def batches(self, name: str, stage: str, design: str = "") -> list[tuple[int, int]]:
-        """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs.
-
-        Where the study finds the number of samples, jobs take shares of them, or another stage takes them all.
-        """
+        """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs."""
         declared = declarations()[stage].batches
         assert declared is not None
-        if declared.asked and get(self[name], declared.asked) is not None:
-            return [(share, share + declared.shares) for share in range(0, SHARES, declared.shares)]
         count, jobs = (get(self[name], key) for key in (declared.totals[design], "jobs"))
-        if count == AUTO:
-            return []
         step = -(-count // jobs)
         return [(first, min(first + step, count)) for first in range(0, count, step)]
 

@@ -6,7 +6,7 @@
 - fit_local, fit_strip: the pressure at the centre of the square, and along a strip
 
 `__init__.pyi` lists all public names and their modules. functionals: variables linear in the heights around a node;
-left_out: predictions of samples that a fit has not seen; selection, enrichment: how many variables and solves.
+left_out: predictions of samples that a fit has not seen.
 """
 
 from roughslip.public_names import public_names

@@ -6,8 +6,6 @@ refused.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from scipy.special import ndtri
 
@@ -16,7 +14,6 @@ from roughslip.validation import gate, whole_at_least
 
 MOST_SOBOL_VARIABLES = 21_201  # direction numbers of Joe and Kuo, as scipy has them
 _SOBOL_BITS = 30
-SWAPS = 20  # of the values of pairs, for their distance by chance
 
 
 @gate
@@ -147,16 +144,3 @@ def _ascending(values: np.ndarray, of: np.ndarray) -> np.ndarray:
             "penetration; scene keys: square.monte_carlo_samples, square.penetration_percentile"
         )
     return np.sort(values, axis=None)
-
-
-def distance_beyond_chance(first: np.ndarray, second: np.ndarray, rng: np.random.Generator) -> float:
-    """Kolmogorov distance of two samples whose values come in pairs, less what few pairs give by chance.
-
-    first, second : (n,). Chance swaps the values of pairs; squares of distances add.
-    """
-    by_chance = []
-    for swapped in rng.random((SWAPS, len(first))) < 0.5:
-        pair = np.where(swapped, second, first), np.where(swapped, first, second)
-        by_chance.append(kolmogorov_distance(*pair))
-    beyond = kolmogorov_distance(first, second) ** 2 - float(np.mean(np.square(by_chance)))
-    return math.sqrt(max(0.0, beyond))

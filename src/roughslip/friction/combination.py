@@ -1,16 +1,13 @@
-"""Statistics of the friction coefficient from several levels: meshes and models of falling cost, each on more strips.
+"""Statistics of the friction coefficient from solved strips on one mesh or two, and from the expansion on more strips.
 
 Two errors are reduced, that of the mesh and that of few strips::
 
     theta = theta_h + f (theta_h - theta_2h) - alpha (theta_same - theta_more)
 
 - theta_h, theta_2h: the solved strips on cells h and 2h. An error c h^p is taken off by f = 1 / (2^p - 1) (Richardson).
-- theta_same, theta_more: the next cheaper level on the S strips, and on S2 more. Its bias cancels. The least
+- theta_same, theta_more: the expansion on the S solved strips, and on S2 more. Its bias cancels. The least
   variance has alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of
   the control itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
-
-Where cells 2h have more strips than cells h, they are that level, and theta_more is itself combined with the expansion
-on still more strips.
 
 Both act on every replicate of the bootstrap, so that the interval holds what remains of both errors. Positive
 statistics are combined by their logarithms and stay positive.
@@ -19,15 +16,13 @@ statistics are combined by their logarithms and stay positive.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import autocorrelation
-from roughslip.friction.level import Level, controls, group_sizes
+from roughslip.friction.level import Levels
 from roughslip.friction.statistics import NO_SCATTER, estimate_of, window_statistics
 from roughslip.probability import Estimate
 
@@ -81,13 +76,13 @@ def extrapolated(rows: Replicates, fine: Replicates, coarse: Replicates, factors
 
 
 def controlled(
-    rows: Replicates, same: Replicates, many: Replicates, strips: float | None = None
+    rows: Replicates, same: Replicates, many: Replicates, strips: float
 ) -> tuple[Replicates, dict[str, np.ndarray]]:
     """Rows with the control taken off, and the share of its variance that each statistic keeps.
 
     rows, same : of the solved strips and of the control on them, with the same weights
     many : of the control on other strips
-    strips : number of solved strips over that of the others, and so var many / var same; without it by the replicates
+    strips : number of solved strips over that of the others, and so var many / var same
 
     Raises IllPosedError where the control does not scatter between strips.
     """
@@ -98,7 +93,7 @@ def controlled(
         variance = np.mean(deviation[0] ** 2, axis=0)
         if name == "mean" and not (control > NO_SCATTER**2 and variance > NO_SCATTER**2):
             raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
-        total = control + np.var(many[name][1:], axis=0) if strips is None else (1.0 + strips) * control
+        total = (1.0 + strips) * control
         alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > 0)
         combination[name] = own - alpha * (same[name] - many[name])
         shares[name] = 1.0 - np.divide(alpha * shared, variance, out=np.zeros_like(shared), where=variance > 0)
@@ -112,8 +107,8 @@ class Combined:
     rows : of each statistic, as from `bootstrap`
     mesh : part of the rows of mean and std that the extrapolation to cells of no size added; zero without one
     variance_share : by statistic, variance over that of the solved strips alone
-    control : rows of the last level alone, on its own strips
-    strips : number of solved strips, and of those that the last level has alone
+    control : rows of the expansion alone, on its own strips
+    strips : number of solved strips, and of those that the expansion has alone
     """
 
     rows: Replicates
@@ -140,44 +135,28 @@ class Combined:
         return replace(self, rows=rows, mesh={name: change - mesh for name, change in self.mesh.items()})
 
 
-def combine(levels: Sequence[Level], weights: Sequence[np.ndarray], factors: Replicates | None = None) -> Combined:
-    """Statistics of the first level, with cheaper ones as controls and cells 2h for the extrapolation.
+def combine(levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Replicates | None = None) -> Combined:
+    """Statistics of the solved windows, with the expansion as control and cells 2h for the extrapolation.
 
-    levels : solved on cells h, perhaps on cells 2h, then the expansion; each (S, W), of no fewer strips than the one
-        before and the last of more. A level without more strips serves the extrapolation alone
-    weights : by group of strips, as from `group_weights`
+    levels : at one penetration, each (S, W)
+    weights : of the solved strips and of the others, as from `Levels.weights`
     factors : from `mesh_factors`; without them nothing is extrapolated
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
-    chain = controls(levels)
-    shapes = [np.shape(level.mu) for level in levels]
-    strips = [level.strips for level in levels]
-    if len({shape[1:] for shape in shapes}) > 1 or strips != sorted(strips) or strips[-1:] == strips[-2:-1]:
-        raise ParameterError(f"levels need equal windows on ever more strips, the last on most of all, not {shapes}")
-    counts = group_sizes(levels)
-    if [np.shape(group)[1:] for group in weights] != [(count,) for count in counts]:
-        raise ParameterError(f"weights are needed for groups of {counts} strips: see group_weights")
-    if len({len(group) for group in weights}) > 1:
-        raise ParameterError("weights of all groups of strips need equally many rows: see group_weights")
-    ends = np.cumsum(counts)
-
-    @cache
-    def of_group(number: int, group: int) -> Replicates:
-        """Of a level, by its number, on one group of strips."""
-        part = slice(ends[group] - counts[group], ends[group])
-        return bootstrap(levels[number].mu[part], levels[number].valid[part], weights[group])
-
-    numbers = [levels.index(level) for level in chain]
-    last = len(chain) - 1
-    rows = control = of_group(numbers[-1], last)
-    for group in reversed(range(last)):
-        own, same = (of_group(number, group) for number in numbers[group : group + 2])
-        ratio = counts[group] / counts[last] if group == last - 1 else None
-        rows, shares = controlled(own, same, rows, ratio)
+    strips = levels.strips
+    shapes = [np.shape(windows[0]) for windows in (levels.solved, levels.coarse or levels.solved, levels.expansion)]
+    if shapes[0] != shapes[1] or shapes[0][1:] != shapes[2][1:] or strips[1] < 1:
+        raise ParameterError(f"levels need equal windows, and the expansion more strips than are solved, not {shapes}")
+    if [group.shape[1] for group in weights] != list(strips) or len(weights[0]) != len(weights[1]):
+        raise ParameterError(f"weights are needed for groups of {strips} strips: see Levels.weights")
+    mu, valid = levels.expansion
+    own = bootstrap(*levels.solved, weights[0])
+    same = bootstrap(mu[: strips[0]], valid[: strips[0]], weights[0])
+    control = bootstrap(mu[strips[0] :], valid[strips[0] :], weights[1])
+    rows, shares = controlled(own, same, control, strips[0] / strips[1])
     final = rows
-    coarse = next((number for number, level in enumerate(levels) if level.mesh == 2), None)
-    if coarse is not None and factors is not None:
-        final = extrapolated(rows, of_group(0, 0), of_group(coarse, 0), factors)
+    if levels.coarse is not None and factors is not None:
+        final = extrapolated(rows, own, bootstrap(*levels.coarse, weights[0]), factors)
     mesh = {name: final[name] - rows[name] for name in ("mean", "std")}
-    return Combined(final, mesh, shares, control, (counts[0], counts[-1]))
+    return Combined(final, mesh, shares, control, strips)

@@ -1,12 +1,7 @@
-"""Levels: the same windows from meshes and models of falling cost, each on more strips than the one before.
-
-Strips are numbered once for all levels, and each level has the first ones. So the strips fall into groups, one for each
-level that has more strips than the one before: those of all levels, then those that only cheaper levels have.
-"""
+"""The same windows from solved strips, on one mesh or two, and from the expansion on more strips."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,64 +13,43 @@ Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, or area and force, each
 
 
 @dataclass(frozen=True, eq=False)
-class Level:
-    """Windows of the first strips on one mesh and from one model.
+class Levels:
+    """Windows as mu and valid, each (S, W), or (penetrations, S, W).
 
-    mesh : edge of a cell, 1 (cells h) or 2 (cells 2h)
-    model : "solved" or "expansion"
-    mu, valid : (S, W), or (penetrations, S, W), friction coefficient and bool
+    solved : on cells h
+    expansion : of the solved strips, and then of more
+    coarse : of the solved strips on cells 2h
     """
 
-    mesh: int
-    model: str
-    mu: np.ndarray
-    valid: np.ndarray
+    solved: Windows
+    expansion: Windows
+    coarse: Windows | None = None
 
     @property
-    def strips(self) -> int:
-        """Number of strips."""
-        return self.mu.shape[-2]
+    def strips(self) -> tuple[int, int]:
+        """Number of solved strips, and of those that the expansion has alone."""
+        solved, expanded = (windows[0].shape[-2] for windows in (self.solved, self.expansion))
+        return solved, expanded - solved
 
-    def at(self, penetration: int) -> Level:
-        """(S, W) at one of the penetrations, by its number."""
-        return Level(self.mesh, self.model, self.mu[penetration], self.valid[penetration])
+    def at(self, penetration: int) -> Levels:
+        """Windows (S, W) at one of the penetrations, by its number."""
+        (mu, valid), (expanded, has_value) = self.solved, self.expansion
+        coarse = None if self.coarse is None else (self.coarse[0][penetration], self.coarse[1][penetration])
+        return Levels((mu[penetration], valid[penetration]), (expanded[penetration], has_value[penetration]), coarse)
+
+    def weights(self, replicates: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """(1 + replicates, strips) counts from `strip_weights`, of the solved strips and of the others."""
+        solved, others = self.strips
+        return strip_weights(solved, replicates, rng), strip_weights(others, replicates, rng)
 
 
-def levels_of(solved: Windows, expansion: Windows, coarse: Windows | None = None) -> tuple[Level, ...]:
-    """The levels of friction, from (mu, valid) on cells h, of the expansion, and on cells 2h."""
-    middle = () if coarse is None else (Level(2, "solved", *coarse),)
-    return Level(1, "solved", *solved), *middle, Level(1, "expansion", *expansion)
-
-
-def levels_of_sums(least_area_m2: float, *sums: Windows | None) -> tuple[Level, ...]:
-    """The levels for a shear strength of 1 Pa, from area [m2] and force [N] in the order of `levels_of`.
+def levels_of_sums(least_area_m2: float, solved: Windows, expansion: Windows, coarse: Windows | None) -> Levels:
+    """The levels for a shear strength of 1 Pa, from area [m2] and force [N].
 
     least_area_m2 : below it a window has no friction coefficient
     """
-    return levels_of(*(friction_coefficient(*pair, 1.0, least_area_m2) for pair in sums if pair is not None))
 
+    def friction(sums: Windows) -> Windows:
+        return friction_coefficient(*sums, 1.0, least_area_m2)
 
-def controls(levels: Sequence[Level]) -> list[Level]:
-    """The first level and those with more strips than all before: each is the control of the one before."""
-    chain = [levels[0]]
-    for level in levels[1:]:
-        if level.strips > chain[-1].strips:
-            chain.append(level)
-    return chain
-
-
-def group_sizes(levels: Sequence[Level]) -> list[int]:
-    """Number of strips in each group, of which there is one for each of `controls`."""
-    ends = [level.strips for level in controls(levels)]
-    return [end - start for start, end in zip([0, *ends], ends, strict=False)]
-
-
-def group_weights(levels: Sequence[Level], replicates: int, rng: np.random.Generator) -> list[np.ndarray]:
-    """(1 + replicates, strips) counts from `strip_weights` of each group. Groups are resampled one by one.
-
-    The first and the last group are drawn first, so that their numbers do not depend on what stands between them.
-    """
-    sizes = group_sizes(levels)
-    order = [0, len(sizes) - 1, *range(1, len(sizes) - 1)]
-    weights = {group: strip_weights(sizes[group], replicates, rng) for group in order}
-    return [weights[group] for group in sorted(weights)]
+    return Levels(friction(solved), friction(expansion), None if coarse is None else friction(coarse))

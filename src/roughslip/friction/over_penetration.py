@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from roughslip.friction.combination import Combined, Replicates, combine
 from roughslip.friction.correlation import correlation_fit
-from roughslip.friction.level import Level
+from roughslip.friction.level import Levels
 from roughslip.friction.penetration import Trend, trend
 from roughslip.friction.statistics import estimate_of
 from roughslip.probability import Estimate
@@ -46,18 +44,18 @@ def trend_estimates(combined: dict[str, list[Estimate]], percentiles: np.ndarray
 
 
 def calibrated_levels(
-    percentiles: np.ndarray, levels: Sequence[Level], weights: Sequence[np.ndarray], factors: Replicates, mean: float
+    percentiles: np.ndarray, levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Replicates, mean: float
 ) -> tuple[list[Combined], Estimate]:
     """Statistics of every penetration, in units in which the mean at the median is exact, and the shear strength.
 
     percentiles : (levels,) [%], 50 among them
-    levels : each (levels, S, W), as of `combine` at each penetration, for a shear strength of 1 Pa
+    levels : windows (levels, S, W), for a shear strength of 1 Pa
     weights, factors : as of `combine`
     mean : friction coefficient at median penetration
 
     Returns the shear strength [Pa] as the second, with what few strips leave open of it.
     """
-    combined = [combine([level.at(number) for level in levels], weights, factors) for number in range(len(percentiles))]
+    combined = [combine(levels.at(number), weights, factors) for number in range(len(percentiles))]
     median = combined[int(np.flatnonzero(percentiles == 50.0)[0])]
-    shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels[0].strips)
+    shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels.strips[0])
     return [each.calibrated(mean, median) for each in combined], shear

@@ -17,7 +17,7 @@ import numpy as np
 from roughslip.errors import IllPosedError
 from roughslip.friction.combination import Combined, mesh_factors
 from roughslip.friction.correlation import autocorrelation, correlation_fit
-from roughslip.friction.level import Level, Windows, group_weights
+from roughslip.friction.level import Levels, Windows
 from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, scaled_beta, set_beta
 from roughslip.friction.over_penetration import calibrated_levels, combined_estimates
 from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
@@ -111,7 +111,7 @@ class FrictionTable:
 
 
 def friction_table(
-    levels: Sequence[Level],
+    levels: Levels,
     sums: Windows,
     layout: WindowLayout,
     mean: float,
@@ -121,7 +121,7 @@ def friction_table(
 ) -> FrictionTable:
     """Calibrate the shear strength at the median, and estimate every statistic.
 
-    levels : each (levels, S, W), as of `combination.combine`, for a shear strength of 1 Pa
+    levels : windows (levels, S, W), for a shear strength of 1 Pa
     sums : area [m2] and force [N] of the solved windows, each (levels, S, W)
     mean : friction coefficient at median penetration
     replicates : resampled sets; seed : of their draws
@@ -130,10 +130,10 @@ def friction_table(
     Raises IllPosedError where windows are too few or do not scatter, with the penetration.
     """
     generator = np.random.default_rng(seed)
-    weights, factors = group_weights(levels, replicates, generator), mesh_factors(replicates, generator)
+    weights, factors = levels.weights(replicates, generator), mesh_factors(replicates, generator)
     best, shear = calibrated_levels(layout.percentiles, levels, weights, factors, mean)
     combined = combined_estimates(best, layout.lags, layout.window_m)
-    mu = float(shear.value) * levels[0].mu, levels[0].valid
+    mu = float(shear.value) * levels.solved[0], levels.solved[1]
     solved: dict[str, list[Estimate]] = {}
     for number, percentile in enumerate(layout.percentiles):
         sets = np.random.default_rng([*seed, SET_WINDOWS])

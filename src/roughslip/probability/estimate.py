@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import chdtri, ndtri, stdtrit
+from scipy.special import ndtri, stdtrit
 
 from roughslip.errors import ParameterError
 from roughslip.validation import gate
@@ -20,7 +20,6 @@ NORMAL_95 = float(ndtri(TAILS[1]))
 SCALE_FREEDOM = 1 / 3
 """Degrees of freedom of the variance of log std that resampled groups show, over those of a mean. Influences of
 kurtosis k have 2 / (k + 2). k is 4 for Gaussian groups of three independent values each, and more for smaller ones."""
-CHANCE = 0.1  # of a pilot that shows less variance than `variance_margin` allows for
 
 
 def student_95(samples: int | np.ndarray) -> np.ndarray:
@@ -45,11 +44,6 @@ def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -
     centre = (k + squared / 2) / (n + squared)
     half = NORMAL_95 * np.sqrt(k * (n - k) / np.where(n > 0, n, 1.0) + squared / 4) / (n + squared)
     return np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
-
-
-def variance_margin(samples: int) -> float:
-    """Inflation of the variance of few Gaussian samples, so that the true one is exceeded with 10 % risk (CHANCE)."""
-    return float((samples - 1) / chdtri(samples - 1, 1.0 - CHANCE))
 
 
 def interval_margin(samples: int | np.ndarray, freedom: float = 1.0) -> np.ndarray:

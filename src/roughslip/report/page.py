@@ -6,7 +6,6 @@ The joint page also shows the kept benchmarks and stress campaigns, which a run 
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -37,7 +36,6 @@ OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that 
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
-ACCURACY = re.compile(r"(\w+?)_(asked|expected|reached|from_\w+)")  # counts of stages in costs.json
 MEASURED = {
     "surface": "Surfaces: error of the covariance of samples against time.",
     "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
@@ -189,7 +187,6 @@ def environment() -> Environment:
         "plots": plots,
         "verdict": verdict,
         "counts": _counts,
-        "accuracies": _accuracies,
         "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "section": section,
@@ -206,29 +203,8 @@ def environment() -> Environment:
 
 
 def _counts(counts: Mapping[str, int]) -> str:
-    """`80,400 convolutions, 3 field fits`, without zeros and accuracies."""
-    shown = {name: count for name, count in counts.items() if count and not ACCURACY.fullmatch(name)}
-    return ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in shown.items())
-
-
-def _accuracies(costs: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each number that an accuracy was asked of: asked, expected, reached, what each source leaves alone.
-
-    `bar` has lengths in per cent of the largest: asked, reached, and of that what all these sources leave.
-    """
-    by_number: dict[str, dict[str, float]] = {}
-    for row in (row for row in costs if row["stage"] != "all"):
-        for name, value in row["did"].items():
-            if match := ACCURACY.fullmatch(name):
-                by_number.setdefault(match[1], {})[match[2]] = value
-    rows = []
-    for number, values in by_number.items():
-        sources = {name.removeprefix("from_"): value for name, value in values.items() if name.startswith("from_")}
-        asked, reached = values["asked"], values.get("reached", 0.0)
-        lengths = {"asked": asked, "reached": reached, "sources": min(sum(sources.values()), reached)}
-        bar = {name: 100.0 * value / max(lengths.values()) for name, value in lengths.items()}
-        rows.append({**values, "number": number.replace("_", " "), "sources": sources, "bar": bar})
-    return rows
+    """`80,400 convolutions, 3 field fits`, without zeros."""
+    return ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in counts.items() if count)
 
 
 def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:

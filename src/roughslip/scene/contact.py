@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, MOST_WINDOWS, TRAINING_SPACING
 from roughslip.scene.expansion import designs_fit, terms
-from roughslip.scene.fields import AUTO, Auto, Section, integer, many, number, section
+from roughslip.scene.fields import Section, integer, many, number, section
 from roughslip.scene.mistakes import (
     MEMORY,
     Mistake,
@@ -42,12 +42,7 @@ class Square(Section):
     """Square surface of figure 2, a truncated Karhunen-Loeve expansion in contact with a rigid plane."""
 
     edge_m: float = number("Edge of the square", "m", above=0, maximum=1)
-    nodes: int = integer(
-        "Nodes along an edge, and cells. With auto, the fewest that leave accuracy.pressure room for few samples",
-        minimum=2,
-        maximum=MOST_NODES,
-        or_auto=True,
-    )
+    nodes: int = integer("Nodes along an edge, and cells", minimum=2, maximum=MOST_NODES)
     modes: int | None = integer(
         "Random modes of the Karhunen-Loeve expansion, the mean not counted; at most nodes^2",
         minimum=1,
@@ -56,11 +51,9 @@ class Square(Section):
     )
     variance_share: float | None = number(
         "In place of modes: share of the variance over the mesh that the modes must carry. The fewest such modes are "
-        "taken. A field that needs more than a quarter of all modes is refused. With auto, the lowest share that "
-        "leaves accuracy.pressure room for few samples",
+        "taken. A field that needs more than a quarter of all modes is refused",
         above=0,
         maximum=1,
-        or_auto=True,
         default=None,
     )
     penetration_percentile: float = number(
@@ -69,13 +62,7 @@ class Square(Section):
         above=0,
         below=100,
     )
-    monte_carlo_samples: Auto[int] = integer(
-        "Surfaces of the Monte Carlo reference. With auto, as many as accuracy takes",
-        minimum=100,
-        maximum=5_000_000,
-        or_auto=True,
-        default=AUTO,
-    )
+    monte_carlo_samples: int = integer("Surfaces of the Monte Carlo reference", minimum=100, maximum=5_000_000)
     latin_hypercube_samples: int = integer(
         "Surfaces of the Latin hypercube designs. Each full 4000 are a design of their own, to which eqs. (8) and (9) "
         "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration",
@@ -99,11 +86,9 @@ class Strip(Section):
     )
     width_m: float = number("Width of strip and windows across the belt", "m", above=0, maximum=1)
     cell_m: float = number(
-        "Edge of the square cells; length, margin, width, window and spacing are whole multiples of it. With auto, the "
-        "coarsest that leave accuracy.friction_mean and accuracy.friction_std room for few strips",
+        "Edge of the square cells; length, margin, width, window and spacing are whole multiples of it",
         "m",
         above=0,
-        or_auto=True,
     )
     window_m: float = number("Length of a window along the belt", "m", above=0)
     window_spacing_m: float = number(
@@ -116,13 +101,11 @@ class Strip(Section):
         number("A penetration, as square.penetration_percentile", "%", above=0, below=100),
         maximum=99,
     )
-    samples: Auto[int] = integer(
+    samples: int = integer(
         "Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells of 8 "
-        "windows, or fewer of as many in all, at least 16. With auto, as many as accuracy takes",
+        "windows, or fewer of as many in all, at least 16",
         minimum=8,
         maximum=100_000,
-        or_auto=True,
-        default=AUTO,
     )
     training_samples: int = integer(
         "Number of the first solved strips that also train the expansion", minimum=1, maximum=100_000
@@ -135,12 +118,8 @@ class Strip(Section):
         maximum=1,
         default=None,
     )
-    expansion_samples: Auto[int] = integer(
-        "Strips that the expansion is evaluated on, the solved ones among them. With auto, as many as accuracy takes",
-        minimum=8,
-        maximum=1_000_000,
-        or_auto=True,
-        default=AUTO,
+    expansion_samples: int = integer(
+        "Strips that the expansion is evaluated on, the solved ones among them", minimum=8, maximum=1_000_000
     )
 
 

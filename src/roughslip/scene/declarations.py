@@ -25,13 +25,9 @@ class Batches:
     """How the samples of a stage are split into jobs, as many as the scene key `jobs` says.
 
     totals : by the name of a design, the scene key of its number of samples; {"": key} for a stage without designs
-    asked : scene key of the accuracy that finds the number of samples; jobs then take equal shares of them
-    shares : how many of these shares a job takes
     """
 
     totals: Mapping[str, str]
-    asked: str = ""
-    shares: int = 1
 
 
 @dataclass(frozen=True, kw_only=True)

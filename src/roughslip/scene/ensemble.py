@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from typing import Literal
 
 from roughslip.limits import MOST_NUMBERS
-from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, many, number, section
+from roughslip.scene.fields import Section, choice, integer, many, number, section
 from roughslip.scene.friction import RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, increasing, refused
 
 Process = Literal["recursion", "spectral"]
 Marginal = Literal["beta", "empirical", "paper"]
-Range = Auto[tuple[float, ...]]
 
 # By the parameters of stages.from_scene.variation, the smallest and the largest value. Only damping may be zero.
 LIMITS = {
@@ -33,13 +32,10 @@ LIMITS = {
 class Ensemble(Section):
     """Runs of figure 5."""
 
-    realisations: Auto[int] = integer(
-        "Realisations of the friction process for each damping ratio; fewer than 8 give no interval. With auto, as "
-        "many as accuracy takes",
+    realisations: int = integer(
+        "Realisations of the friction process for each damping ratio; fewer than 8 give no interval",
         minimum=8,
         maximum=1_000_000,
-        or_auto=True,
-        default=AUTO,
     )
     duration_periods: float = number(
         "Duration of a run in natural periods, 2 pi/omega; reattachment statistics leave out the first ten",
@@ -58,19 +54,14 @@ class Ensemble(Section):
         Marginal,
         default="beta",
     )
-    nodes_per_correlation_length: Auto[int] = integer(
-        "Nodes of a realisation of the friction process per correlation length; with auto, as few as accuracy allows",
-        minimum=2,
-        maximum=1000,
-        or_auto=True,
-        default=AUTO,
+    nodes_per_correlation_length: int = integer(
+        "Nodes of a realisation of the friction process per correlation length", minimum=2, maximum=1000
     )
-    damping_ratios: Auto[tuple[float, ...]] = many(
-        "Damping ratios of figure 5 (c), strictly increasing; auto for a list around the scene's own limits",
+    damping_ratios: tuple[float, ...] | None = many(
+        "Damping ratios of figure 5 (c), strictly increasing; where not given, a list around the scene's own limits",
         number("A damping ratio, as oscillator.damping_ratio", minimum=0, maximum=10),
         maximum=200,
-        or_auto=True,
-        default=AUTO,
+        default=None,
     )
     drawn_realisations: int = integer(
         "Realisations drawn in figure 5 (a); only their whole trajectories are stored", minimum=1, maximum=1000
@@ -89,13 +80,13 @@ class StickSlipMap(Section):
         unique=True,
         default=["damping", "belt_velocity"],
     )
-    ranges: tuple[Range, ...] = many(
-        "First and last value of each, in SI units, or auto for a range around the scene's own; auto where not given. "
-        "A range is spaced evenly in its logarithm, or evenly from zero",
-        many("A range", number("A value", minimum=0, maximum=1e15), minimum=2, maximum=2, or_auto=True),
+    ranges: tuple[tuple[float, float], ...] | None = many(
+        "First and last value of each, in SI units; where not given, ranges around the scene's own values. A range is "
+        "spaced evenly in its logarithm, or evenly from zero",
+        many("A range", number("A value", minimum=0, maximum=1e15), minimum=2, maximum=2),
         minimum=2,
         maximum=2,
-        default=[AUTO, AUTO],
+        default=None,
     )
     points: int = integer(
         "Points on either axis, of which a quarter are run, at most 56", minimum=8, maximum=200, default=33
@@ -119,13 +110,12 @@ class Answer(Section):
         maximum=10000,
         default=100,
     )
-    duration_periods: Auto[float] = number(
-        "Duration of a run after its first departure, in natural periods, of which the second half counts; auto: what "
-        "the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
+    duration_periods: float | None = number(
+        "Duration of a run after its first departure, in natural periods, of which the second half counts; where not "
+        "given, what the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
         minimum=20,
         maximum=1_000_000,
-        or_auto=True,
-        default=AUTO,
+        default=None,
     )
 
 
@@ -207,8 +197,8 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     parameters = asked.get("parameters", ["damping", "belt_velocity"]) or ()
     for parameter, values in zip(parameters, asked["ranges"], strict=False):
         low, high = LIMITS[parameter]
-        if values != AUTO and not low <= values[0] < values[1] <= high:
-            allowed = f"for {parameter} a smaller and a larger number from {low:g} to {high:g}, or {AUTO}"
+        if not low <= values[0] < values[1] <= high:
+            allowed = f"for {parameter} a smaller and a larger number from {low:g} to {high:g}"
             yield refused(values, allowed, "map.ranges", "map.parameters")
-        elif values != AUTO and values[0] == 0 and parameter != "damping":
+        elif values[0] == 0 and parameter != "damping":
             yield refused(values, f"for {parameter} a first number above 0", "map.ranges", "map.parameters")

@@ -6,8 +6,8 @@ import math
 import operator
 from typing import Literal
 
-from roughslip.limits import FUNCTIONALS, MOST_NUMBERS, TRAINING_NODES
-from roughslip.scene.fields import AUTO, Auto, Section, choice, integer, section
+from roughslip.limits import FUNCTIONALS, MOST_NUMBERS
+from roughslip.scene.fields import Section, choice, integer, section
 from roughslip.scene.mistakes import MEMORY, Rule
 
 Target = Literal["trial_pressure", "squared_pressure"]
@@ -29,13 +29,8 @@ class Expansion(Section):
         "squared_pressure is p^2 continued outside contact, for meshes that resolve it; on coarse ones they agree",
         Target,
     )
-    samples: Auto[int] = integer(
-        "Surfaces that the expansion of the square is fitted to, more than it has terms; auto doubles them until the "
-        "error of the distribution is as accuracy asks",
-        minimum=10,
-        maximum=1_000_000,
-        or_auto=True,
-        default=AUTO,
+    samples: int = integer(
+        "Surfaces that the expansion of the square is fitted to, more than it has terms", minimum=10, maximum=1_000_000
     )
     draws: int = integer(
         "Draws from the fitted expansion, from which its distribution is read", minimum=1000, maximum=10_000_000
@@ -48,7 +43,6 @@ def terms(variables: int, degree: int) -> int:
 
 
 _TERMS = ("expansion.variables", "expansion.degree")
-_DRAWS = 40  # over the square of accuracy.pressure: draws then add 1.36 / sqrt(10) of its half, with 95 %
 
 
 def designs_fit(samples: str) -> Rule:
@@ -75,18 +69,5 @@ RULES = (
                 f"samples times terms, C({{1}} + {{2}}, {{2}}), at most {MEMORY}",
             ),
         )
-    ),
-    Rule(
-        ("expansion.samples", *_TERMS),
-        lambda _, v, d: TRAINING_NODES * terms(v, d) * 2 ** terms(v, d).bit_length() <= MOST_NUMBERS,
-        f"a lower expansion.degree, because more samples than C({{1}} + {{2}}, {{2}}), at {TRAINING_NODES} nodes each, "
-        f"give tables above {MEMORY}",
-        of_auto=("expansion.samples",),
-    ),
-    Rule(
-        ("expansion.draws", "accuracy.pressure", "expansion.samples", "targets"),
-        lambda draws, error, _, targets: "figure2" not in targets or draws * error**2 >= _DRAWS,
-        f"at least {_DRAWS} / accuracy.pressure^2, or the draws alone err by half of {{1}}",
-        of_auto=("expansion.samples",),
     ),
 )

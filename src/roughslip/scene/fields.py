@@ -4,24 +4,18 @@ A section is written as `class Strip(Section)` under `@section`, with fields suc
 `samples: int = integer("Strips that are solved", minimum=8, maximum=100_000)`. From these fields `scene.schema`
 generates the JSON schema, and scene files are checked against it. `build` makes the object that a stage reads as
 `job.scene.strip.samples`. Sections are plain frozen dataclasses, because every stage imports them at its start.
-
-A number may be given, or asked for by the word `auto`: then a rule of the scene or a stage finds it from an accuracy.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any, Literal, TypeAlias, TypeVar, get_args
+from typing import Any, TypeVar, get_args
 
 REQUIRED = object()  # as the default of a field: a scene must give it where it gives the section
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 # Of each argument of `number` and `integer` the word of JSON schema.
 _BOUNDS = {"minimum": "minimum", "above": "exclusiveMinimum", "maximum": "maximum", "below": "exclusiveMaximum"}
-
-AUTO: Literal["auto"] = "auto"
-T = TypeVar("T")
-Auto: TypeAlias = T | Literal["auto"]  # of a number that may be asked for
 
 S = TypeVar("S", bound="Section")
 section = dataclasses.dataclass(frozen=True, init=False, repr=False, eq=False)  # `build` makes the objects
@@ -47,22 +41,21 @@ def number(
     unit: str = "-",
     *,
     default: Any = REQUIRED,
-    or_auto: bool = False,
     measured: bool = False,
     **bounds: float,
 ) -> Any:
-    """A field for a real number, or for auto in its place. bounds : minimum, above, maximum, below.
+    """A field for a real number. bounds : minimum, above, maximum, below.
 
     measured : whether it may carry a standard uncertainty (`scene.uncertain`)
     """
     part = {"description": f"{description} [{unit}]", "type": "number", **_limits(bounds)}
-    return _field(part | _or_auto(or_auto, "number") | ({"measured": True} if measured else {}), default)
+    return _field(part | ({"measured": True} if measured else {}), default)
 
 
-def integer(description: str, unit: str = "-", *, default: Any = REQUIRED, or_auto: bool = False, **bounds: int) -> Any:
-    """A field for a whole number, or for auto in its place. bounds : minimum, above, maximum, below."""
+def integer(description: str, unit: str = "-", *, default: Any = REQUIRED, **bounds: int) -> Any:
+    """A field for a whole number. bounds : minimum, above, maximum, below."""
     part = {"description": f"{description} [{unit}]", "type": "integer", **_limits(bounds)}
-    return _field(part | _or_auto(or_auto, "integer"), default)
+    return _field(part, default)
 
 
 def choice(description: str, kinds: Any, *, default: Any = REQUIRED) -> Any:
@@ -88,10 +81,9 @@ def many(
     minimum: int = 1,
     maximum: int | None = None,
     unique: bool = False,
-    or_auto: bool = False,
     default: Any = REQUIRED,
 ) -> Any:
-    """A field for a list, or for auto in its place.
+    """A field for a list.
 
     item : the field of one of its elements; a section holds the list as a tuple
     minimum, maximum : bounds of its length
@@ -99,13 +91,7 @@ def many(
     """
     part = {"description": description, "type": "array", "minItems": minimum, "items": item.metadata["schema"]}
     part |= {} if maximum is None else {"maxItems": maximum}
-    part |= _or_auto(or_auto, "array")
     return _field(part | ({"uniqueItems": True} if unique else {}), default)
-
-
-def _or_auto(allowed: bool, kind: str) -> dict[str, Any]:
-    """What the schema of a field of that kind says further where auto may stand in its place."""
-    return {"type": [kind, "string"], "pattern": f"^{AUTO}$"} if allowed else {}
 
 
 def group(kind: type[Section]) -> Any:
@@ -113,11 +99,6 @@ def group(kind: type[Section]) -> Any:
     return _field(
         {"description": str(kind.__doc__).replace("\n    ", " ").replace("\n", ""), "type": "object"}, None, kind
     )
-
-
-def unless_auto(value: Auto[T]) -> T | None:
-    """The number, or None where it is asked for."""
-    return None if value == AUTO else value  # type: ignore[return-value]
 
 
 def fields_of(kind: type[Section]) -> dict[str, dataclasses.Field[Any]]:

@@ -17,7 +17,6 @@ import yaml
 
 from roughslip.errors import InputError
 from roughslip.scene import (
-    accuracy,
     contact,
     ensemble,
     expansion,
@@ -27,7 +26,7 @@ from roughslip.scene import (
     roughness,
     uncertain,
 )
-from roughslip.scene.fields import AUTO, WORD
+from roughslip.scene.fields import WORD
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, line, missing, refused, shown
 from roughslip.scene.schema import FLOAT, INTEGER, NAME, nearest, refusals, scene_schema, with_floats
 from roughslip.scene.types import get
@@ -41,7 +40,7 @@ _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
 # What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
 # a key of an overlay replaces, where the overlay does not give those too.
 _RULES = tuple(rule for part in (contact, expansion, roughness, oscillator, ensemble) for rule in part.RULES)
-_FORMS = (accuracy, friction, contact, ensemble, roughness, oscillator)
+_FORMS = (friction, contact, ensemble, roughness, oscillator)
 _REPLACED = {key: replaced for part in _FORMS for key, replaced in part.REPLACES.items()}
 
 
@@ -55,7 +54,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     takes a `number` holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
     schema = scene_schema()
-    chain, merged, lines = read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
+    chain, merged = read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
+    lines: list[str] = []
 
     def topmost(paths: list[KeyPath]) -> Path:
         """Of the overlaid files that gave these values, the one that the user most likely edits."""
@@ -72,15 +72,13 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         if is_refused:
             faulty.add(".".join(map(str, path)))
         lines.append(line(topmost([path]), path, text))
-    whole, left_open = accuracy.discretised(merged.values)
-    faulty |= {mistake.keys[0] for mistake in left_open}
-    for keys, text in (*left_open, *_mistakes(_without(faulty, whole), faulty)):
+    for keys, text in _mistakes(_without(faulty, merged.values), faulty):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         lines.append(line(topmost(paths), paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
-    whole = oscillator.with_frequency(whole)
-    whole = friction.with_load(accuracy.with_sample_counts(cast(Values, with_floats(whole, schema))))
+    whole = oscillator.with_frequency(merged.values)
+    whole = friction.with_load(cast(Values, with_floats(whole, schema)))
     return whole | ({"standard_uncertainties": uncertainties} if uncertainties else {})
 
 
@@ -105,14 +103,13 @@ def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
     unread = plan.sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     whole = oscillator.with_frequency(scene)
-    for keys, holds, allowed, of_auto in _RULES:
+    for keys, holds, allowed in _RULES:
         if "load" in scene and contact.EXTRAPOLATE in keys:  # which is of strips
             continue
         if not (unread.isdisjoint(key.partition(".")[0] for key in keys) and all(map(sound, keys))):
             continue
         values = [get(whole, key) for key in keys]
-        left_open = tuple(key for key, value in zip(keys, values, strict=True) if value == AUTO)
-        if None not in values and left_open == of_auto and not holds(*values):
+        if None not in values and not holds(*values):
             words = (shown(value) if isinstance(value, list) else value for value in values)
             yield refused(values[0], allowed.format(*words), *keys)
 
@@ -193,39 +190,31 @@ def _stay_inside(file: Path) -> None:
         raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
 
 
-def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged, list[str]]:
-    """Files of a scene from the top of its overlays down, their values merged, and lines on unused accuracies."""
+def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
+    """Files of a scene from the top of its overlays down, and their values merged."""
     known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
     chain = [top]
     documents: list[Values] = []
-    lines: list[str] = []
     while len(documents) < len(chain):
         file = chain[-1]
-        try:
-            _stay_inside(file)
-            values = read(file)
-        except InputError as error:
-            raise InputError([*lines, *error.lines]) from None
-        both = values.get("accuracy")
-        if isinstance(both, int | float) and not isinstance(both, bool):
-            values["accuracy"] = accuracy.of_all(both)
+        _stay_inside(file)
+        values = read(file)
         values |= friction.with_listed_records(values)
-        lines += [line(file, tuple(keys[0].split(".")), text) for keys, text in accuracy.unused_accuracy(values)]
         documents.append(values)
         if "extends" not in values:
             break
         base = values.pop("extends")
         if base not in known:
             text = f"{shown(base)} is not allowed; {nearest(str(base), sorted(known), 'scenes')}"
-            raise InputError([*lines, line(file, ("extends",), text)])
+            raise InputError([line(file, ("extends",), text)])
         chain.append(known[base])
         if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
             text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
-            raise InputError([*lines, line(file, ("extends",), text)])
+            raise InputError([line(file, ("extends",), text)])
     merged = Merged(top)
     for file, values in zip(reversed(chain), reversed(documents), strict=True):
         merged.overlay(file, values)
-    return chain, merged, lines
+    return chain, merged
 
 
 def _without(faulty: set[str], value: Any, path: str = "") -> Any:

@@ -70,12 +70,11 @@ def missing(reason: str, *keys: str) -> Mistake:
 
 
 class Rule(NamedTuple):
-    """A condition on the values of several keys. It holds of given numbers, and of what is auto where it says so."""
+    """A condition on the values of several keys that are given."""
 
     keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
     holds: Callable[..., bool]
     allowed: str  # a format of the same values
-    of_auto: tuple[str, ...] = ()  # the keys that have to be auto
 
 
 def increasing(key: str) -> Rule:

@@ -134,10 +134,7 @@ def _reason(condition: str) -> str:
 def makers(stage: str, stages: Set[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
     collected = [name for names in declarations()[stage].collects.values() for name in names.split()]
-    made_by = {*(name for name, _ in _edges(stage)), *collected} & stages
-    if stage == "chaos_strip" and "strip_pilot" in made_by:  # the pilot then has all training strips
-        made_by.discard("contact_strip")
-    return sorted(made_by)
+    return sorted({*(name for name, _ in _edges(stage)), *collected} & stages)
 
 
 @cache

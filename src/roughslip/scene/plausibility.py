@@ -13,7 +13,6 @@ from typing import Any
 from roughslip.limits import FUNCTIONALS
 from roughslip.scene.contact import training_columns
 from roughslip.scene.expansion import terms
-from roughslip.scene.fields import unless_auto
 from roughslip.scene.loader import read_chain
 from roughslip.scene.mistakes import Values
 from roughslip.scene.plan import stages_needed
@@ -47,7 +46,7 @@ def warnings(scene: Values, length_m: float | None = None) -> list[str]:
 
 
 def _materials(scene: Values) -> Iterator[str]:
-    if not stages_needed(scene) & {"contact_strip", "contact_periodic", "contact_square", "adaptive_training"}:
+    if not stages_needed(scene) & {"contact_strip", "contact_periodic", "contact_square"}:
         return
     for key, (minimum, softest, maximum, hardest) in SOLIDS.items():
         value = get(scene, f"material.{key}")
@@ -86,7 +85,7 @@ def _training(scene: Values, length_m: float | None) -> Iterator[str]:
     """Few samples for the terms of an expansion. Columns of a strip count once a correlation length."""
     stages, degree = stages_needed(scene), get(scene, "expansion.degree")
     variables, samples = get(scene, "expansion.variables"), get(scene, "expansion.samples")
-    if "chaos_square" in stages and unless_auto(samples) is not None:
+    if "chaos_square" in stages:
         count = terms(variables, degree)
         needed = SAMPLES_PER_TERM * count
         if samples < needed:
@@ -132,7 +131,7 @@ def inherited(name: str, scenes_folder: Path) -> list[str]:
 
     A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
     """
-    chain, merged, _ = read_chain(scenes_folder / f"{name}.yaml", scenes_folder)
+    chain, merged = read_chain(scenes_folder / f"{name}.yaml", scenes_folder)
     level = {file: chain.index(file) for file in chain}
 
     def height(*keys: str) -> int:

@@ -54,8 +54,6 @@ def text() -> str:
     """The schema as its file holds it. A file may extend another, so no key of the scene is required in it."""
     schema = {key: value for key, value in scene_schema().items() if key != "required"}
     optional = uncertain.with_forms(_optional(schema))
-    both = optional["properties"]["accuracy"]
-    optional["properties"]["accuracy"] = {"anyOf": [both["properties"]["friction_mean"], both]}  # the loader takes both
     record = optional["properties"]["friction"]["properties"]["record"]
     paths = {"anyOf": [record["properties"]["file"]["items"], record["properties"]["file"]]}
     record["properties"]["file"] = paths  # the loader lists them

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from typing import Any, Literal
 
-from roughslip.scene.accuracy import Accuracy
 from roughslip.scene.contact import Material, Square, Strip
 from roughslip.scene.declarations import declarations
 from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap
@@ -42,11 +41,9 @@ class Numerics(Section):
     """Tolerances of the solvers, and what counts as contact."""
 
     contact_tolerance: float = number(
-        "Relative residual to which a contact problem is solved. With auto, its error is below a tenth of "
-        "accuracy.friction_std",
+        "Relative residual to which a contact problem is solved",
         minimum=1e-14,
         maximum=0.001,
-        or_auto=True,
         default=None,
     )
     contact_area: ContactArea = choice(
@@ -85,7 +82,6 @@ class Scene(Section):
     expansion: Expansion = group(Expansion)
     strip: Strip = group(Strip)
     friction: Friction = group(Friction)
-    accuracy: Accuracy = group(Accuracy)
     load: Load = group(Load)
     oscillator: Oscillator = group(Oscillator)
     ensemble: Ensemble = group(Ensemble)
@@ -98,8 +94,7 @@ class Scene(Section):
         default=(),
     )
     jobs: int = integer(
-        "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it. "
-        "Samples that an accuracy finds have jobs of their own",
+        "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it",
         minimum=1,
         maximum=2000,
         default=2,

@@ -13,7 +13,6 @@ from roughslip.oscillator.state_durations import states_of_answer
 from roughslip.oscillator.stick_slip import Quantity, answer, check_has_answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
-from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import geometry, mass_on_belt, variation
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -42,7 +41,7 @@ def work(job: Job) -> None:
     length, count = process.correlation_length_m, scene.answer.realisations
     of_pad = mass_on_belt.pad_deviation(scene, numbers, job.arguments.friction, own.windows)
     scatter = of_pad / mass_on_belt.unit_of_scatter(scene, own.numbers)
-    sampling = Sampling(count, unless_auto(scene.answer.duration_periods), (scene.seed, geometry.STREAM_ANSWER))
+    sampling = Sampling(count, scene.answer.duration_periods, (scene.seed, geometry.STREAM_ANSWER))
     try:
         check_has_answer(own.belt, own.law)
     except IllPosedError as error:

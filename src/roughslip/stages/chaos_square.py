@@ -33,7 +33,6 @@ from roughslip.errors import IllPosedError
 from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.declarations import Stage
-from roughslip.scene.fields import unless_auto
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
@@ -44,8 +43,8 @@ STAGE = Stage(
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile "
     "numerics.contact_area expansion",
     inputs={"surface": "karhunen_loeve", "designs": "design"},
-    optional={"scan": "scan", "pilot": "square_pilot"},
-    many={"contact": "contact_square adaptive_training"},
+    optional={"scan": "scan"},
+    many={"contact": "contact_square"},
     result="chaos/square.nc",
     memory_mb=620,
 )
@@ -73,8 +72,7 @@ def local_expansion(
     model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
     nodes = geometry.training_nodes(model.lengths_m, grid)
     variables = expansion.variables_of(scene, model, grid, surface["modes"], nodes)
-    trained = unless_auto(scene.expansion.samples) is None  # then stage adaptive_training drew the samples
-    xi = samples_of(batches, "expansion", "xi") if trained else store.read(job.arguments.designs)["expansion"]
+    xi = store.read(job.arguments.designs)["expansion"]
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = variables.samples(xi, pressure, gap)
     local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
@@ -223,11 +221,8 @@ def work(job: Job) -> None:
 
 
 def count_work(job: Job, local: LocalExpansion, variants: int) -> None:
-    """What was fitted and drawn, and where an accuracy was asked the one that is reached."""
+    """What was fitted and drawn."""
     asked = job.scene.expansion
-    if job.arguments.pilot is not None:
-        errors = store.read(job.arguments.pilot)
-        job.usage.count(pressure_reached=round(float(errors["mesh"] + errors["modes"] + errors["sampling"]), 5))
     job.usage.count(fits=variants * (1 + REPLICATES) + 1 + len(local.without), draws=asked.draws * (1 + variants))
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, asked.degree)})
 

@@ -26,7 +26,7 @@ STAGE = Stage(
     "numerics.contact_area strip.training_samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     optional={"scan": "scan"},
-    many={"contact": "strip_pilot contact_strip"},
+    many={"contact": "contact_strip"},
     result="chaos/strip.nc",
 )
 

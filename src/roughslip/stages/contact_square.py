@@ -12,7 +12,7 @@ STAGE = Stage(
     reads="seed material roughness square.edge_m square.nodes square.penetration_percentile numerics.contact_tolerance "
     "numerics.contact_area",
     inputs={"surface": "karhunen_loeve", "designs": "design"},
-    optional={"scan": "scan", "pilot": "square_pilot"},
+    optional={"scan": "scan"},
     result="contact/square-{design}-{first}-{last}.nc",
     batches=Batches(
         totals={

@@ -1,7 +1,7 @@
 """Stage costs: what every stage of the scene cost, did, left out and warned of; which did not run."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from roughslip import store
@@ -23,8 +23,7 @@ def total(
     """A row a stage, in the order of their names, and a last row for the whole scene.
 
     not_needed : stages that did not run, and why; they stand in the last row
-    warnings : on the scene itself. The last row begins with the first of them, on an inherited friction curve where
-        there is one. Accuracies that are missed come next, so that the end of a run shows both; then all others.
+    warnings : on the scene itself, which the last row shows before those of the stages
 
     Seconds and counts add up over the jobs; peak memory is that of the largest job. `core_share` is the share of the
     CPU time spent solving, fitting and integrating; the rest is start-up, imports, compilation and files.
@@ -32,20 +31,8 @@ def total(
     stages = sorted({record["stage"] for record in records})
     rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
     of_stages = (f"{row['stage']}: {text}" for row in rows for text in row["warnings"])
-    lines = [*warnings[:1], *missed(rows), *warnings[1:], *of_stages]
-    return [*rows, _sum("all", records) | {"warnings": lines, "not_needed": dict(sorted(not_needed.items()))}]
-
-
-def missed(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """A warning for each number whose accuracy is not as asked, for which a pilot was too small."""
-    counts = {name: value for row in rows for name, value in row["did"].items()}
-    for name, asked in counts.items():
-        number = name.removesuffix("_asked")
-        if number != name and (value := counts.get(f"{number}_reached", 0.0)) > asked:
-            yield (
-                f"accuracy.{number} of {asked:g} was asked and {value:.4g} is reached, as the pilot shows less scatter "
-                "than there is: give the numbers of samples, or ask for less"
-            )
+    last = {"warnings": [*warnings, *of_stages], "not_needed": dict(sorted(not_needed.items()))}
+    return [*rows, _sum("all", records) | last]
 
 
 def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:

@@ -12,7 +12,6 @@ STAGE = Stage(
     name="cycles",
     reads="seed oscillator.damping_ratio ensemble.duration_periods",
     inputs={"deterministic": "deterministic"},
-    optional={"allocation": "ensemble_pilot"},
     many={"ensemble": "oscillator"},
     result="oscillator/statistics.nc",
 )
@@ -54,9 +53,5 @@ def work(job: Job) -> None:
     responses = [f"load_response_{kind}" for kind in ("additive", "multiplicative")]
     of_friction = ("friction_scatter", "friction_percentile", *responses)
     variables |= {name: plain.variable(name) for name in of_friction if name in plain}
-    if job.arguments.allocation is not None:
-        half = float(np.max(variables["difference_high"].values - variables["difference_low"].values)) / 2
-        reached = half + float(store.read(job.arguments.allocation)["from_nodes"])
-        job.usage.count(cycles_reached=round(reached, 3))
     job.usage.count(events=len(runs.place))
     store.write(job.arguments.output, variables, job.key)

@@ -7,7 +7,6 @@ from roughslip.chaos.sampling import latin_hypercube
 from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
 from roughslip.scene.declarations import Stage
-from roughslip.scene.fields import unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.runtime.command import Job
@@ -28,9 +27,8 @@ def samples_of(scene: Scene, modes: int) -> dict[str, int]:
     Raises InputError with a line for each design too large for memory. The rules of scenes cannot check this, because
     stage karhunen_loeve finds the number of modes that a share of the variance takes.
     """
-    counts, lines = {"latin_hypercube": scene.square.latin_hypercube_samples}, []
-    if (given := unless_auto(scene.expansion.samples)) is not None:  # else stage adaptive_training draws them
-        counts["expansion"] = given
+    counts = {"latin_hypercube": scene.square.latin_hypercube_samples, "expansion": scene.expansion.samples}
+    lines = []
     keys = {"latin_hypercube": "square.latin_hypercube_samples", "expansion": "expansion.samples"}
     for name, samples in counts.items():
         if samples * modes > MOST_NUMBERS:

@@ -3,7 +3,6 @@
 from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.shares import sample_range, solved_strips
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job
 
@@ -14,20 +13,16 @@ STAGE = Stage(
     "strip.window_m strip.window_spacing_m strip.samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     inputs={"expansion": "chaos_strip"},
-    optional={"scan": "scan", "allocation": "strip_allocation"},
+    optional={"scan": "scan"},
     result="friction/expansion-{first}-{last}.nc",
-    batches=Batches(
-        totals={"": "strip.expansion_samples"},
-        asked="accuracy.friction_mean",
-        shares=2,
-    ),
+    batches=Batches(totals={"": "strip.expansion_samples"}),
 )
 
 
 def work(job: Job) -> None:
     """Write contact area and normal force of every window."""
-    numbers = sample_range(job, "expansion_strips")
-    area, force = expand_strips(job, numbers, solved_strips(job))
+    numbers = range(job.arguments.first, job.arguments.last)
+    area, force = expand_strips(job, numbers, job.scene.strip.samples)
     shape = ("sample", "level", "window")
     variables = {
         "area": store.Variable(shape, area, "m2", "contact area of the window"),

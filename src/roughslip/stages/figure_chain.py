@@ -7,7 +7,7 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, shares, surface_model
+from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
 from roughslip.stages.from_scene.periodic_cell import Cells
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
@@ -18,7 +18,7 @@ STAGE = Stage(
     reads_if_given="friction.statistics friction.scatter load numerics.contact_area "
     "strip.window_m strip.width_m strip.window_spacing_m",
     inputs={"cycles": "cycles"},
-    optional={"friction": "friction friction_under_load record", "scan": "scan", "allocation": "ensemble_pilot"},
+    optional={"friction": "friction friction_under_load record", "scan": "scan"},
     result="figure_chain.nc",
     target="figure_chain",
     comes_with="figure5",
@@ -92,8 +92,7 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     scene, friction = job.scene, job.arguments.friction
     numbers = mass_on_belt.friction_numbers(scene, friction)
     process = mass_on_belt.friction_process(scene, numbers, friction)
-    name = "nodes_per_correlation_length"
-    nodes = shares.given_or_found(job, lambda: getattr(scene.ensemble, name), name)
+    nodes = scene.ensemble.nodes_per_correlation_length
     paths = mass_on_belt.friction_paths(scene, process, nodes)
     seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])

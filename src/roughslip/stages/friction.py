@@ -1,7 +1,5 @@
 """Stage friction: statistics of the friction coefficient over windows, per source of pressure and penetration."""
 
-from pathlib import Path
-
 import numpy as np
 
 from roughslip import store
@@ -16,10 +14,9 @@ from roughslip.friction.table_variables import (
     table_variables,
     windows_variables,
 )
-from roughslip.probability import Estimate
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
-from roughslip.stages.from_scene.strip_contact import COARSE, FINE, OTHERS
+from roughslip.stages.from_scene.strip_contact import COARSE, FINE
 from roughslip.stages.result_tables import load_table
 from roughslip.stages.result_tables.pad_autocorrelation import correlation_variables
 from roughslip.stages.runtime.command import Job
@@ -28,8 +25,8 @@ STAGE = Stage(
     name="friction",
     reads="seed roughness strip friction.mean_at_median",
     reads_if_given="friction.least_contact_fraction oscillator.normal_force_n",
-    many={"contact": "strip_pilot contact_strip", "expansion": "expansion_strip"},
-    optional={"scan": "scan", "allocation": "strip_allocation"},
+    many={"contact": "contact_strip", "expansion": "expansion_strip"},
+    optional={"scan": "scan"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
     runs_if="not friction.statistics and not friction.record and not load",
@@ -53,41 +50,21 @@ def work(job: Job) -> None:
         loads = load_table.load_table(job, batches, (table.solved, table.combined), table.shear, table.weights)
         law = law_variables(table, np.random.default_rng([seed, geometry.STREAM_WHITE]))
     job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
-    got = reached(job.arguments.allocation, percentiles, table.combined)
-    job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size, **got)
+    job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size)
     variables = table_variables(table) | law | error_variables(table)
     variables |= load_table.load_variables(loads) | windows_variables(table)
     variables |= correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
-    attributes = {"strips": levels[0].strips} if job.arguments.allocation else None
-    store.write(job.arguments.output, variables, job.key, attributes)
+    store.write(job.arguments.output, variables, job.key)
     store.write_text(job.arguments.summary, summary(variables, percentiles))
-
-
-def reached(path: Path | None, percentiles: np.ndarray, combined: dict[str, list[Estimate]]) -> dict[str, float]:
-    """Largest relative half width by statistic, of the numbers that an accuracy was asked of. path : the allocation"""
-    widths: dict[str, float] = {}
-    if path is None:
-        return widths
-    allocation = store.read(path)
-    for percentile, statistic in zip(allocation["percentile"], allocation["statistic"], strict=True):
-        estimate = combined[str(statistic).removeprefix("friction_")][int(np.flatnonzero(percentiles == percentile)[0])]
-        name, width = f"{statistic}_reached", float((estimate.high - estimate.low) / 2 / estimate.value)
-        widths[name] = max(widths.get(name, 0.0), round(width, 5))
-    return widths
 
 
 def area_and_force(batches: list[store.Result], mesh: str = FINE) -> Windows:
     """Area [m2] and force [N] : (levels, strips, windows) on a mesh."""
-    parts = [batch for batch in batches if f"{mesh}area" in batch]
-    area, force = (store.join(parts, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
+    area, force = (store.join(batches, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
     return area, force
 
 
 def coarse_sums(batches: list[store.Result]) -> Windows | None:
-    """The same on cells of twice the edge, of the solved strips and then of those on these cells alone, if any."""
-    meshes = [mesh for mesh in (COARSE, OTHERS) if any(f"{mesh}area" in batch for batch in batches)]
-    if not meshes:
-        return None
-    area, force = zip(*(area_and_force(batches, mesh) for mesh in meshes), strict=True)
-    return np.concatenate(area, axis=1), np.concatenate(force, axis=1)
+    """The same on cells of twice the edge, where strips are solved on these too."""
+    return area_and_force(batches, COARSE) if f"{COARSE}area" in batches[0] else None

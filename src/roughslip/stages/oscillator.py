@@ -11,7 +11,7 @@ from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt, shares
+from roughslip.stages.from_scene import geometry, mass_on_belt
 from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -20,9 +20,9 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load record", "allocation": "ensemble_pilot"},
+    optional={"friction": "friction friction_under_load record"},
     result="oscillator/ensemble-{first}-{last}.nc",
-    batches=Batches(totals={"": "ensemble.realisations"}, asked="accuracy.cycles", shares=2),
+    batches=Batches(totals={"": "ensemble.realisations"}),
     memory_mb=620,
 )
 
@@ -51,10 +51,9 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
     process = mass_on_belt.friction_process(scene, numbers, statistics)
     dampings = damping_ratios(scene, numbers, statistics)
-    nodes = shares.given_or_found(job, lambda: ensemble.nodes_per_correlation_length, "nodes_per_correlation_length")
     options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
     until = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
-    paths = mass_on_belt.friction_paths(scene, process, nodes)
+    paths = mass_on_belt.friction_paths(scene, process, ensemble.nodes_per_correlation_length)
     needed = math.ceil(mass_on_belt.path_length(belt, periods) / paths.spacing) + 1
     runs = []
     for row, number in enumerate(taken):
@@ -71,7 +70,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
 
 def work(job: Job) -> None:
     """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
-    taken = shares.sample_range(job, "runs")
+    taken = range(job.arguments.first, job.arguments.last)
     with job.usage.core():
         runs = runs_of(job, taken)
     variables, drawn = table(runs, taken), [run.drawn for run in runs if run.drawn is not None]

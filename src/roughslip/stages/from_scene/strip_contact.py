@@ -19,12 +19,7 @@ from roughslip.stages.runtime.command import Job
 WINDOWS = {"area": ("m2", "contact area of the window"), "force": ("N", "normal force on the window")}
 FINE = ""  # before the names of what the cells of the scene give
 COARSE = "coarse_"  # of what cells of twice the edge give on the same strips
-OTHERS = "other_"  # and on strips that are solved on these cells alone
-MESHES = {
-    FINE: ("sample", ""),
-    COARSE: ("sample", ", cells of 2 times the edge"),
-    OTHERS: ("other_sample", ", strips on cells of 2 times the edge alone"),
-}
+MESHES = {FINE: "", COARSE: ", cells of 2 times the edge"}
 
 
 class Mesh(NamedTuple):
@@ -44,11 +39,8 @@ class Mesh(NamedTuple):
             yield solution, contact_shares(solution.pressure, hardness)
 
 
-def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
-    """Write contact area and normal force of every window, and whole training columns of the first strips.
-
-    others : strips that are solved on cells of twice the edge alone
-    """
+def solve_strips(job: Job, numbers: range) -> None:
+    """Write contact area and normal force of every window, and whole training columns of the first strips."""
     scene = job.scene
     grid = geometry.strip_grid(scene)
     model, heights_of = strips_of(job, grid)
@@ -63,20 +55,17 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
     count, levels = len(numbers), len(planes)
     columns = geometry.training_columns(middle)
     trained = max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
-    strips = dict.fromkeys(meshes, count) | ({OTHERS: len(others)} if others else {})
-    shape = levels, fine.windows.count
-    sums = {place + name: np.empty((size, *shape)) for place, size in strips.items() for name in WINDOWS}
+    shape = count, levels, fine.windows.count
+    sums = {place + name: np.empty(shape) for place in meshes for name in WINDOWS}
     in_blocks = {name: np.empty((count, levels, blocks.count)) for name in WINDOWS}
     of_nodes, corrected = np.empty((2, count, levels))
     residual, effort = np.zeros((count, levels)), np.zeros((count, levels), dtype=np.int32)
     pressure, gap = np.empty((2, trained, levels, len(columns), grid.ny))
     skipped, products = elastic.empty_skip_counts(), 0
-    rows = [(row, number, meshes) for row, number in enumerate(numbers)]
-    rows += [(row, number, {OTHERS: meshes[COARSE]}) for row, number in enumerate(others)]
     with job.usage.core():
-        for done, (row, number, places) in enumerate(rows, 1):
+        for row, number in enumerate(numbers):
             heights = heights_of(number)
-            for place, mesh in places.items():
+            for place, mesh in meshes.items():
                 for level, (solution, shares) in enumerate(mesh.solve(scene, heights, planes)):
                     elastic.count_solve(skipped, solution)
                     cells = shares if elastic.counts_shares(scene) else solution.contact
@@ -85,8 +74,6 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
                             in_blocks[name][row, level] = grid.cell_area * blocks.sums(field)
                         sums[place + name][row, level] = mesh.influence.grid.cell_area * mesh.windows.sums(field)
                     products += solution.work
-                    if place == OTHERS:
-                        continue
                     residual[row, level] = max(residual[row, level], solution.residual)
                     effort[row, level] += solution.work
                     if place == COARSE:
@@ -95,12 +82,12 @@ def solve_strips(job: Job, numbers: range, others: range = range(0)) -> None:
                     corrected[row, level] = grid.cell_area * shares[middle].sum()
                     if row < trained:
                         pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
-            job.usage.progress(done, len(rows))
-    job.usage.count(solves=levels * sum(strips.values()), convolutions=products)
+            job.usage.progress(row + 1, count)
+    job.usage.count(solves=levels * count * len(meshes), convolutions=products)
     job.usage.skip(skipped)
     variables = geometry.window_coordinates(scene, numbers, fine.windows.count)
     variables |= solve_variables(of_nodes, corrected, residual, effort)
-    variables |= window_variables(strips, sums) | block_variables(in_blocks)
+    variables |= window_variables(meshes, sums) | block_variables(in_blocks)
     if trained:
         columns_of = ("training_sample", "level", "column", "y")
         variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
@@ -135,10 +122,9 @@ def window_variables(places: Iterable[str], sums: dict[str, np.ndarray]) -> dict
     """Sums over windows, by mesh and name."""
     variables = {}
     for place in places:
-        sample, on_mesh = MESHES[place]
         for name, (unit, title) in WINDOWS.items():
-            dimensions = sample, "level", "window"
-            variables[place + name] = store.Variable(dimensions, sums[place + name], unit, title + on_mesh)
+            dimensions = "sample", "level", "window"
+            variables[place + name] = store.Variable(dimensions, sums[place + name], unit, title + MESHES[place])
     return variables
 
 

@@ -28,7 +28,6 @@ from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.scene.ensemble import StickSlipMap
-from roughslip.scene.fields import AUTO, unless_auto
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
@@ -118,7 +117,7 @@ FACTOR = 4.0  # of a range around the scene's own value
 
 
 def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | None) -> tuple[float, ...]:
-    """The damping ratios of figure5: as given, or where auto around the limits of the scene without excitation.
+    """The damping ratios of figure5: as given, or around the limits of the scene without excitation.
 
     They go from a fifth of the smaller limit to 1.25 of the larger one, or as far as the scatter of friction moves the
     existence limit: NEAR of them where it moves it, BELOW and ABOVE of them on either side. It reads the sections
@@ -126,15 +125,15 @@ def damping_ratios(scene: Scene, numbers: FrictionNumbers, statistics: Path | No
 
     statistics : the file of the friction, if any
     """
-    if (given := unless_auto(scene.ensemble.damping_ratios)) is not None:
-        return given
+    if scene.ensemble.damping_ratios is not None:
+        return scene.ensemble.damping_ratios
     free = replace(mass_on_belt.oscillator(scene), excitation_force_n=0.0)
     law = mass_on_belt.law(scene, numbers)
     try:
         response, scatter = mass_on_belt.response_of_limit(scene, free, numbers, statistics)
     except (ParameterError, IllPosedError, ConvergenceError) as error:
         raise IllPosedError(
-            f"ensemble.damping_ratios = {AUTO} takes a list around the limits of the stick-slip cycle, which the "
+            "ensemble.damping_ratios is not given and follows from the limits of the stick-slip cycle, which the "
             f"oscillator does not have ({error}); give a list"
         ) from error
     deviation = numbers.standard_deviation / math.sqrt(mass_on_belt.independent_windows(scene, statistics))
@@ -169,7 +168,7 @@ Box = dict[str, tuple[float, float]]
 def box(scene: Scene, numbers: FrictionNumbers, asked: StickSlipMap) -> Box:
     """First and last value of the two parameters of a map, by names of `PARAMETERS` in their order.
 
-    asked : section `map`; auto stands for `own_range`
+    asked : section `map`; where it gives no ranges, those of `own_range` serve
 
     Raises InputError for a parameter without effect in the scene.
     """
@@ -177,12 +176,11 @@ def box(scene: Scene, numbers: FrictionNumbers, asked: StickSlipMap) -> Box:
     for name in asked.parameters:
         if name not in allowed:
             raise InputError(f"map.parameters: {name} has no effect in this scene; choose of: {', '.join(allowed)}")
-    ends = {name: unless_auto(value) for name, value in zip(asked.parameters, asked.ranges, strict=True)}
-    return {
-        name: own_range(name, own) if (pair := ends[name]) is None else (float(pair[0]), float(pair[1]))
-        for name in PARAMETERS
-        if name in ends
-    }
+    if asked.ranges is None:
+        ranges = {name: own_range(name, own) for name in asked.parameters}
+    else:
+        ranges = dict(zip(asked.parameters, asked.ranges, strict=True))
+    return {name: (float(ranges[name][0]), float(ranges[name][1])) for name in PARAMETERS if name in ranges}
 
 
 def spaced(first: float, last: float, points: int) -> np.ndarray:

@@ -29,7 +29,7 @@ from roughslip.friction.correlation import autocorrelation, correlation_fit
 from roughslip.friction.marginal import fit_beta
 from roughslip.friction.pad import Surface, influence_covariance, pad_scatter
 from roughslip.friction.paths import path_sampler
-from roughslip.friction.penetration import penetration_curve
+from roughslip.friction.penetration import curve_over_penetration
 from roughslip.friction.process import FrictionProcess, average_beta
 from roughslip.friction.statistics import ratio_of_sums, strip_weights, window_statistics
 from roughslip.grid import Grid
@@ -387,7 +387,7 @@ def ill_posed() -> dict[str, Callable[[], Any]]:
         "no block carries force": lambda: influence_covariance(some, 0.0 * some, weights),
         "a pad has no scatter": lambda: pad_scatter(np.zeros((2, 5)), np.ones(2), surface, 1.0, 1.0, 4.0),
         "has no scatter to find": lambda: pad_scatter(np.eye(1, 5).repeat(2, 0), np.zeros(2), surface, 1.0, 1.0, 4.0),
-        "at least two levels": lambda: penetration_curve(levels[:1], [one]),
+        "at least two levels": lambda: curve_over_penetration(levels[:1], [one], levels[:1]),
         "2 realisations give no interval" if len(few) == 2 else "give no interval": lambda: count_difference(
             few[0], few
         ),

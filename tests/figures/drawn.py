@@ -5,7 +5,6 @@ from itertools import pairwise
 import numpy as np
 
 from roughslip.figures.figure2 import METHODS
-from roughslip.figures.figure3 import FAMILIES
 from roughslip.figures.figure_chain import CYCLE
 from roughslip.figures.figure_scan import NUMBERS
 
@@ -107,16 +106,13 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
     both = np.ones((2, 1))
     skewness = 0.3 + lightest * (percentile == percentile[0])
     curves = np.exp(-lag / length) * np.ones((len(percentile), 1))
-    middle = 0.4 - 0.05
-    edges = np.linspace(middle - 0.05, middle + 0.1, 41)
-    density = np.exp(-(((edges[1:] - middle) / 0.0167) ** 2) / 2)
     return {
         "source": np.array(["solved", "expansion"]),
         "percentile": percentile,
         "lag": lag,
         "triangle": np.maximum(0, 1 - lag / 600e-6),
-        "histogram": density / density.sum() / np.diff(edges),
-        "histogram_edge": edges,
+        "length_name": np.array(["least_squares", "one_over_e", "log_line"]),
+        "triangle_length": np.array([320e-6, 379e-6, 271e-6]),
         **{f"beta_{name}": np.full(len(percentile), v) for name, v in zip("ab", (299.7, 300.0), strict=True)},
         "beta_at_bound": np.ones(len(percentile), dtype=np.int8),
         "beta_lower": np.full(len(percentile), 0.2),
@@ -129,18 +125,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("combined_autocorrelation", curves, 0.2),
         "fit_percentile": percentile,
         **with_interval("fit", mean, 0.002),
-        "family": np.array(list(FAMILIES)),
-        "least_p_value": np.array(0.0025),
-        "p_equal_distribution": np.array(0.0025 if len(percentile) > 1 else np.nan),
-        "p_equal_correlation": np.array(0.12 if len(percentile) > 1 else np.nan),
-        **with_interval("white_autocorrelation", np.maximum(0, 1 - lag / 600e-6), 0.1),
         **with_interval("combined_length_least_squares", np.full(len(percentile), length), 30e-6),
-        **with_interval("white_length", 320e-6, 40e-6),
-        **with_interval("beta_misfit", 0.02 * np.ones(len(percentile)), 0.01),
-        **with_interval("family_distance", np.array([[0.06], [0.03], [0.029]]) * np.ones(len(percentile)), 0.01),
-        "largest_lag": lag[1:40],
-        "triangle_log_line": np.linspace(580e-6, 240e-6, 39),
-        **with_interval("log_line", np.linspace(560e-6, 230e-6, 39), 10e-6),
         "beta_distance_standardised": 0.03 + 0.0002 * percentile,
         "standard_edge": np.linspace(-4.0, 6.0, 41),
         "standard_histogram": np.exp(-(np.linspace(-4, 6, 40) ** 2) / 2) / 2.5 * np.ones((len(percentile), 1)),

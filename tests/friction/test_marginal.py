@@ -1,4 +1,4 @@
-"""Distribution of mu: fits of the Beta and of other families, the scaling of the paper, distances."""
+"""Distribution of mu: fits of the Beta, the scaling of the paper, the distance from its Beta."""
 
 import math
 
@@ -8,19 +8,14 @@ from scipy import special, stats
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.marginal import (
-    FAMILIES,
     SET_WINDOWS,
     SHAPES,
-    _gamma,
-    _lognormal,
     distance_to_beta,
     fit_beta,
-    fit_candidates,
-    scaled_beta,
+    nearest_level,
     set_beta,
     standard_quantiles,
 )
-from roughslip.friction.marginal import PROBABILITIES as AT
 from roughslip.friction.statistics import strip_weights
 from roughslip.probability import beta_moments
 
@@ -87,7 +82,7 @@ def test_replicates_are_fits_to_the_resampled_strips_within_the_table() -> None:
     mu = 0.2 + 0.3 * rng.beta(2.1, 5.0, (STRIPS, WINDOWS))
     valid = rng.random(mu.shape) > 0.1
     w = weights(seed=4)
-    fit, scaled, distance = (f(mu, valid, w) for f in (fit_beta, scaled_beta, distance_to_beta))
+    fit, distance = (f(mu, valid, w) for f in (fit_beta, distance_to_beta))
     for r in range(8):
         strips = np.repeat(np.arange(STRIPS), w[1 + r])
         again = fit_beta(mu[strips], valid[strips], w)
@@ -96,13 +91,9 @@ def test_replicates_are_fits_to_the_resampled_strips_within_the_table() -> None:
         assert fit.b.replicates[r] == pytest.approx(float(again.b.value), rel=0.02)
         # a misfit near its least value changes in second order
         assert fit.distance.replicates[r] == pytest.approx(float(again.distance.value), rel=1e-3)
-        same = scaled_beta(mu[strips], valid[strips], w)
-        assert scaled.a.replicates[r] == pytest.approx(float(same.a.value), rel=1e-10)
-        assert scaled.upper.replicates[r] == same.upper.value
         far = distance_to_beta(mu[strips], valid[strips], w)
         # a node may fall on a window: one window more or less
-        assert distance.standardised.replicates[r] == pytest.approx(float(far.standardised.value), abs=2e-3)
-        assert distance.scaled.replicates[r] == pytest.approx(float(far.scaled.value), abs=2e-3)
+        assert distance.replicates[r] == pytest.approx(float(far.value), abs=2e-3)
 
 
 @pytest.mark.parametrize("quantiles", [special.ndtri(PROBABILITIES), special.gammaincinv(3.0, PROBABILITIES)])
@@ -125,58 +116,20 @@ def test_every_replicate_has_its_own_centre_and_spread() -> None:
     np.testing.assert_allclose(np.mean(standard**2, axis=1), 1.0, rtol=1e-12)
 
 
-def test_scaled_beta_has_the_moments_of_the_scaled_sample() -> None:
-    rng = np.random.default_rng(5)
-    mu = 0.2 + 0.3 * rng.beta(2.1, 5.0, (STRIPS, WINDOWS))
-    valid = rng.random(mu.shape) > 0.2
-    fit = scaled_beta(mu, valid, weights())
-    sample = mu[valid]
-    assert (fit.lower.value, fit.upper.value) == (sample.min(), sample.max())
-    mean, std, _, _ = beta_moments(float(fit.a.value), float(fit.b.value))
-    scaled = (sample - sample.min()) / (sample.max() - sample.min())
-    # both moments are inverted in closed form
-    assert mean == pytest.approx(np.mean(scaled), rel=1e-12)
-    assert std == pytest.approx(np.std(scaled), rel=1e-12)
-
-
-def test_the_papers_recipe_drifts_with_the_number_of_windows() -> None:
-    # A normal sample reaches k = 2.6, 3.3, 3.9 standard deviations on either side; scaled it has mean 1/2 and standard
-    # deviation 1/(2 k), for which the recipe gives a = b = (k^2 - 1) / 2.
-    shapes = []
-    for n in (100, 1000, 10_000):
-        z = special.ndtri((np.arange(n) + 0.5) / n)
-        mu = np.ascontiguousarray(5.0 + z.reshape(-1, 10).T)
-        fit = scaled_beta(mu, np.ones(mu.shape, bool), weights(10))
-        expected = (np.max(z) ** 2 / np.var(z) - 1.0) / 2.0
-        assert fit.a.value == pytest.approx(expected, rel=1e-9)
-        assert fit.b.value == pytest.approx(expected, rel=1e-9)
-        shapes.append(float(fit.a.value))
-    assert shapes[1] > 1.5 * shapes[0]
-    assert shapes[2] > 1.3 * shapes[1]
-
-
 def test_distance_of_the_beta_to_itself_and_to_a_normal() -> None:
     mu, valid = windows(0.3 + 0.2 * special.betaincinv(2.1, 5.0, PROBABILITIES))
     own = distance_to_beta(mu, valid, weights())
     # steps of 1/1000, and a standard deviation of midpoints that is 3e-4 low
-    assert own.standardised.value <= 1.5e-3
+    assert own.value <= 1.5e-3
     mean, std, _, _ = beta_moments(2.1, 5.0)
     z = np.linspace(-4.0, 4.0, 100_001)
     exact = np.max(np.abs(special.ndtr(z) - stats.beta.cdf(mean + std * z, 2.1, 5.0)))
     mu, valid = windows(5.0 + special.ndtri(PROBABILITIES))
     # 0.001 from the nodes, 1/2000 from the steps, and 0.2 % in the standard deviation
-    assert distance_to_beta(mu, valid, weights()).standardised.value == pytest.approx(exact, abs=1.5e-3)
-
-
-def test_scaled_distance_of_a_uniform_sample() -> None:
-    mu, valid = windows(0.2 + 0.1 * PROBABILITIES)
-    x = np.linspace(0.0, 1.0, 100_001)
-    exact = np.max(np.abs(stats.beta.cdf(x, 2.1, 5.0) - x))
-    # 0.001 from the nodes, 1/1000 from the steps of the sample
-    assert distance_to_beta(mu, valid, weights()).scaled.value == pytest.approx(exact, abs=2e-3)
-    x = np.linspace(0.0, 1.0, 100_001)
-    exact = np.max(np.abs(stats.beta.cdf(x, 3.0, 2.0) - x))
-    assert distance_to_beta(mu, valid, weights(), 3.0, 2.0).scaled.value == pytest.approx(exact, abs=2e-3)
+    assert distance_to_beta(mu, valid, weights()).value == pytest.approx(exact, abs=1.5e-3)
+    mean, std, _, _ = beta_moments(3.0, 2.0)
+    exact = np.max(np.abs(special.ndtr(z) - stats.beta.cdf(mean + std * z, 3.0, 2.0)))
+    assert distance_to_beta(mu, valid, weights(), 3.0, 2.0).value == pytest.approx(exact, abs=1.5e-3)
 
 
 @pytest.mark.slow
@@ -189,7 +142,7 @@ def test_interval_of_the_distance_covers_zero_and_a_distance(normal: bool) -> No
     for k in range(100):
         rng = np.random.default_rng([6, k])
         mu = 5.0 + (rng.standard_normal((40, 10)) if normal else rng.beta(2.1, 5.0, (40, 10)))
-        e = distance_to_beta(mu, np.ones(mu.shape, bool), strip_weights(40, 100, rng)).standardised
+        e = distance_to_beta(mu, np.ones(mu.shape, bool), strip_weights(40, 100, rng))
         hits += int(e.low <= true <= e.high + 1e-3)
     # conservative by the triangle inequality; 100 replicates and 40 strips take some 3 % of 95 %
     assert hits >= stats.binom.ppf(0.001, 100, 0.92)
@@ -198,61 +151,14 @@ def test_interval_of_the_distance_covers_zero_and_a_distance(normal: bool) -> No
 def test_faults_are_refused() -> None:
     mu, valid = windows(PROBABILITIES)
     same = np.full(mu.shape, 0.3)
-    for f in (fit_beta, scaled_beta, distance_to_beta):
+    for f in (fit_beta, distance_to_beta):
         with pytest.raises(IllPosedError, match="no scatter"):
             f(same, valid, weights())
-    two = np.where(np.arange(WINDOWS) % 2 == 0, 0.2, 0.4) * np.ones((STRIPS, 1))
-    with pytest.raises(IllPosedError, match="two values"):
-        scaled_beta(two, valid, weights())
     with pytest.raises(ParameterError, match="shapes"):
         distance_to_beta(mu, valid, weights(), 0.0, 5.0)
 
 
-SAMPLE = 200, 50  # strips, windows
-
-
-@pytest.mark.parametrize("skewness", [0.05, 0.5, 1.0, 2.0])
-def test_quantiles_are_those_of_the_distribution_of_that_skewness(skewness):
-    k = 4 / skewness**2
-    np.testing.assert_allclose(_gamma(np.array([[skewness]]))[0], stats.gamma(k).ppf(AT), rtol=1e-9)
-    s = stats.norm.ppf(AT) @ np.log(_lognormal(np.array([[skewness]]))[0]) / np.sum(stats.norm.ppf(AT) ** 2)
-    assert stats.lognorm(s).stats("s") == pytest.approx(skewness, rel=1e-9)
-
-
-def drawn(family_member, sign=1) -> dict:
-    mu = sign * family_member.rvs(SAMPLE, random_state=np.random.default_rng(6))
-    weights = strip_weights(SAMPLE[0], 60, np.random.default_rng(7))
-    return fit_candidates(mu, np.ones(mu.shape, dtype=bool), weights)
-
-
-@pytest.mark.parametrize(
-    ("family", "family_member", "skewness"),
-    [
-        ("normal", stats.norm(0.3, 0.02), 0.0),
-        ("gamma", stats.gamma(4.0, 0.2, 0.01), 1.0),
-        ("lognormal", stats.lognorm(0.3, 0.1, 0.05), (np.exp(0.09) + 2) * np.sqrt(np.exp(0.09) - 1)),
-    ],
-)
-def test_a_family_finds_its_own_members(family, family_member, skewness):
-    """10 000 windows: the distance is what sampling leaves, some 1 / sqrt(n); skewness is known to some 0.06."""
-    values = drawn(family_member)
-    assert values[family].distance.value < 3 / np.sqrt(10_000)
-    assert values[family].distance.low == 0.0
-    assert float(values[family].skewness.value) == pytest.approx(skewness, abs=0.12)
-    assert values[family].distance.value <= min(values[other].distance.value for other in FAMILIES) + 0.004
-    mirrored = drawn(family_member, -1)[family]  # but for one window between a quantile and that of its mirror
-    assert mirrored.skewness.value == pytest.approx(-values[family].skewness.value, abs=0.011)  # a place of the table
-    assert mirrored.distance.value == pytest.approx(values[family].distance.value, abs=1e-3)
-    distance = values[family].distance  # each family is as uncertain as the quantiles of the sample
-    assert distance.high - distance.value == pytest.approx(
-        values["normal"].distance.high - values["normal"].distance.value
-    )
-    assert 0.3 / np.sqrt(10_000) < distance.high - distance.value < 6 / np.sqrt(10_000)
-    if skewness:
-        assert values["normal"].distance.low > 0.05
-
-
-def test_shapes_of_sets_are_larger_the_more_windows_a_set_has(monkeypatch):
+def test_shapes_of_sets_are_larger_the_more_windows_a_set_has():
     """The extremes of n uniform numbers miss 1 / (n + 1) of the range on either side, those of normal ones grow with n.
 
     Uniform: scaled they are near Beta(1, 1), less 7 / n for the two that lie on the ends.
@@ -267,10 +173,17 @@ def test_shapes_of_sets_are_larger_the_more_windows_a_set_has(monkeypatch):
     mu = 0.3 + 0.01 * rng.standard_normal((200, 100))
     shapes = []
     for windows_of_a_set, range_of_it in ((100, 5.015), (1000, 6.483)):
-        monkeypatch.setattr("roughslip.friction.marginal.SET_WINDOWS", windows_of_a_set)
-        for shape in set_beta(mu, valid, np.random.default_rng(1)):
+        for shape in set_beta(mu, valid, np.random.default_rng(1), windows_of_a_set):
             assert 2 * shape.value + 1 == pytest.approx(range_of_it**2 / 4, rel=0.12)
             shapes.append(float(shape.value))
     assert min(shapes[2:]) > max(shapes[:2])
     with pytest.raises(IllPosedError, match="no scatter in a set"):
         set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng)
+
+
+def test_the_nearest_level_is_as_skewed_as_the_paper_where_one_is():
+    """Beta(2.1, 5) has the skewness 0.56, and 0.28 to 0.84 are as skewed."""
+    distance, every = np.array([0.05, 0.02, 0.04]), np.ones(3, dtype=bool)
+    assert nearest_level(distance, np.array([0.5, 0.1, 0.6]), every) == 2
+    assert nearest_level(distance, np.array([0.1, 0.1, 0.1]), every) == 1
+    assert nearest_level(distance, np.array([0.5, 0.1, 0.6]), np.array([True, True, False])) == 0

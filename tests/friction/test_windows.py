@@ -16,11 +16,9 @@ from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import (
-    PERCENTS,
     estimate_of,
     margin_of,
     ratio_of_sums,
-    resampled_extremes,
     resampled_quantiles,
     strip_weights,
     window_statistics,
@@ -121,23 +119,19 @@ def test_values_are_the_textbook_statistics_of_the_valid_windows() -> None:
     assert result.variation.value == pytest.approx(np.std(sample) / np.mean(sample), rel=1e-12)
     assert result.skewness.value == pytest.approx(stats.skew(sample), rel=1e-11)
     assert result.kurtosis.value == pytest.approx(stats.kurtosis(sample), rel=1e-11)
-    expected = np.quantile(sample, np.array(PERCENTS) / 100, method="inverted_cdf")
-    assert np.array_equal(result.quantiles.value, expected)
-    assert result.windows == mu.size
-    assert result.missing == np.sum(~valid) > 0
     assert result.missing_share.value == pytest.approx(np.mean(~valid), rel=1e-14)
 
 
-def test_extremes_are_the_quantiles_at_both_ends() -> None:
-    """Also where a strip has no window with mu, and where a replicate leaves out the strips with the extremes."""
+def test_resampled_quantiles_are_those_of_the_windows_it_counts() -> None:
+    """Inverses of the empirical distribution function. One strip has no window with mu."""
     mu, valid = skewed_windows(6)
     valid[3] = False
-    weights = strip_weights(len(mu), 200, np.random.default_rng(6))
-    least, most = resampled_extremes(mu, valid, weights)
-    expected = resampled_quantiles(mu, valid, weights, np.array([0, 1]), 1)
-    np.testing.assert_array_equal(np.stack([least, most], axis=1), expected)
-    assert len(np.unique(least)) > 3
-    assert len(np.unique(most)) > 3
+    weights = strip_weights(len(mu), 40, np.random.default_rng(6))
+    at = np.array([0, 5, 25, 50, 75, 100])
+    found = resampled_quantiles(mu, valid, weights, at, 100)
+    for row, counts in enumerate(weights):
+        windows = np.repeat(mu, counts, axis=0)[np.repeat(valid, counts, axis=0)]
+        np.testing.assert_array_equal(found[row], np.quantile(windows, at / 100, method="inverted_cdf"))
 
 
 def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:
@@ -155,20 +149,16 @@ def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:
             np.testing.assert_allclose(e.replicates[..., r], again[name].value, rtol=1e-10, atol=1e-13, err_msg=name)
 
 
-def test_effective_windows_and_spread_of_the_mean_follow_the_correlation() -> None:
+def test_the_spread_of_the_mean_follows_the_correlation() -> None:
     strips, windows, factor = 400, 25, 0.9
     rng = np.random.default_rng(6)
     mu = 1.0 + 0.01 * autoregressive(rng, strips, windows, factor)
     result = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(strips, 400, rng))
     lag = np.abs(np.subtract.outer(np.arange(windows), np.arange(windows)))
-    exact = strips * windows**2 / np.sum(factor**lag)
-    # the variance between 400 strips has relative deviation sqrt(2 / 399), that of mu's own variance is smaller
-    assert result.effective_windows.value == pytest.approx(exact, rel=4 * math.sqrt(2 / 399) * 1.2)
-    # and the replicates' own variance, from 400 draws, adds as much
-    assert np.std(result.mean.replicates) == pytest.approx(
-        0.01 / math.sqrt(exact), rel=4 * 0.5 * math.sqrt(2 / 399 + 2 / 400)
-    )
-    assert result.effective_windows.value < mu.size / 8
+    effective = strips * windows**2 / np.sum(factor**lag)
+    # the variance between 400 strips has relative deviation sqrt(2 / 399), and that of 400 replicates as much
+    spread = pytest.approx(0.01 / math.sqrt(effective), rel=4 * 0.5 * math.sqrt(2 / 399 + 2 / 400))
+    assert np.std(result.mean.replicates) == spread
 
 
 def test_margins_make_percentiles_those_of_student() -> None:
@@ -257,17 +247,12 @@ VALID = RNG.random(MU.shape) < 0.9
 WEIGHTS = strip_weights(STRIPS, 60, RNG)
 LAGS = SPACING * np.arange(WINDOWS)
 SCALE, METRE = 2.0**-3, 2.0**10  # of mu, and of lengths: powers of two, so that rounding is the same
-IN_MU = (
-    "mean",
-    "std",
-    "quantiles",
-    *(f"{beta}_{end}" for beta in ("beta", "scaled_beta") for end in ("lower", "upper")),
-)
+IN_MU = ("mean", "std", "beta_lower", "beta_upper")
 
 
 def described(mu=MU, valid=VALID, weights=WEIGHTS, metre=1.0):
     estimates = describe((mu, valid), weights, metre * LAGS, metre * WINDOW, np.random.default_rng(2))
-    assert len(estimates) == 29
+    assert len(estimates) == 21
     return estimates
 
 
@@ -303,19 +288,17 @@ def test_in_the_other_direction(plain):
     twice = np.concatenate((MU, MU)), np.concatenate((VALID, VALID)), np.concatenate((WEIGHTS, 0 * WEIGHTS), axis=1)
     twice[2][0] = 1
     estimates = described(*twice)
-    for name in ("mean", "std", "skewness", "quantiles", "autocorrelation", "beta_a", "scaled_beta_b"):
+    for name in ("mean", "std", "skewness", "autocorrelation", "beta_a"):
         np.testing.assert_allclose(estimates[name].value, plain[name].value, rtol=1e-6)
         np.testing.assert_allclose(estimates[name].replicates, plain[name].replicates, rtol=1e-6, atol=1e-7)
 
 
 def test_mirrored_about_a_value(plain):
-    """1 - mu is as far below as mu is above: odd moments change their sign, and quantiles and Beta shapes places."""
+    """1 - mu is as far below as mu is above: odd moments change their sign, and Beta shapes places."""
     estimates = described(1.0 - MU)
     for name, other, sign, start in (
         ("mean", "mean", -1.0, 1.0), ("std", "std", 1.0, 0.0), ("skewness", "skewness", -1.0, 0.0),
-        ("kurtosis", "kurtosis", 1.0, 0.0), ("scaled_beta_a", "scaled_beta_b", 1.0, 0.0),
-        ("scaled_beta_b", "scaled_beta_a", 1.0, 0.0), ("scaled_beta_lower", "scaled_beta_upper", -1.0, 1.0),
-        ("effective_windows", "effective_windows", 1.0, 0.0), ("autocorrelation", "autocorrelation", 1.0, 0.0),
+        ("kurtosis", "kurtosis", 1.0, 0.0), ("autocorrelation", "autocorrelation", 1.0, 0.0),
         ("length_one_over_e", "length_one_over_e", 1.0, 0.0), ("missing_share", "missing_share", 1.0, 0.0),
     ):  # fmt: skip
         np.testing.assert_allclose(estimates[name].rows, start + sign * plain[other].rows, rtol=1e-6, atol=1e-8)

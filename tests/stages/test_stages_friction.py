@@ -8,7 +8,7 @@ import pytest
 
 from roughslip import store
 from roughslip.friction.marginal import SHAPES
-from roughslip.friction.over_penetration import TRENDS
+from roughslip.friction.table_variables import TRENDS
 from roughslip.stages import friction
 from tests.stages.scenes import CONTACT, changed
 
@@ -103,11 +103,13 @@ def test_lags_lengths_and_trends_of_known_windows(known):
 
 def test_what_is_drawn_and_tabled_is_at_its_penetration(known, folder):
     statistics, solved, *_ = known
-    edges, density = statistics["histogram_edge"], statistics["histogram"]
+    edges, density = statistics["standard_edge"], statistics["standard_histogram"][1]
     mu = float(statistics["shear_strength"]) * solved[:, 1]
-    assert (edges[0], edges[-1]) == (pytest.approx(mu.min()), pytest.approx(mu.max()))
-    counts = [np.count_nonzero((low <= mu) & (mu < high)) for low, high in pairwise(edges)]
+    standard = (mu - mu.mean()) / mu.std()
+    counts = [np.count_nonzero((low <= standard) & (standard < high)) for low, high in pairwise(edges)]
     np.testing.assert_allclose(density[:-1], np.array(counts[:-1]) / mu.size / np.diff(edges)[:-1])
+    quantiles = np.quantile(mu, statistics["quantile_probability"])
+    np.testing.assert_allclose(statistics["quantile"], quantiles, rtol=1e-12)
     rows = store.table_rows((folder / "summary.csv").read_text())
     assert [float(row["percentile"]) for row in rows] == [10.0, 50.0, 90.0]
     text = (folder / "summary.csv").read_text().splitlines()

@@ -16,7 +16,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
-from roughslip.friction.table_variables import distribution
+from roughslip.friction.table_variables import windows_variables
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import cycle_period, limit_cycle
@@ -59,8 +59,8 @@ def test_the_process_has_the_mean_and_scatter_of_the_statistics(a, b, std):
 
 def test_the_empirical_marginal_has_the_quantiles_of_the_windows_and_the_moments_of_the_numbers(tmp_path):
     """Exponentially distributed windows, whose skewness 2 a normal marginal would not have."""
-    mu = np.random.default_rng(0).exponential(size=(40, 500))
-    variables = distribution(mu, np.ones(mu.shape, dtype=bool))
+    mu = np.random.default_rng(0).exponential(size=(1, 40, 500))
+    variables = windows_variables((mu, np.ones(mu.shape, dtype=bool)), 0)
     store.write(tmp_path / "statistics.nc", variables, store.Key({}, "abc"))
     process = process_of(FrictionNumbers(**GIVEN), "empirical", tmp_path / "statistics.nc")
     z = np.random.default_rng(1).standard_normal(100_000)

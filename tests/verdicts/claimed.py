@@ -7,9 +7,8 @@ import numpy as np
 from roughslip.verdicts.rules import STATEMENTS, claims
 
 READINGS = [(statement.id, reading) for statement in STATEMENTS for reading in statement.readings]
-P_VALUES = {name: reading.p_value for name, reading in READINGS if reading.p_value}
 METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")
-LINES = ("log_line_50", "log_line_90")
+LENGTHS = ("least_squares", "one_over_e", "log_line")
 LEVELS = 3  # 10, 50, 90
 
 
@@ -50,24 +49,19 @@ def friction():
     table = {"percentile": np.array([10.0, 50.0, 90.0]), "lag": lag, "triangle": np.maximum(1 - lag / 600e-6, 0)}
     for name, value, half in (
         ("combined_misfit_difference", -0.01, 0.005),
-        ("combined_length_least_squares", 250e-6, 20e-6),
         ("combined_skewness", 0.56, 0.1),
         ("combined_kurtosis", 0.3, 0.1),
         ("beta_distance_standardised", 0.02, 0.02),
-        ("beta_distance_scaled", 0.02, 0.02),
-        ("combined_log_line_r2", 0.98, 0.01),
         ("misfit_exponential", 0.03, 0.01),
         ("set_beta_a", 2.1, 0.5),
         ("set_beta_b", 5.0, 1.0),
-        *((f"combined_length_{name}", 250e-6, 20e-6) for name in ("one_over_e", "integral", *LINES)),
+        *((f"combined_length_{name}", 250e-6, 20e-6) for name in LENGTHS),
     ):
         ones = np.ones(LEVELS)
         table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
     table["misfit_triangle"] = np.full(LEVELS, 3e-4)
-    table |= {"length_name": np.array(("least_squares", "one_over_e", "integral", *LINES))}
-    table |= {"triangle_length": np.full(5, 3e-4), "triangle_log_line_r2": np.array(0.88)}
-    table |= {"least_p_value": np.array(1 / 401)}
-    for name in ("beta_a", "beta_b", "scaled_beta_a", "scaled_beta_b"):
+    table |= {"length_name": np.array(LENGTHS), "triangle_length": np.full(3, 3e-4)}
+    for name in ("beta_a", "beta_b"):
         table[name] = np.full(LEVELS, 2.0)
     table["beta_at_bound"] = np.zeros(LEVELS, dtype=np.int8)
     for name in ("mean", "std", "variation"):
@@ -77,10 +71,7 @@ def friction():
     table |= with_interval("ratio_of_sums", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
     table |= with_interval("load_windows", [4.0, 2.0, 1.0], [4.0, 2.0, 1.0], [4.0, 2.0, 1.0])
     table |= with_interval("load_std", [0.06, 0.04, 0.02], [0.055, 0.035, 0.015], [0.065, 0.045, 0.025])
-    table |= dict.fromkeys((one.variable for one in P_VALUES.values()), np.array(0.031))
-    for name in ("least_squares", *LINES):
-        table |= with_interval(f"trend_combined_length_{name}_line", 0.0, -1e-5, 1e-5)
-    return table
+    return table | with_interval("trend_combined_length_least_squares_line", 0.0, -1e-5, 1e-5)
 
 
 def oscillator():

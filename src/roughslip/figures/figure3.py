@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,7 +18,7 @@ from roughslip.figures.style import (
     with_ends,
     with_interval_names,
 )
-from roughslip.probability.distributions import nearest_level
+from roughslip.friction.marginal import nearest_level
 
 DRAWN = {
     "figure3": [
@@ -28,19 +26,15 @@ DRAWN = {
         *with_interval_names("combined_mean", "combined_std", "combined_variation", "mean", "std", "fit"),
     ],
     "figure3_law": [
-        *("percentile", "lag", "triangle", "histogram", "histogram_edge", "mean", "std", "family"),
+        *("percentile", "lag", "triangle", "length_name", "triangle_length", "mean", "std"),
         *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
-        *("p_equal_distribution", "p_equal_correlation", "least_p_value", "largest_lag", "triangle_log_line"),
         *("beta_distance_standardised", "standard_histogram", "standard_edge"),
-        *with_interval_names("log_line"),
         *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
-        *with_interval_names("white_autocorrelation", "white_length", "combined_skewness", "combined_kurtosis"),
-        *with_interval_names("beta_misfit", "family_distance"),
+        *with_interval_names("combined_skewness", "combined_kurtosis"),
     ],
 }
 
 SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "C1", "s")}
-FAMILIES = {"normal": ("C3", ":", "^"), "gamma": ("C4", "--", "s"), "lognormal": ("C1", "-.", "D")}
 BY_SOURCE = ("mean", "std")
 SOLVED = 0  # row of the sources
 PAPER_LENGTH = 250e-6  # m
@@ -72,34 +66,20 @@ def figure3(result: Arrays) -> Figure:
 
 def figure3_law(result: Arrays) -> Figure:
     """Distribution and autocorrelation of mu, at the median and at all depths; what windows alone make of it."""
-    figure, grid = panels(4, 2, 4.6)
+    figure, grid = panels(3, 2, 4.6)
     _autocorrelation(grid[0, 0], result)
     _lengths(grid[0, 1], result)
-    _largest_lags(grid[0, 2], result)
-    _marginal(grid[0, 3], result)
+    _marginal(grid[0, 2], result)
     _nearest(grid[1, 0], result)
-    _distances(grid[1, 1], result)
-    _moment(grid[1, 2], result, "skewness", "skewness")
-    _moment(grid[1, 3], result, "kurtosis", "excess kurtosis")
-    several = len(result["percentile"]) > 1
-    distribution, correlation = (
-        f", one for all: {_p_value(result, f'p_equal_{name}')}" if several else ""
-        for name in ("distribution", "correlation")
-    )
+    _moment(grid[1, 1], result, "skewness", "skewness")
+    _moment(grid[1, 2], result, "kurtosis", "excess kurtosis")
     heads(
         grid.ravel(),
-        *(f"autocorrelation{correlation}", "exponential length", "straight line through its logarithm"),
-        *("marginal at median penetration", "where the paper's Beta lies nearest"),
-        *(f"distance to families{distribution}", "skewness", "excess kurtosis"),
+        *("autocorrelation", "exponential length", "marginal at median penetration"),
+        *("where the paper's Beta lies nearest", "skewness", "excess kurtosis"),
     )
     despine(*figure.axes)
     return figure
-
-
-def _p_value(result: Arrays, name: str) -> str:
-    """A p-value; the least that its replicates allow is a bound."""
-    p = float(result[name])
-    return f"$p$ {'at most' if p <= (1 + 1e-9) * float(result['least_p_value']) else '='} {p:.2g}"
 
 
 def _median(result: Arrays) -> int:
@@ -114,9 +94,7 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
         axes.plot(lag, result["combined_autocorrelation"][level], color="0.75", lw=0.7, zorder=1, label=label)
     own = with_ends(result, "combined_autocorrelation", median)
     draw_curve(axes, lag, own, {"color": "C0", "label": "median penetration"})
-    white = {"color": "C3", "ls": ":", "lw": 1.8, "label": "white pressure"}
-    draw_curve(axes, lag, with_ends(result, "white_autocorrelation"), white, alpha=0.15)
-    axes.plot(lag, result["triangle"], color="0.4", lw=0.7, label="triangle of the window")
+    axes.plot(lag, result["triangle"], color="C3", ls=":", lw=1.8, label="triangle of the window")
     length = float(result["combined_length_least_squares"][median])
     axes.plot(lag, np.exp(-result["lag"] / length), "k--", lw=1, label=f"exponential, {1e6 * length:.0f} µm")
     axes.plot(lag, np.exp(-result["lag"] / PAPER_LENGTH), color="C2", ls="-.", lw=1, label="paper, 250 µm")
@@ -126,26 +104,13 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
 
 
 def _lengths(axes: Axes, result: Arrays) -> None:
-    """Lengths of exponentials fitted to all lags up to three windows, and that of windows of white pressure."""
+    """Lengths of exponentials fitted to all lags up to three windows, and that of the triangle of the window."""
     lengths = with_ends(result, "combined_length_least_squares", factor=1e6)
     draw_points(axes, result["percentile"], lengths, {"color": "C0", "label": "rough surfaces"})
-    white, low, high = map(float, with_ends(result, "white_length", factor=1e6))
-    axes.axhspan(low, high, color="C3", alpha=0.15, lw=0)
-    axes.axhline(white, color="C3", ls=":", lw=1.8, label="white pressure")
+    own = dict(zip(map(str, result["length_name"]), result["triangle_length"], strict=True))["least_squares"]
+    axes.axhline(1e6 * own, color="C3", ls=":", lw=1.8, label="triangle of the window")
     axes.axhline(1e6 * PAPER_LENGTH, color="C2", ls="-.", lw=1, label="paper")
     axes.set(xlabel=PENETRATION, ylabel="length [µm]")
-    legend_above(axes)
-
-
-def _largest_lags(axes: Axes, result: Arrays) -> None:
-    """Length of a straight line through the logarithm at median penetration, against the largest lag it takes."""
-    lag = 1e6 * result["largest_lag"]
-    own = with_ends(result, "log_line", factor=1e6)
-    draw_curve(axes, lag, own, {"color": "C0", "label": "median penetration"})
-    triangle = 1e6 * result["triangle_log_line"]
-    axes.plot(lag, triangle, color="0.4", lw=0.9, label="triangle of the window")
-    axes.axhline(1e6 * PAPER_LENGTH, color="C2", ls="-.", lw=1, label="paper, 250 µm")
-    axes.set(xlabel="largest lag [µm]", ylabel="length [µm]", ylim=(0, 1.2 * max(own[0].max(), triangle.max())))
     legend_above(axes)
 
 
@@ -173,8 +138,8 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     """Densities of mu less its mean, over its standard deviation, so that the shapes compare."""
     median = _median(result)
     mean, std = (float(result[name][SOLVED, median]) for name in ("mean", "std"))
-    edges = (result["histogram_edge"] - mean) / std
-    axes.stairs(result["histogram"] * std, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
+    edges, density = result["standard_edge"], result["standard_histogram"][median]
+    axes.stairs(density, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
     a, b, lower, upper = (float(result[f"beta_{name}"][median]) for name in ("a", "b", "lower", "upper"))
     u = np.linspace(1e-4, 1 - 1e-4, 400)
     label = "fitted Beta at bound" if result["beta_at_bound"][median] else f"fitted Beta({a:.3g}, {b:.3g})"
@@ -184,18 +149,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     normal = ndtri(u)
     axes.plot(normal, np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi), color="C3", lw=1.2, ls=":", label="normal")
     axes.set(xlabel="standardised friction coefficient", ylabel="density", ylim=(0, None))
-    axes.set_xlim(min(-3.0, edges[0]), max(3.5, edges[-1]))
-    legend_above(axes)
-
-
-def _distances(axes: Axes, result: Arrays) -> None:
-    """2-Wasserstein distance of the windows from the nearest member of each family, in standard deviations."""
-    rows: dict[str, tuple[str, str, str, str, Any]] = {"fitted Beta": ("k", "-", "o", "beta_misfit", ...)}
-    rows |= {str(name): (*FAMILIES[str(name)], "family_distance", row) for row, name in enumerate(result["family"])}
-    for label, (colour, style, marker, name, row) in rows.items():
-        look = {"color": colour, "ls": style, "marker": marker, "ms": 3.5, "lw": 1, "label": label}
-        draw_curve(axes, result["percentile"], with_ends(result, name, row), look, alpha=0.1)
-    axes.set(xlabel=PENETRATION, ylabel="distance over standard deviation", ylim=(0, None))
+    axes.set_xlim(-3.0, 4.5)
     legend_above(axes)
 
 

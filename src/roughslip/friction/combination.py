@@ -30,7 +30,7 @@ ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)
 """Minimum and maximum order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts.
 Measured on three scenes, docs/notebook/friction.md."""
 
-POSITIVE = ("mean", "std", "quantiles")
+POSITIVE = ("mean", "std")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")
 
 Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
@@ -39,15 +39,14 @@ Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of th
 def mesh_factors(replicates: int, rng: np.random.Generator) -> Replicates:
     """f : (1 + replicates,) of each statistic, evenly spread over those of ORDERS; the first is their middle.
 
-    Mean and quantiles share one, as the sides of the strip act on all of mu alike. Skewness and kurtosis have none:
-    with eleven cells a correlation length halving the cells changes the skewness by 0.01, less than its interval, and
-    extrapolation would add noise.
+    Skewness and kurtosis have none: with eleven cells a correlation length halving the cells changes the skewness by
+    0.01, less than its interval, and extrapolation would add noise.
     """
     factors = {}
     for name, orders in ORDERS.items():
         high, low = (1.0 / (2.0**order - 1.0) for order in orders)
         factors[name] = np.concatenate(([(low + high) / 2], rng.uniform(low, high, replicates)))
-    return factors | {"quantiles": factors["mean"]}
+    return factors
 
 
 def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replicates:
@@ -130,8 +129,7 @@ class Combined:
     def calibrated(self, mean: float, reference: Combined) -> Combined:
         """Of mu in units in which the reference has a mean of `mean` exactly, in each replicate."""
         scale, mesh = math.log(mean) - reference.rows["mean"], reference.mesh["mean"]
-        powers = {"mean": scale, "std": scale, "quantiles": scale[:, None]}
-        rows = {name: values + powers.get(name, 0.0) for name, values in self.rows.items()}
+        rows = {name: values + scale if name in POSITIVE else values for name, values in self.rows.items()}
         return replace(self, rows=rows, mesh={name: change - mesh for name, change in self.mesh.items()})
 
 

@@ -1,4 +1,4 @@
-"""Marginal distribution of the friction coefficient: four-parameter Beta, the paper's scaling to (0, 1), and distances.
+"""Marginal distribution of the friction coefficient: four-parameter Beta, the paper's scaling to (0, 1), a distance.
 
 A Beta variable on [lower, upper] is lower + (upper - lower) B with B of density b^(a-1) (1-b)^(b-1) on (0, 1).
 """
@@ -20,7 +20,6 @@ from roughslip.friction.statistics import (
     require_scatter,
     resampled,
     resampled_distribution,
-    resampled_extremes,
     resampled_quantiles,
 )
 from roughslip.probability import Estimate, beta_moments
@@ -31,7 +30,7 @@ SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
 
 SET_WINDOWS = 100
-"""Windows of a set that is scaled by its own extremes."""
+"""Windows of a set that is scaled by its own extremes, as a study of the paper's time has."""
 SETS = 400
 
 _NODES = 200
@@ -43,10 +42,8 @@ _LOG_SHAPES = np.linspace(math.log(SHAPES[0]), math.log(SHAPES[1]), _TRIALS)
 _PATCHES = 4
 _DISTANCE_NODES = 1000
 
-# The shape of a member is named by its skewness: both families are the normal distribution at 0, the gamma is the
-# exponential distribution at 2, and members of negative skewness are mirror images.
-SKEWNESS = np.linspace(-2.0, 2.0, 401)
-FAMILIES = ("normal", "gamma", "lognormal")
+PAPER_SKEWNESS = beta_moments(2.1, 5.0).skewness
+SAME_SKEWNESS = 0.5  # relative; that of the normal distribution, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is 1
 
 
 @short_repr
@@ -68,32 +65,6 @@ class BetaFit:
     distance: Estimate
     at_bound: bool
     at_bound_share: float
-
-
-@dataclass(frozen=True)
-class ScaledBeta:
-    """The paper's recipe: Beta distribution of mu scaled by its sample minimum and maximum to (0, 1).
-
-    a, b : () shapes
-    lower, upper : () [-] sample minimum and maximum
-    """
-
-    a: Estimate
-    b: Estimate
-    lower: Estimate
-    upper: Estimate
-
-
-@dataclass(frozen=True)
-class BetaDistance:
-    """Kolmogorov distance between the sample and a Beta(a, b).
-
-    standardised : () both with mean 0 and standard deviation 1: the difference in shape alone
-    scaled : () sample scaled by its minimum and maximum to (0, 1), as the paper has it
-    """
-
-    standardised: Estimate
-    scaled: Estimate
 
 
 @gate
@@ -148,38 +119,22 @@ def standard_quantiles(
     return (quantiles - centre[:, None]) / spread[:, None], centre, spread
 
 
-def scaled_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> ScaledBeta:
-    """The paper's recipe: scale mu by its minimum and maximum to (0, 1), fit Beta(a, b) by the moments.
+def set_beta(
+    mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator, windows: int = SET_WINDOWS
+) -> tuple[Estimate, Estimate]:
+    """The paper's recipe: shapes a, b of a Beta by the moments of windows scaled to (0, 1) by their own extremes.
 
     mu, valid : (S, W) friction coefficient and bool
-    weights : (1 + R, S) counts from `strip_weights`
-
-    Mean and variance need no logarithms, so the two end points stay in as they are. The ends, and with them the shapes,
-    drift outwards with the number of windows; resampling cannot see beyond the sample's own extremes, so the
-    intervals are too short. Both are properties of the recipe.
-    """
-    mu, valid = check_windows(mu, valid, weights)
-    mean, std = _mean_and_std(mu, valid, weights)
-    lower, upper = resampled_extremes(mu, valid, weights)
-    m, v = (mean - lower) / (upper - lower), (std / (upper - lower)) ** 2
-    total = m * (1.0 - m) / v - 1.0
-    if (total <= 1e-12).any():
-        raise IllPosedError("mu takes two values only: scaled to (0, 1) it has no Beta distribution; use more windows")
-    return ScaledBeta(*(Estimate.from_rows(rows) for rows in (m * total, (1.0 - m) * total, lower, upper)))
-
-
-def set_beta(mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator) -> tuple[Estimate, Estimate]:
-    """Shapes a, b of Beta distributions by the moments, of sets of SET_WINDOWS windows scaled by their own extremes.
-
-    mu, valid : (S, W) friction coefficient and bool
+    windows : of a set that is scaled by its extremes
 
     Returns for each shape the median of SETS sets, drawn from all windows, and their 5 to 95 %. The number of windows
-    of a set makes the shapes: with more windows the extremes lie farther apart.
+    of a set makes the shapes: with more windows the extremes lie farther apart. Raises IllPosedError where mu has no
+    scatter in a set.
     """
-    drawn = rng.choice(mu[valid], (SETS, SET_WINDOWS))
+    drawn = rng.choice(mu[valid], (SETS, windows))
     lower, upper = drawn.min(axis=1, keepdims=True), drawn.max(axis=1, keepdims=True)
     if not (upper > lower).all():
-        raise IllPosedError(f"mu has no scatter in a set of {SET_WINDOWS} windows; use more windows")
+        raise IllPosedError(f"mu has no scatter in a set of {windows} windows; use more windows")
     scaled = (drawn - lower) / (upper - lower)
     m, v = scaled.mean(axis=1), scaled.var(axis=1)
     total = m * (1.0 - m) / v - 1.0
@@ -190,45 +145,37 @@ def set_beta(mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator) -> tup
 
 def distance_to_beta(
     mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, a: float = 2.1, b: float = 5.0
-) -> BetaDistance:
-    """Kolmogorov distance sup |F_sample - F_Beta(a, b)|, an effect size that does not grow with the number of windows.
+) -> Estimate:
+    """() Kolmogorov distance sup |F_sample - F_Beta(a, b)|, both with mean 0 and standard deviation 1.
 
     mu, valid : (S, W) friction coefficient and bool
     weights : (1 + R, S) counts from `strip_weights`
     a, b : shapes, by default the paper's
 
-    The supremum runs over 1001 quantiles of the Beta, so a distance is at most 0.001 too small. Sampling noise raises
-    it: a sample of the Beta itself shows about 0.6 / sqrt(effective windows) standardised. Intervals: of_distance.
+    It is a difference in shape alone, which does not grow with the number of windows. The supremum runs over 1001
+    quantiles of the Beta, so it is at most 0.001 too small; `scipy.stats.kstest` takes one sample, and here are all
+    replicates. Sampling noise raises it: a sample of the Beta itself shows about 0.6 / sqrt(effective windows).
     """
     if not all(math.isfinite(real("a shape", shape)) and shape > 0.0 for shape in (a, b)):
         raise ParameterError(f"shapes of a Beta distribution must be positive and finite, not {a} and {b}")
     mu, valid = check_windows(mu, valid, weights)
     mean, std = _mean_and_std(mu, valid, weights)
-    lower, upper = resampled_extremes(mu, valid, weights)
     probability = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES
-    node = special.betaincinv(a, b, probability)
     beta_mean, beta_std, _, _ = beta_moments(a, b)
-
-    def distance(origin: np.ndarray, scale: np.ndarray) -> Estimate:
-        shares = resampled_distribution(mu, valid, weights, origin[:, None] + scale[:, None] * node)
-        return Estimate.of_distance(
-            np.max(np.abs(shares - probability), axis=1), np.max(np.abs(shares[1:] - shares[0]), axis=1)
-        )
-
-    scale = std / beta_std
-    return BetaDistance(standardised=distance(mean - scale * beta_mean, scale), scaled=distance(lower, upper - lower))
+    standard = (special.betaincinv(a, b, probability) - beta_mean) / beta_std
+    shares = resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * standard)
+    moved = np.max(np.abs(shares[1:] - shares[0]), axis=1)
+    return Estimate.of_distance(np.max(np.abs(shares - probability), axis=1), moved)
 
 
-def standardised_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Share (1 + R, points) of the windows that lie at most so many standard deviations : (points,) above their mean.
+def nearest_level(distance: np.ndarray, skewness: np.ndarray, among: np.ndarray) -> int:
+    """Number of the penetration where friction lies nearest to the paper's Beta: of those as skewed, else of all.
 
-    mu, valid : (S, W) friction coefficient and bool
-    weights : (1 + R, S) counts from `strip_weights`
-
-    Raises IllPosedError where mu has no scatter.
+    distance, skewness : (levels,) [-] from `distance_to_beta`, and skewness of the windows
+    among : (levels,) bool, of the levels that count
     """
-    mean, std = _mean_and_std(mu, valid, weights)
-    return resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * points)
+    is_skewed = np.abs(skewness / PAPER_SKEWNESS - 1.0) <= SAME_SKEWNESS
+    return int(np.argmin(np.where(among, np.where(is_skewed, distance, 1.0 + distance), np.inf)))
 
 
 def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -286,63 +233,3 @@ def _refined(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
     if not fit.success:
         raise ConvergenceError("Beta fit: gradient of the squared distance; use more windows", fit.optimality, fit.nfev)
     return fit.x
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A family nearest to the sample.
-
-    skewness : () of the nearest member, which names its shape
-    distance : () 2-Wasserstein distance between sample and member, over the standard deviation of the sample
-    """
-
-    skewness: Estimate
-    distance: Estimate
-
-
-def fit_candidates(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> dict[str, Candidate]:
-    """The nearest member of every family of FAMILIES.
-
-    mu, valid : (S, W) friction coefficient and bool
-    weights : (1 + R, S) counts from `strip_weights`
-
-    Raises IllPosedError where mu has no scatter. Shapes are searched on a table, 0.01 apart in skewness.
-    """
-    standard, _, _ = standard_quantiles(mu, valid, weights)
-    moved = np.sqrt(np.mean((standard[1:] - standard[0]) ** 2, axis=1))
-    candidates = {}
-    for family in FAMILIES:
-        table = _table(family)
-        correlation = standard @ table.T / len(PROBABILITIES)
-        best = np.argmax(correlation, axis=1)
-        largest = np.take_along_axis(correlation, best[:, None], axis=1)[:, 0]
-        candidates[family] = Candidate(
-            skewness=Estimate.from_rows((SKEWNESS if len(table) > 1 else np.zeros(1))[best]),
-            distance=Estimate.of_distance(np.sqrt(np.maximum(0.0, 1.0 - largest**2)), moved),
-        )
-    return candidates
-
-
-@lru_cache(maxsize=len(FAMILIES))
-def _table(family: str) -> np.ndarray:
-    """Quantiles (members, nodes) of a family at PROBABILITIES, each with mean 0 and mean square 1."""
-    if family == "normal":
-        table = special.ndtri(PROBABILITIES)[None]
-    else:
-        half = (_gamma if family == "gamma" else _lognormal)(SKEWNESS[SKEWNESS > 0][:, None])
-        table = np.concatenate((-half[::-1, ::-1], special.ndtri(PROBABILITIES)[None], half))
-    table = table - table.mean(axis=1, keepdims=True)
-    table /= np.sqrt(np.mean(table**2, axis=1, keepdims=True))
-    return np.ascontiguousarray(table)
-
-
-def _gamma(skewness: np.ndarray) -> np.ndarray:
-    """Quantiles of gamma distributions; a shape k has the skewness 2 / sqrt(k)."""
-    return special.gammaincinv(4.0 / skewness**2, PROBABILITIES)
-
-
-def _lognormal(skewness: np.ndarray) -> np.ndarray:
-    """Quantiles of exp(s Z); its skewness is (w + 2) sqrt(w - 1) with w = exp(s^2), a cubic in w."""
-    root = skewness * np.sqrt(1.0 + skewness**2 / 4.0)
-    w = np.cbrt(1.0 + skewness**2 / 2.0 + root) + np.cbrt(1.0 + skewness**2 / 2.0 - root) - 1.0
-    return np.exp(np.sqrt(np.log(w)) * special.ndtri(PROBABILITIES))

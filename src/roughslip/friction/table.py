@@ -10,21 +10,17 @@ statistics of the windows of one penetration that need no other level.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.combination import Combined, mesh_factors
-from roughslip.friction.correlation import autocorrelation, correlation_fit
+from roughslip.friction.combination import Combined, Replicates, combine, mesh_factors
+from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
 from roughslip.friction.level import Levels, Windows
-from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, scaled_beta, set_beta
-from roughslip.friction.over_penetration import calibrated_levels, combined_estimates
+from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
 from roughslip.probability import Estimate
-
-FITTED = ("misfit_exponential", "misfit_triangle", "misfit_difference")
-LENGTHS = ("least_squares", "half_window", "one_over_e", "integral")
 
 
 def describe(
@@ -39,23 +35,35 @@ def describe(
 
     Raises IllPosedError where too few windows have a friction coefficient, or all have the same.
     """
-    statistics = window_statistics(*windows, weights)
-    estimates = {
-        f.name: getattr(statistics, f.name) for f in fields(statistics) if f.name not in ("windows", "missing")
+    moments, curve = window_statistics(*windows, weights), autocorrelation(*windows, len(lags), weights)
+    beta, (set_a, set_b) = fit_beta(*windows, weights), set_beta(*windows, sets)
+    return {
+        "mean": moments.mean,
+        "std": moments.std,
+        "variation": moments.variation,
+        "skewness": moments.skewness,
+        "kurtosis": moments.kurtosis,
+        "missing_share": moments.missing_share,
+        "autocorrelation": curve,
+        **of_correlation(correlation_fit(lags, curve, window)),
+        "beta_a": beta.a,
+        "beta_b": beta.b,
+        "beta_lower": beta.lower,
+        "beta_upper": beta.upper,
+        "beta_misfit": beta.distance,
+        "beta_distance_standardised": distance_to_beta(*windows, weights),
+        "set_beta_a": set_a,
+        "set_beta_b": set_b,
     }
-    estimates["autocorrelation"] = autocorrelation(*windows, len(lags), weights)
-    fit = correlation_fit(lags, estimates["autocorrelation"], window)
-    estimates |= {f"length_{name}": getattr(fit, name) for name in LENGTHS}
-    estimates |= {name: getattr(fit, name) for name in FITTED}
-    beta, scaled = fit_beta(*windows, weights), scaled_beta(*windows, weights)
-    for shape in ("a", "b", "lower", "upper"):
-        estimates[f"beta_{shape}"], estimates[f"scaled_beta_{shape}"] = getattr(beta, shape), getattr(scaled, shape)
-    estimates["beta_misfit"] = beta.distance
-    estimates["set_beta_a"], estimates["set_beta_b"] = set_beta(*windows, sets)
-    distance = distance_to_beta(*windows, weights)
-    estimates["beta_distance_standardised"] = distance.standardised
-    estimates["beta_distance_scaled"] = distance.scaled
-    return estimates
+
+
+def of_correlation(fit: CorrelationFit) -> dict[str, Estimate]:
+    """Lengths of the autocorrelation and its misfits, by name."""
+    return {f"length_{name}": getattr(fit, name) for name in LENGTHS} | {
+        "misfit_exponential": fit.misfit_exponential,
+        "misfit_triangle": fit.misfit_triangle,
+        "misfit_difference": fit.misfit_difference,
+    }
 
 
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
@@ -131,8 +139,12 @@ def friction_table(
     """
     generator = np.random.default_rng(seed)
     weights, factors = levels.weights(replicates, generator), mesh_factors(replicates, generator)
-    best, shear = calibrated_levels(layout.percentiles, levels, weights, factors, mean)
-    combined = combined_estimates(best, layout.lags, layout.window_m)
+    best, shear = calibrated(layout, levels, weights, factors, mean)
+    combined: dict[str, list[Estimate]] = {}
+    for of_level in (each.estimates() for each in best):
+        fit = correlation_fit(layout.lags, of_level["autocorrelation"], layout.window_m)
+        for name, estimate in (of_level | of_correlation(fit)).items():
+            combined.setdefault(name, []).append(estimate)
     mu = float(shear.value) * levels.solved[0], levels.solved[1]
     solved: dict[str, list[Estimate]] = {}
     for number, percentile in enumerate(layout.percentiles):
@@ -150,3 +162,19 @@ def friction_table(
         rows = ((shear.value * np.exp(level.control[name]), level.strips[1]) for level in best)
         solved[name] += [estimate_of(name, *pair) for pair in rows]
     return FrictionTable(layout, mu, weights[0], shear, solved, best, combined)
+
+
+def calibrated(
+    layout: WindowLayout, levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Replicates, mean: float
+) -> tuple[list[Combined], Estimate]:
+    """Statistics of every penetration, in units in which the mean at the median is exact, and the shear strength [Pa].
+
+    levels, weights, factors : as of `combination.combine` at each penetration, for a shear strength of 1 Pa
+    mean : friction coefficient at median penetration
+
+    The shear strength is () [Pa], with what few strips leave open of it.
+    """
+    combined = [combine(levels.at(number), weights, factors) for number in range(len(layout.percentiles))]
+    median = combined[layout.median]
+    shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels.strips[0])
+    return [each.calibrated(mean, median) for each in combined], shear

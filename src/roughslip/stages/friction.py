@@ -6,8 +6,6 @@ from roughslip import store
 from roughslip.friction.level import Windows, levels_of_sums
 from roughslip.friction.table import WindowLayout, friction_table
 from roughslip.friction.table_variables import (
-    error_variables,
-    law_variables,
     missing_warnings,
     solve_variables,
     summary,
@@ -48,11 +46,10 @@ def work(job: Job) -> None:
         draws, mean = [seed, geometry.STREAM_BOOTSTRAP], scene.friction.mean_at_median
         table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
         loads = load_table.load_table(job, batches, (table.solved, table.combined), table.shear, table.weights)
-        law = law_variables(table, np.random.default_rng([seed, geometry.STREAM_WHITE]))
     job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
     job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size)
-    variables = table_variables(table) | law | error_variables(table)
-    variables |= load_table.load_variables(loads) | windows_variables(table)
+    variables = table_variables(table) | windows_variables(table.mu, layout.median)
+    variables |= load_table.load_variables(loads)
     variables |= correlation_variables(scene, job.arguments.scan)
     variables |= solve_variables(batches, table.shear, table.weights)
     store.write(job.arguments.output, variables, job.key)

@@ -66,10 +66,9 @@ def work(job: Job) -> None:
     }
     for name, (dimensions, unit, title) in TITLES.items():
         variables |= store.with_interval(name, dimensions, columns_of(of_load[name]), unit, title)
-    extra = {"quantiles": ("quantile",), "autocorrelation": ("lag",)}
     for name, estimate in own.items():
-        unit, ends = "m" if "length_" in name else "1", columns_of(estimate)
-        variables |= store.with_interval(name, extra.get(name, ()), ends, unit, OF_WINDOWS[name])
+        unit, lag = "m" if "length_" in name else "1", ("lag",) if name == "autocorrelation" else ()
+        variables |= store.with_interval(name, lag, columns_of(estimate), unit, OF_WINDOWS[name])
     if float(contact["plasticity_index"]) <= ELASTIC and scene.roughness.marginal is None and not job.arguments.scan:
         variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", BY_LAW)
     store.write(
@@ -93,6 +92,5 @@ def of_windows(scene: Scene, blocks: CellBlocks, weights: np.ndarray, shear_pa: 
     lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
     sets = np.random.default_rng([scene.seed, geometry.STREAM_CELL, SET_WINDOWS])
     found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m, sets)
-    del found["effective_windows"]  # of rows, which are not independent
     moments = ("mean", *SCALE, *SHAPE)
     return found | {name: estimate_of(name, found[name].rows, blocks.cells) for name in moments}

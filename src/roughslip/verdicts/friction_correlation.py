@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from roughslip.friction.correlation import LOG_LINE_WINDOWS
+from roughslip.friction.correlation import LINE_WINDOWS
 from roughslip.verdicts.finding import (
     MEDIAN,
     TREND,
@@ -19,11 +19,10 @@ from roughslip.verdicts.finding import (
     median,
     number,
 )
-from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement, Unit
+from roughslip.verdicts.reading import VISIBLE, Reading, Statement, Unit
 
 PAPER_LENGTH = 250e-6  # m
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
-STRAIGHT = 0.95  # R2 of a straight line: a correlation coefficient of 0.975
 ONE_LEVEL = "the scene has one penetration only"
 MICROMETRES = Unit("m", 1e6, " µm")
 FOUND = "section 4: μ “was found to be exponentially correlated with correlation length 250 µm”; no fit is named"
@@ -61,12 +60,6 @@ def _nearer_than_the_window(friction: Arrays) -> Finding:
     return replace(judged_at(friction, BOUNDS["mu-correlation-exponential"], median(friction)), note=note)
 
 
-def _straight(friction: Arrays) -> Finding:
-    own = float(friction["triangle_log_line_r2"])
-    note = f"share of the variance of the logarithm that the line explains; that of the triangle alone is {own:.3f}"
-    return judged_inside(at_median(friction, "log_line_r2"), note, low=STRAIGHT, centre=1.0)
-
-
 def _close(friction: Arrays) -> Finding:
     distance = number(friction, "misfit_exponential", median(friction))
     return judged_inside(distance, "rms distance from the exponential to lags of three windows", high=VISIBLE)
@@ -100,14 +93,9 @@ def _at_any_depth(friction: Arrays, name: str) -> Finding | str:
     return replace(finding, note=note)
 
 
-def _of_line(share: float) -> str:
-    return f"{PRACTICE}, here to lags of {share:g} of the window"
-
-
 KNOWN = (
     "the largest lag was chosen with its length known, so that it holds is no evidence and the headline leaves it out"
 )
-LAGS = {f"log_line_{100 * share:.0f}": share for share in LOG_LINE_WINDOWS}
 LEAST_SQUARES = "exponential by least squares to lags of three windows"
 WITHIN = f"at median penetration the interval of the length lies {SAME}"
 CHANGE = (
@@ -128,14 +116,6 @@ STATEMENTS = (
                 "triangle of the window itself: the interval of their difference lies below zero",
                 _nearer_than_the_window,
                 natural="a correlation that any average over the window has is no property of friction",
-                p_value=PValue("p_exponential_nearer", "both being as near"),
-            ),
-            Reading(
-                "straight-logarithm",
-                f"how straight the logarithm is to lags of {LOG_LINE_WINDOWS[-1]:g} of the window",
-                PRACTICE,
-                f"at median penetration the interval of R² of that line lies above {STRAIGHT}",
-                _straight,
             ),
             Reading(
                 "close-to-the-eye",
@@ -160,17 +140,14 @@ STATEMENTS = (
                 natural="it takes the whole curve, while a straight line needs a largest lag, which the text lacks",
                 unit=MICROMETRES,
             ),
-            *(
-                Reading(
-                    name.replace("_", "-"),
-                    f"a straight line through the logarithm to lags of {share:g} of the window",
-                    f"{PRACTICE}; the largest lag is ours and sets the length",
-                    WITHIN,
-                    partial(_length, name=name, by=_of_line(share)),
-                    chosen=KNOWN if share == LOG_LINE_WINDOWS[-1] else "",
-                    unit=MICROMETRES,
-                )
-                for name, share in LAGS.items()
+            Reading(
+                "log-line-90",
+                f"a straight line through the logarithm to lags of {LINE_WINDOWS:g} of the window",
+                f"{PRACTICE}; the largest lag is ours and sets the length",
+                WITHIN,
+                partial(_length, name="log_line", by=f"{PRACTICE}, here to lags of {LINE_WINDOWS:g} of the window"),
+                chosen=KNOWN,
+                unit=MICROMETRES,
             ),
             Reading(
                 "one-over-e",
@@ -178,14 +155,6 @@ STATEMENTS = (
                 "common practice: the correlation length of an exponential is where it falls to 1/e",
                 WITHIN,
                 partial(_length, name="one_over_e", by="first crossing of 1/e"),
-                unit=MICROMETRES,
-            ),
-            Reading(
-                "integral",
-                "integral of the autocorrelation to lags of three windows",
-                "common practice: the correlation length of an exponential is its integral",
-                WITHIN,
-                partial(_length, name="integral", by="integral of the autocorrelation"),
                 unit=MICROMETRES,
             ),
         ),
@@ -203,18 +172,6 @@ STATEMENTS = (
                 partial(_at_any_depth, name="least_squares"),
                 natural="the length is the same as in the statement before",
                 unit=MICROMETRES,
-                p_value=PValue("p_equal_correlation", "one autocorrelation at all penetrations"),
-            ),
-            *(
-                Reading(
-                    name.replace("_", "-"),
-                    f"a straight line through the logarithm to lags of {share:g} of the window",
-                    PRACTICE,
-                    CHANGE,
-                    partial(_at_any_depth, name=name),
-                    unit=MICROMETRES,
-                )
-                for name, share in LAGS.items()
             ),
         ),
     ),

@@ -7,9 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.friction.marginal import SAME_SKEWNESS, SET_WINDOWS, nearest_level
 from roughslip.probability import beta_moments
-from roughslip.probability.distributions import SAME_SKEWNESS, nearest_level
 from roughslip.verdicts.centre_pressure import shown
 from roughslip.verdicts.finding import (
     EVERY,
@@ -29,7 +28,7 @@ from roughslip.verdicts.finding import (
     say_of_levels,
 )
 from roughslip.verdicts.friction_correlation import ONE_LEVEL, window
-from roughslip.verdicts.reading import VISIBLE, PValue, Reading, Statement
+from roughslip.verdicts.reading import VISIBLE, Reading, Statement
 
 PAPER_BETA = (2.1, 5.0)
 _, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
@@ -92,14 +91,12 @@ def _kurtosis(friction: Arrays, by_the_beta: bool) -> Finding:
 
 def _beta(friction: Arrays) -> Finding:
     middle, skewness = median(friction), at_median(friction, "skewness")
-    fitted, scaled = (
-        ", ".join(f"{friction[f'{name}_{shape}'][middle]:.3g}" for shape in "ab") for name in ("beta", "scaled_beta")
-    )
+    fitted = ", ".join(f"{friction[f'beta_{shape}'][middle]:.3g}" for shape in "ab")
     at_bound = friction["beta_at_bound"][middle]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
     note = (
-        f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}, after scaling by the "
-        f"sample extremes Beta({scaled}); {_window_of_the_beta(friction, skewness[0])}"
+        f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}; "
+        f"{_window_of_the_beta(friction, skewness[0])}"
     )
     return _with_notes(judged_at(friction, BOUNDS["mu-beta-2.1-5"], middle), note)
 
@@ -129,22 +126,6 @@ def _at_another_level(friction: Arrays) -> Finding | str:
         f"{skewness}, excess kurtosis {kurtosis}"
     )
     return _with_notes(judged_at(friction, BOUNDS["mu-beta-2.1-5"], level), note)
-
-
-def _by_extremes(friction: Arrays, every_level: bool) -> Finding | str:
-    levels = range(len(friction["percentile"])) if every_level else [median(friction)]
-    if every_level and len(levels) == 1:
-        return ONE_LEVEL
-    high = friction["beta_distance_scaled_high"]
-    level = max(levels, key=lambda row: high[row])
-    percentile = friction["percentile"][level]
-    note = f"Kolmogorov distance after scaling by the extremes of all windows, at percentile {percentile:g}"
-    others = [
-        inside((friction["beta_distance_scaled_low"][row], high[row]), high=VISIBLE) for row in levels if row != level
-    ]
-    value, (low, high_end) = number(friction, "beta_distance_scaled", level)
-    finding = judged_inside((value, (low, min(high_end, 1.0))), note, high=VISIBLE)
-    return replace(finding, combine=lambda *here: min(*here, *others, 1), at=None) if others else finding
 
 
 def _in_sets(friction: Arrays, every_level: bool) -> Finding | str:
@@ -199,7 +180,6 @@ STATEMENTS = (
                 "the interval of the skewness at median penetration lies above zero",
                 _skewness,
                 natural=FIGURE_2,
-                p_value=PValue("p_no_skewness", "no skewness"),
             ),
             Reading(
                 "at-every-level",
@@ -223,7 +203,6 @@ STATEMENTS = (
                 partial(_kurtosis, by_the_beta=False),
                 natural="the sentence is of the friction coefficient itself; a fitted Beta says nothing exact of a "
                 "fourth moment",
-                p_value=PValue("p_no_kurtosis", "no excess kurtosis"),
             ),
             Reading(
                 "at-every-level",
@@ -263,13 +242,6 @@ STATEMENTS = (
                 _at_another_level,
             ),
             Reading(
-                "scaled-by-all",
-                "scaled by the extremes of all windows, at median penetration",
-                f"{SCALED}; the extremes of a sample are its usual scale",
-                f"the interval of the Kolmogorov distance after that scaling lies below {VISIBLE}",
-                partial(_by_extremes, every_level=False),
-            ),
-            Reading(
                 "scaled-by-sets",
                 f"scaled by the extremes of sets of {SET_WINDOWS} windows, at median penetration",
                 f"{SCALED}; a study of its time has some hundred windows",
@@ -290,14 +262,6 @@ STATEMENTS = (
                 f"at every level {LIKE_BETA}",
                 _beta_at_any_depth,
                 natural="the sentence gives one distribution for all penetrations",
-                p_value=PValue("p_equal_distribution", "one standardised distribution at all penetrations"),
-            ),
-            Reading(
-                "scaled-by-all",
-                "scaled by the extremes of all windows, at every penetration",
-                ANY_DEPTH,
-                f"the interval of the Kolmogorov distance after that scaling lies below {VISIBLE} at every level",
-                partial(_by_extremes, every_level=True),
             ),
             Reading(
                 "scaled-by-sets",

@@ -18,7 +18,7 @@ from roughslip.verdicts.finding import (
     judged,
     judged_inside,
 )
-from roughslip.verdicts.reading import PValue, Reading, Statement
+from roughslip.verdicts.reading import Reading, Statement
 
 ONE_LEVEL = "the scene has one penetration only"
 FALL = "section 4: mean, standard deviation and coefficient of variation “decrease with increasing penetration depth”"
@@ -95,7 +95,6 @@ def _statement(name: str, key: str, title: str) -> Statement:
                 "level both lie below zero",
                 partial(_over_all_levels, name=name, key=key, title=title),
                 natural="the sentence is of the whole range of penetrations",
-                p_value=PValue(f"p_no_change_of_{key}", "no change"),
             ),
             Reading(
                 "every-step",

@@ -87,22 +87,6 @@ HEADLINES = (REPRODUCED, ANOTHER, UNDER_EVERY, UNDECIDED, NOT_TESTED)
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
 
 
-class PValue(NamedTuple):
-    """A stored p-value that a note reports: its variable, the hypothesis, and the variable of the least it can be."""
-
-    variable: str
-    hypothesis: str
-    minimum: str = "least_p_value"
-
-    def __call__(self, arrays: Arrays) -> str:
-        """`; no change: p at most 0.0025`, empty where it was not computed."""
-        p = float(arrays[self.variable])
-        if not np.isfinite(p):
-            return ""
-        at_floor = p <= float(arrays[self.minimum]) * (1 + 1e-9)
-        return f"; {self.hypothesis}: p {'at most' if at_floor else '='} {p:.2g}"
-
-
 @dataclass(frozen=True)
 class Reading:
     """One way to take a statement.
@@ -114,7 +98,7 @@ class Reading:
     judge : our number with the rule, or the reason why there is none
     natural : why it is the natural reading; empty for the others
     chosen : what was chosen with its number known; that the reading holds is then no evidence for the headline
-    unit : of our number; p_value : of the note
+    unit : of our number
     """
 
     id: str
@@ -125,7 +109,6 @@ class Reading:
     natural: str = ""
     chosen: str = ""
     unit: Unit = UNITLESS
-    p_value: PValue | None = None
 
 
 @dataclass(frozen=True)
@@ -192,7 +175,6 @@ def _judged(reading: Reading, arrays: Arrays | None) -> dict[str, Any]:
     if arrays is None or isinstance(finding, str) or not np.isfinite([finding.ours, *finding.interval]).all():
         nothing: dict[str, Any] = dict.fromkeys(("ours", "interval", "shown", "turns", "at_half", "at_twice"))
         return nothing | {"verdict": NOT_TESTED, "note": finding if isinstance(finding, str) else NO_NUMBER}
-    note = finding.note + (reading.p_value(arrays) if reading.p_value else "")
     shown, low, high = (in_unit(reading.unit, number) for number in (finding.ours, *finding.interval))
     scaled = {name: finding.with_tolerance(factor) for name, factor in (("at_half", 0.5), ("at_twice", 2.0))}
     return {
@@ -202,5 +184,5 @@ def _judged(reading: Reading, arrays: Arrays | None) -> dict[str, Any]:
         "verdict": finding.verdict,
         "turns": what_turns(reading.unit, finding),
         **{name: scaled_finding.verdict if scaled_finding else None for name, scaled_finding in scaled.items()},
-        "note": note,
+        "note": finding.note,
     }

@@ -127,6 +127,7 @@ def friction(percentile=(5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95), length=300e
         **with_interval("fit", mean, 0.002),
         **with_interval("combined_length_least_squares", np.full(len(percentile), length), 30e-6),
         "beta_distance_standardised": 0.03 + 0.0002 * percentile,
+        "beta_nearest": np.array(int(lightest > 0.0)),
         "standard_edge": np.linspace(-4.0, 6.0, 41),
         "standard_histogram": np.exp(-(np.linspace(-4, 6, 40) ** 2) / 2) / 2.5 * np.ones((len(percentile), 1)),
         **with_interval("combined_skewness", skewness, 0.2),

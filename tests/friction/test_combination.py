@@ -213,6 +213,7 @@ def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
     assert float(variables["trend_combined_mean_line"].values) == float(line.value)
     assert float(variables["trend_combined_mean_change"].values) == float(change.value)
     assert float(variables["trend_combined_mean_change_high"].values) < 0.0
+    assert int(variables["beta_nearest"].values) == np.argmin(variables["beta_distance_standardised"].values)
     own = window_lengths(LAYOUT.lags, LAYOUT.window_m)
     assert dict(zip(*(variables[name].values for name in ("length_name", "triangle_length")), strict=True)) == own
     fit = dict(zip(variables["fit_percentile"].values, variables["fit"].values, strict=True))

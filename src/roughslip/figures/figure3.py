@@ -18,7 +18,6 @@ from roughslip.figures.style import (
     with_ends,
     with_interval_names,
 )
-from roughslip.friction.marginal import nearest_level
 
 DRAWN = {
     "figure3": [
@@ -28,7 +27,7 @@ DRAWN = {
     "figure3_law": [
         *("percentile", "lag", "triangle", "length_name", "triangle_length", "mean", "std"),
         *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
-        *("beta_distance_standardised", "standard_histogram", "standard_edge"),
+        *("beta_distance_standardised", "beta_nearest", "standard_histogram", "standard_edge"),
         *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
         *with_interval_names("combined_skewness", "combined_kurtosis"),
     ],
@@ -116,10 +115,9 @@ def _lengths(axes: Axes, result: Arrays) -> None:
 
 def _nearest(axes: Axes, result: Arrays) -> None:
     """Standardised densities at the median, and where the skewness is near the paper's, the nearest level."""
-    distance = result["beta_distance_standardised"]
-    level = nearest_level(distance, result["combined_skewness"], distance >= 0)
-    edges = result["standard_edge"]
-    label = f"at {result['percentile'][level]:g} %, distance {distance[level]:.3f}"
+    level, edges = int(result["beta_nearest"]), result["standard_edge"]
+    distance = result["beta_distance_standardised"][level]
+    label = f"at {result['percentile'][level]:g} %, distance {distance:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)
     axes.stairs(result["standard_histogram"][_median(result)], edges, color="0.15", lw=1.0, label="at the median")
     axes.plot(*_paper_density(np.linspace(1e-4, 1 - 1e-4, 400)), "C2-.", label=PAPER_LABEL)

@@ -9,7 +9,7 @@ import numpy as np
 from roughslip import store
 from roughslip.friction.correlation import LENGTHS, triangular, window_lengths
 from roughslip.friction.level import Windows
-from roughslip.friction.marginal import SHAPES
+from roughslip.friction.marginal import SHAPES, nearest_level
 from roughslip.friction.penetration import curve_over_penetration, trend
 from roughslip.friction.statistics import ratio_of_sums
 from roughslip.friction.table import BY_SOURCE, FrictionTable
@@ -107,6 +107,9 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
     at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
     title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
     variables["beta_at_bound"] = store.Variable(("level",), at_bound.astype(np.int8), "1", title)
+    distance, skewness = (variables[name].values for name in ("beta_distance_standardised", "combined_skewness"))
+    nearest, title = nearest_level(distance, skewness, distance >= 0.0), "number of the level nearest to Beta(2.1, 5)"
+    variables["beta_nearest"] = store.Variable((), nearest, "1", title)
     return variables | fit_variables(table) | triangle_variables(table)
 
 

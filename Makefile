@@ -1,7 +1,7 @@
 # Everything that a user or a check runs; `make` alone lists it.
 #   JOBS=8 make reproduce                jobs at a time (2)
 #   make setup PYTHON=python3.12         the Python that .venv is made from (python3); `make clean` first to change it
-#   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers; QUICK=1 small ones
+#   make benchmark PEERS=1               measure public solvers too, from their own environment .venv-peers
 #   make cluster SCENE=smoke             one scene on Slurm, not the default ones
 #   make faults COUNT=20                 the first 20 of 200 faults; SEED=2 for others
 #   make fuzz COUNT=500                  the first 500 of 2000 scenes a test; SEED=today for others at each run
@@ -57,10 +57,8 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
 	@set -e; for subject in surface contact chaos oscillator; do \
-		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.runner $$subject --output results/benchmarks/$$subject.json \
-			$(if $(filter 1,$(PEERS)),--peers) $(if $(filter 1,$(QUICK)),--quick); \
-		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot --benchmark results/benchmarks/$$subject.json \
-			--output results/benchmarks/$$subject.png results/benchmarks/$$subject.svg; \
+		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject $(if $(filter 1,$(PEERS)),--peers); \
+		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot results/benchmarks/$$subject.json; \
 	done
 
 stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; twenty minutes
@@ -85,7 +83,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again
 	$(RUN) snakemake -j$(JOBS) reference
-	@for file in results/benchmarks/*.json; do [ ! -f "$$file" ] || cp "$$file" results/reference/evidence/; done
+	@for file in results/benchmarks/*.json results/benchmarks/*.svg; do [ ! -f "$$file" ] || cp "$$file" results/reference/evidence/; done
 
 docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors
 	rm -rf docs/_build && $(DOCS_VENV)/bin/python -m sphinx -q -W --keep-going -n -b html docs docs/_build/html

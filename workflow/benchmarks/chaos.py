@@ -32,7 +32,7 @@ from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.surface.modes import heights, karhunen_loeve
-from workflow.benchmarks.runner import OURS, case, make_row, timed
+from workflow.benchmarks.timing import OURS, case, make_row, timed, write
 
 ROOT = Path(__file__).parents[2]
 KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps
@@ -44,12 +44,11 @@ EQUATIONS = ("equation_8", "equation_9")
 EQUATION_DESIGNS = 3  # of each number of solves to which the equations are fitted
 # By scene, how many Latin hypercube designs of each number of samples, and Monte Carlo and Sobol designs of the
 # largest; fewer samples are the first ones of these. 1000 solves of `paper` take a third of a second, `resolved` 12 s.
-USUAL: dict[str, tuple[dict[int, int], int]] = {
+PLANS: dict[str, tuple[dict[int, int], int]] = {
     "paper": ({250: 6, 500: 6, 1000: 20, 2000: 4, 4000: 3}, 6),
     "resolved": ({250: 4, 500: 4, 1000: 2, 2000: 20, 4000: 1}, 2),
 }
-QUICK: dict[str, tuple[dict[int, int], int]] = {"paper": ({250: 1, 500: 1}, 1)}
-DRAWS, QUICK_DRAWS = 400_000, 20_000  # as in the study; a contact probability of 0.05 is then known to 0.7 %
+DRAWS = 400_000  # as in the study; a contact probability of 0.05 is then known to 0.7 %
 
 
 def distance(kept: Mapping[str, np.ndarray], row: int, pressure: np.ndarray) -> float:
@@ -135,7 +134,7 @@ class Square:
                 yield "latin_hypercube", number, self.solve(self.design("latin_hypercube", samples, number))
 
 
-def draw_pressures(method: str, square: Square, solved: Solved, level: int, draws: int, stream: int) -> np.ndarray:
+def draw_pressures(method: str, square: Square, solved: Solved, level: int, stream: int) -> np.ndarray:
     """Return pressures (n,) [Pa] by a method: those at the central nodes, or drawn from an expansion of them.
 
     Eqs. (8) and (9) are fitted to the samples in contact alone, as in stage chaos_square.
@@ -147,28 +146,28 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, draw
         variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
         pressure, gap = solved.pressure[:, level], solved.gap[:, level]
         samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
-        return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), draws)
+        return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), DRAWS)
     indices = multi_indices(square.scene.expansion.variables, square.degree)
     basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
     equation = Expansion(method, basis, solved.pressure[:, level, 0], indices)
-    return draw(equation, equation.fit().coefficients, draws, seed)
+    return draw(equation, equation.fit().coefficients, DRAWS, seed)
 
 
-def measure(quick: bool, _: bool) -> dict[str, Any]:
+def measure(_: bool) -> dict[str, Any]:
     """Return a row for each scene, penetration, method and number of solves, and why designs were refused.
 
     The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
     """
     results_of: dict[tuple[str, int, str, int], list[tuple[float, float]]] = defaultdict(list)
-    refused, draws = {}, QUICK_DRAWS if quick else DRAWS
-    for scene, plan in (QUICK if quick else USUAL).items():
+    refused = {}
+    for scene, plan in PLANS.items():
         kept, square = store.read(KEPT_RESULTS / scene / "pressure.nc"), Square(scene)
         for kind, number, solved in square.designs(plan):
             samples = len(solved.xi)
             fitted = (OURS, *(EQUATIONS if number < EQUATION_DESIGNS else ())) if kind == "latin_hypercube" else ()
             for method, level in itertools.product((kind, *fitted), range(len(PERCENTILES))):
                 try:
-                    seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, draws, number))
+                    seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, number))
                 except IllPosedError as error:
                     refused[f"{case_of(scene, level)} {method} {samples} {number}"] = str(error)
                     continue
@@ -185,3 +184,7 @@ def measure(quick: bool, _: bool) -> dict[str, Any]:
 def case_of(scene: str, level: int) -> str:
     """Return the case of a scene at a penetration."""
     return case(scene=scene, percentile=f"{PERCENTILES[level]:g}", quantity="pressure")
+
+
+if __name__ == "__main__":
+    write("chaos", measure)

@@ -1,7 +1,7 @@
 """Measure the mass on the belt: time of a cycle against the error of the reattachment point, with public solvers.
 
 Cycles start at the departure point of the study's oscillator, without scatter and on a friction path. One process, one
-thread, in turns; `--peers` adds diffrax. Errors are relative to X of the reattachment by our pair of order 8 at 1e-13.
+thread, in turns; `--peers` adds diffrax. Errors are relative to X of our reattachment at a tolerance of 1e-13.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
-from roughslip.oscillator.runge_kutta import PAIRS
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks.runner import Row, case, make_row, power, race
+from workflow.benchmarks.timing import OURS, Row, case, make_row, power, race, write
 
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
@@ -75,20 +74,20 @@ def choose_slips() -> tuple[Slip, Slip]:
         pieces = iter(paths.realisation([SEED, number]))
         path = np.concatenate([next(pieces) for _ in range(4)])
         slip = Slip(f"path-of-{NODES}-nodes", path, paths.spacing, 20.0)
-        if path[1] < path[0] and simulate_slip(slip, "fehlberg45", 1e-6).backwards[1]:
+        if path[1] < path[0] and simulate_slip(slip, 1e-6).backwards[1]:
             return Slip("deterministic", np.zeros(2), 0.0, 1000.0), slip
     raise AssertionError("no path of a thousand has an ordinary slip")
 
 
-def simulate_slip(slip: Slip, integrator: str, tolerance: float) -> Motion:
+def simulate_slip(slip: Slip, tolerance: float) -> Motion:
     """Return our motion over the slip and the cycles that follow."""
-    options = MotionOptions(tolerance, integrator=integrator)
-    return simulate(STUDY, LAW, slip.path if slip.path.any() else None, slip.spacing, slip.periods, options, slip.start)
+    path = slip.path if slip.path.any() else None
+    return simulate(STUDY, LAW, path, slip.spacing, slip.periods, MotionOptions(tolerance), slip.start)
 
 
-def slip_by_roughslip(slip: Slip, integrator: str, tolerance: float) -> Found:
+def slip_by_roughslip(slip: Slip, tolerance: float) -> Found:
     """Return X, evaluations and cycles of our motion."""
-    motion = simulate_slip(slip, integrator, tolerance)
+    motion = simulate_slip(slip, tolerance)
     return float(motion.position[motion.kind == REATTACHMENT][0]), motion.evaluations, max(motion.cycles, 1)
 
 
@@ -168,7 +167,7 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
     return call
 
 
-def measure(quick: bool, peers: bool) -> dict[str, object]:
+def measure(peers: bool) -> dict[str, object]:
     """Return the error of the first slip and the time of a cycle, by method and tolerance.
 
     The summary has by peer and case its time over our least time at its error.
@@ -176,23 +175,26 @@ def measure(quick: bool, peers: bool) -> dict[str, object]:
     rows: list[Row] = []
     ratios: dict[str, dict[str, float]] = {}
     for slip in choose_slips():
-        exact = slip_by_roughslip(slip, "dormand_prince853", 1e-13)[0]
+        exact = slip_by_roughslip(slip, 1e-13)[0]
         calls: dict[tuple[str, float], Callable[[], Found]] = {}
         by_diffrax = {solver: slip_by_diffrax(slip, solver) for solver in SOLVERS if peers}
-        for tolerance in (1e-4, 1e-7) if quick else TOLERANCES:
-            for asked in (tolerance, BETWEEN * tolerance):
-                calls |= {(f"roughslip/{pair}", asked): partial(slip_by_roughslip, slip, pair, asked) for pair in PAIRS}
+        for tolerance in TOLERANCES:
+            calls |= {(OURS, t): partial(slip_by_roughslip, slip, t) for t in (tolerance, BETWEEN * tolerance)}
             calls |= {(f"scipy/{peer}", tolerance): partial(slip_by_scipy, slip, peer, tolerance) for peer in PEERS}
             calls |= {(f"diffrax/{peer}", tolerance): partial(call, tolerance) for peer, call in by_diffrax.items()}
-        seconds, results = race(calls, quick)
+        seconds, results = race(calls)
         of_slip = []
         for (method, tolerance), turns in seconds.items():
             place, evaluations, cycles = results[method, tolerance]
             name, error = case(motion=slip.name, asked=power(tolerance)), abs(place / exact - 1)
             of_slip.append(make_row(name, method, error, [turn / cycles for turn in turns], evaluations // cycles))
-        ours = [row for row in of_slip if row["method"].startswith("roughslip")]
+        ours = [row for row in of_slip if row["method"] == OURS]
         for peer in (row for row in of_slip if row not in ours):
             if times := [row["seconds"] for row in ours if row["error"] <= peer["error"]]:
                 ratios.setdefault(peer["method"], {})[peer["case"]] = peer["seconds"] / min(times)
         rows += of_slip
     return {"summary": {"times_as_fast": ratios}, "rows": rows}
+
+
+if __name__ == "__main__":
+    write("oscillator", measure)

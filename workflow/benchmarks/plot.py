@@ -1,17 +1,17 @@
-"""Draw a benchmark from its file: error against time or work, a panel a case.
+"""Draw benchmarks from their files: error against time or work, a panel a case.
 
-The figure follows from the name of the file, results/benchmarks/<name>.json.
+    python -m workflow.benchmarks.plot results/benchmarks/contact.json
+
+A picture stands next to its file, and the name of that, <subject>.json, says what is drawn.
 """
 
 from __future__ import annotations
 
-import argparse
-import contextlib
 import json
+import sys
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,11 +19,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from roughslip.figures.figure2 import METHODS
-from roughslip.figures.style import despine, head, panels, save
-from roughslip.stages.runtime.usage import Usage
-from workflow.benchmarks.runner import OURS, Row, fields
+from roughslip.figures.style import despine, heads, panels, save
+from workflow.benchmarks.timing import OURS, Row, fields
 
-LETTERS, MARKERS = "abcdefghijkl", "os^vDXP"
+MARKERS = "os^vDXP"
 FLOOR = 1e-17  # errors below are drawn there
 # By method its label and its look.
 LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -33,8 +32,6 @@ LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
     "polonsky-keer": ("Polonsky-Keer in numpy", {"color": "C2", "marker": "v", "linestyle": "-."}),
     "gstools/randomization": ("GSTools randomization", {"color": "C0", "linestyle": "--"}),
     "gstools/fourier": ("GSTools Fourier", {"color": "C1", "linestyle": "-."}),
-    "roughslip/fehlberg45": ("roughslip, order 5(4)", {"color": "C0", "marker": "o"}),
-    "roughslip/dormand_prince853": ("roughslip, order 8(5, 3)", {"color": "C1", "marker": "s"}),
     "scipy/RK45": ("scipy RK45", {"color": "C2", "marker": "^"}),
     "scipy/DOP853": ("scipy DOP853", {"color": "C3", "marker": "v"}),
     "diffrax/Tsit5": ("diffrax Tsit5", {"color": "C4", "marker": "D"}),
@@ -84,78 +81,78 @@ def by(rows: Iterable[Row], *keys: str) -> dict[str, list[Row]]:
     return groups
 
 
-class Panel(NamedTuple):
-    """Rows that are drawn together, and what against what."""
-
-    title: str
-    rows: Sequence[Row]
-    xlabel: str = "time [s]"
-    ylabel: str = "relative error"
-    x: Callable[[Row], float] = seconds
-    y: Callable[[Row], float] = error
-
-
-def panels_of(subject: str, rows: Sequence[Row]) -> list[Panel]:
-    """Return the panels of a benchmark: by covariance, scene and penetration, or motion; of contact two."""
-    if subject == "surface":  # times of leading modes and of exact samples are in the rows
-        parts = by((row for row in rows if of_case(row, "quantity") == "covariance"), "covariance", "n")
-        time, off = "time of all samples [s]", "RMS error of the covariance / Sq²"
-        return [Panel(f"{name} squared", part, time, off) for name, part in parts.items()]
-    if subject == "contact":
-        n, precise = list(by(rows, "n", "quantity").items())[-1]
-        median = [row for row in rows if row["case"].endswith("surface=gauss level=50 tolerance=1e-10")]
-        of_error = Panel(f"{n.split(',')[0]} squared, median plane", precise, ylabel="relative error of the pressure")
-        axes = "nodes on an edge", "time of a solve [s]", lambda row: int(of_case(row, "n")), seconds
-        return [of_error, Panel("residual 1e-10, median plane", median, *axes)]
-    if subject == "chaos":
-        axes = "contact solves", "error of the distribution [-]", lambda row: row["work"]
-        ordered = sorted(rows, key=lambda row: row["work"])
-        return [Panel(f"{name} %", part, *axes) for name, part in sorted(by(ordered, "scene", "percentile").items())]
-    axes = "time of a cycle [s]", "relative error of X"
-    return [Panel(name.replace("-", " "), part, *axes) for name, part in by(rows, "motion").items()]
-
-
-def draw(subject: str, rows: Sequence[Row]) -> Figure:
-    """Draw the panels of a benchmark with one legend, and the scatter over designs where rows have it."""
-    shown = panels_of(subject, rows)
+def draw(shown: dict[str, list[Row]], xlabel: str, ylabel: str, x: Callable[[Row], float] = seconds) -> Figure:
+    """Draw a panel for each group of rows, with one legend, and the scatter over designs where rows have it."""
     columns = min(len(shown), 3)
     canvas, places = panels(columns, len(shown) // columns, 4.6 if columns < 3 else 3.7)
-    for letter, axes, panel in zip(LETTERS, np.ravel(places), shown, strict=False):
-        plot_methods(axes, panel.rows, panel.x, panel.y)
-        for row in panel.rows:
+    for axes, rows in zip(np.ravel(places), shown.values(), strict=False):
+        plot_methods(axes, rows, x)
+        for row in rows:
             if row["method"] == OURS and "errors" in row:  # percentiles 10 and 90 of the designs
-                ends = np.percentile(row["errors"]["distance"], (10, 90))
-                axes.plot([panel.x(row)] * 2, ends, color="0.1", linewidth=5, alpha=0.3)
-        axes.set(xlabel=panel.xlabel, ylabel=panel.ylabel)
-        if panel.x is not seconds:  # whole numbers, which powers of ten do not name
-            counts = sorted({panel.x(row) for row in panel.rows})
-            axes.set_xticks(counts, [f"{count:g}" for count in counts])
-            axes.xaxis.set_minor_locator(NullLocator())
-        if len(shown) > 1:
-            head(axes, letter, panel.title)
+                axes.plot([x(row)] * 2, np.percentile(row["errors"]["distance"], (10, 90)), "0.1", lw=5, alpha=0.3)
+        axes.set(xlabel=xlabel, ylabel=ylabel)
+        if x is not seconds:
+            tick_counts(axes, {x(row) for row in rows})
+    return finish(canvas, *shown)
+
+
+def tick_counts(axes: Axes, counts: Iterable[float]) -> None:
+    """Name whole numbers on the x axis, which powers of ten do not name."""
+    axes.set_xticks(sorted(counts), [f"{count:g}" for count in sorted(counts)])
+    axes.xaxis.set_minor_locator(NullLocator())
+
+
+def finish(canvas: Figure, *titles: str) -> Figure:
+    """Give a figure its titles and one legend for all panels."""
+    heads(canvas.axes, *titles)
     named = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in canvas.axes]
     handles = {label: handle for pairs in named for label, handle in pairs}
     canvas.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize="small")
+    despine(*canvas.axes)
     return canvas
 
 
-FIGURES = {name: partial(draw, name) for name in ("surface", "contact", "chaos", "oscillator")}
+def draw_surface(rows: Sequence[Row]) -> Figure:
+    """Draw errors of sample covariances; times of leading modes and of exact samples are in the rows alone."""
+    parts = by((row for row in rows if of_case(row, "quantity") == "covariance"), "covariance", "n")
+    shown = {f"{name} squared": part for name, part in parts.items()}
+    return draw(shown, "time of all samples [s]", "RMS error of the covariance / Sq²")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--benchmark", type=Path, required=True, help=f"<name>.json, name one of {', '.join(FIGURES)}")
-    parser.add_argument("--output", type=Path, nargs="+", required=True, help="pictures, PNG or SVG")
-    parser.add_argument("--usage", type=Path, help="record of cost to write")
-    arguments = parser.parse_args()
-    with Usage(arguments.usage, "draw") if arguments.usage else contextlib.nullcontext() as usage:
-        drawn = FIGURES[arguments.benchmark.stem](json.loads(arguments.benchmark.read_text(encoding="utf-8"))["rows"])
-        despine(*drawn.axes)
-        for path in arguments.output:
-            save(drawn, path)
-        if usage:
-            usage.files(arguments.output)
+def draw_contact(rows: Sequence[Row]) -> Figure:
+    """Draw the error of the pressure against time, and the time against the mesh at equal residual."""
+    canvas, (precision, growth) = panels(2, 1, 4.6)
+    n, precise = list(by(rows, "n", "quantity").items())[-1]
+    plot_methods(precision, precise, seconds)
+    precision.set(xlabel="time [s]", ylabel="relative error of the pressure")
+    median = [row for row in rows if row["case"].endswith("surface=gauss level=50 tolerance=1e-10")]
+    plot_methods(growth, median, lambda row: int(of_case(row, "n")), seconds)
+    growth.set(xlabel="nodes on an edge", ylabel="time of a solve [s]")
+    tick_counts(growth, {int(of_case(row, "n")) for row in median})
+    return finish(canvas, f"{n.split(',')[0]} squared, median plane", "residual 1e-10, median plane")
+
+
+def draw_chaos(rows: Sequence[Row]) -> Figure:
+    """Draw the error of the distribution against the number of solves, by scene and penetration."""
+    parts = by(sorted(rows, key=lambda row: row["work"]), "scene", "percentile")
+    shown = {f"{name} %": part for name, part in sorted(parts.items())}
+    return draw(shown, "contact solves", "error of the distribution [-]", lambda row: row["work"])
+
+
+def draw_oscillator(rows: Sequence[Row]) -> Figure:
+    """Draw the error of the reattachment point against the time of a cycle, by motion."""
+    shown = {name.replace("-", " "): part for name, part in by(rows, "motion").items()}
+    return draw(shown, "time of a cycle [s]", "relative error of X")
+
+
+FIGURES: dict[str, Callable[[Sequence[Row]], Figure]] = {
+    "surface": draw_surface,
+    "contact": draw_contact,
+    "chaos": draw_chaos,
+    "oscillator": draw_oscillator,
+}
 
 
 if __name__ == "__main__":
-    main()
+    for file in map(Path, sys.argv[1:]):
+        save(FIGURES[file.stem](json.loads(file.read_text(encoding="utf-8"))["rows"]), file.with_suffix(".svg"))

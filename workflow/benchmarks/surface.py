@@ -23,7 +23,7 @@ from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
-from workflow.benchmarks.runner import OURS, Row, case, make_row, race, timed
+from workflow.benchmarks.timing import OURS, Row, case, make_row, race, timed, write
 
 COVARIANCES = ("gaussian", "separable_exponential", "exponential", "matern", "rotated", "self_affine")
 LENGTH = 0.1
@@ -33,9 +33,9 @@ SEED = 20260
 # Waves of the randomization, and waves on an axis of the Fourier method.
 PEERS = {"gstools/randomization": (100, 1000), "gstools/fourier": (16, 32, 64)}
 PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
-# Nodes on an edge and number of leading modes; nodes of exact samples, and of the comparison with peers; most samples,
-# and [s] of them, for the error of a method.
-USUAL, QUICK = (512, 101, 2048, 256, 4096, 10.0), (48, 11, 64, 32, 16, 0.2)
+EDGE, MODES = 512, 101  # nodes on an edge and number of leading modes
+LARGE, COMPARED = 2048, 256  # nodes on an edge of exact samples, and of the comparison with peers
+MOST_SAMPLES, BUDGET_S = 4096, 10.0  # for the error of a method
 
 
 def square(n: int) -> Grid:
@@ -114,20 +114,20 @@ def sampler(covariance: StationaryCovariance, grid: Grid, method: str, waves: in
     return lambda number: field.structured(axes, seed=number, store=False)
 
 
-def compare_samplers(name: str, n: int, most: int, budget: float, quick: bool, peers: bool) -> list[Row]:
+def compare_samplers(name: str, peers: bool) -> list[Row]:
     """Return rows of 1, 4, 16, ... samples of every method: the time for them and the error of their covariance.
 
     The error is the RMS over the lags, and over all available sets of so many samples, of covariance minus model.
     """
-    grid, rows, (i, j) = square(n), [], lags_of(n)
-    covariance, label = covariance_of(name, grid), case(n=n, covariance=name, quantity="covariance")
+    grid, rows, (i, j) = square(COMPARED), [], lags_of(COMPARED)
+    covariance, label = covariance_of(name, grid), case(n=COMPARED, covariance=name, quantity="covariance")
     asked = covariance(i * grid.dx, j * grid.dy)
     keys = [(OURS, 0), *((peer, waves) for peer in PEERS for waves in PEERS[peer] if peers)]
     made = {key: timed(partial(sampler, covariance, grid, *key)) for key in keys}
     calls = {key: partial(lambda draw, nos: draw(next(nos)), made[key][1], itertools.count()) for key in keys}
-    for (method, setting), turns in race(calls, quick)[0].items():
+    for (method, setting), turns in race(calls)[0].items():
         setup, draw = made[method, setting]
-        count = int(min(max(budget / min(turns), 4), most))
+        count = int(min(max(BUDGET_S / min(turns), 4), MOST_SAMPLES))
         errors = np.array([sample_covariance(draw(number), i, j) - asked for number in range(1, count + 1)])
         for samples in (4**power for power in range((count.bit_length() + 1) // 2)):
             sets = errors[: count // samples * samples].reshape(-1, samples, *asked.shape).mean(axis=1)
@@ -137,32 +137,35 @@ def compare_samplers(name: str, n: int, most: int, budget: float, quick: bool, p
     return rows
 
 
-def measure(quick: bool, peers: bool) -> dict[str, object]:
+def measure(peers: bool) -> dict[str, object]:
     """Return the summary, why covariances were refused, and the rows.
 
     Errors: of leading modes the residual of the worst, of exact samples the covariance of the ensemble at all lags.
     """
     if peers:
         import gstools  # noqa: F401  takes a second, which is not set-up of a sampler
-    n, order, large, compared, most, budget = QUICK if quick else USUAL
     rows: list[Row] = []
     refused = {}
     for name in COVARIANCES:
-        covariance = covariance_of(name, square(n))
-        seconds, results = race({OURS: partial(karhunen_loeve, covariance, square(n), order)}, quick, least=3)
-        label = case(n=n, covariance=name, modes=order, tolerance=RESIDUAL)
-        rows.append(make_row(label, OURS, residual(covariance, results[OURS]), seconds[OURS], order))
+        covariance = covariance_of(name, square(EDGE))
+        seconds, results = race({OURS: partial(karhunen_loeve, covariance, square(EDGE), MODES)}, least=3)
+        label = case(n=EDGE, covariance=name, modes=MODES, tolerance=RESIDUAL)
+        rows.append(make_row(label, OURS, residual(covariance, results[OURS]), seconds[OURS], MODES))
     for name in COVARIANCES:
-        covariance, label = covariance_of(name, square(large)), case(n=large, covariance=name, quantity="sample")
+        covariance, label = covariance_of(name, square(LARGE)), case(n=LARGE, covariance=name, quantity="sample")
         try:
-            setup, embedding = timed(partial(embed, covariance, square(large)))
+            setup, embedding = timed(partial(embed, covariance, square(LARGE)))
         except IllPosedError as error:
             refused[label] = str(error)
             continue
-        turns = race({OURS: partial(embedding.sample, np.random.default_rng([SEED, large]))}, quick)[0][OURS]
+        turns = race({OURS: partial(embedding.sample, np.random.default_rng([SEED, LARGE]))})[0][OURS]
         more = {"setup_seconds": setup, "torus": list(embedding.torus)}
         rows.append(make_row(label, OURS, ensemble_error(covariance, embedding), turns, 1, **more))
         del embedding  # a quarter of a gigabyte
     for name in ("gaussian", "exponential"):
-        rows += compare_samplers(name, compared, most, budget, quick, peers)
+        rows += compare_samplers(name, peers)
     return {"summary": {"refused": refused}, "rows": rows}
+
+
+if __name__ == "__main__":
+    write("surface", measure)

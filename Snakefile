@@ -41,7 +41,7 @@ from workflow.keys import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
-from workflow.study.scenes import BENCHMARKS, RULES, Scenes, check_config, check_targets, scene_folders
+from workflow.study.scenes import RULES, Scenes, check_config, check_targets, scene_folders
 from workflow.study.terminal import print_closing, seconds_of_stages, show_own_errors
 
 # Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.

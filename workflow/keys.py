@@ -100,13 +100,11 @@ class Names:
             awaited += self.records(scene, "contact_strip", below="strip.training_samples")
         return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
 
-    def joint_page(self, names: Iterable[str], kept: list[str], drawn: list[str], code: Iterable[Path]) -> Entry:
-        """The page on several scenes. kept, drawn : files of evidence and their pictures; code : what draws these"""
-        part = {"captions": plan.captions(), "folder": "results", "evidence": [*map(_content, map(Path, kept))]}
-        part["drawn"] = [*map(_content, code)]
-        inputs = {"evidence": [str(Path(file).parent) for file in kept[:1]]}
-        inputs["drawn"] = [str(Path(file).parent) for file in drawn[:1]]
-        return self._of_several("report", names, part, inputs, drawn)
+    def joint_page(self, names: Iterable[str], kept: list[Path]) -> Entry:
+        """The page on several scenes. kept : files of evidence"""
+        part = {"captions": plan.captions(), "folder": "results", "evidence": [*map(_content, kept)]}
+        inputs = {"evidence": [str(file.parent) for file in kept[:1]]}
+        return self._of_several("report", names, part, inputs)
 
     def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
         """A stage that reads and writes published files of these scenes: `verify` and `reference`."""

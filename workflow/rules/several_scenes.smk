@@ -1,48 +1,26 @@
 # What takes several scenes together; each is asked for by name.
 # In:  results of the default scenes; the kept results.
-# Out: results/report.html; results/evidence/<subject>.svg, pictures of the kept benchmarks; results/verify.json|txt;
-#      results/reference, the small results that git keeps; results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
+# Out: results/report.html; results/verify.json|txt; results/reference, the small results that git keeps;
+#      results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
 #      scene uses.
-KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*.json"))  # by `make benchmark` and `make stress`
-DRAWN = [f"results/evidence/{file.stem}.svg" for file in KEPT_EVIDENCE if file.stem in BENCHMARKS]
-PLOT = ROOT / "workflow/benchmarks/plot.py"
-# By published file, a function of its name in the store.
-JOINT = {
-    "report.html": lambda: f"{names.joint_page(scenes.default, KEPT_EVIDENCE, DRAWN, [PLOT]).folder}/report.html"
-}
+KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*"))  # by `make benchmark` and `make stress`
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 
-rule joint_file:
+rule joint_page:
     input:
-        unpack(lambda wildcards: inputs.of_file(f"results/{wildcards.joint}", JOINT[wildcards.joint]())),
+        unpack(
+            lambda _: inputs.of_file(
+                "results/report.html", f"{names.joint_page(scenes.default, KEPT_EVIDENCE).folder}/report.html"
+            )
+        ),
     output:
-        "results/{joint}",
+        "results/report.html",
     log:
-        "results/logs/publish-{joint}.log",
-    wildcard_constraints:
-        joint="|".join(JOINT),
+        "results/logs/publish-report.log",
     localrule: True
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'
-
-
-rule evidence_drawn:
-    input:
-        code=PLOT,
-        result="results/reference/evidence/{subject}.json",
-    output:
-        svg="results/evidence/{subject}.svg",
-        usage="results/evidence/usage/{subject}.json",
-    log:
-        "results/evidence/logs/{subject}.log",
-    wildcard_constraints:
-        subject="|".join(BENCHMARKS),
-    resources:
-        mem_mb=1000,
-    shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.benchmarks.plot --benchmark {input.result:q} --output {output.svg:q}'
-        " --usage {output.usage:q} 2> {log:q}"
 
 
 rule verify:

@@ -24,7 +24,7 @@ from workflow.study.surface_check import check_surface
 USER_FILES = {"scan": "roughness.scan.file", "record": "friction.record.file"}  # by the stage that reads one
 KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
-FOLDERS = ("store", "reference", "benchmarks", "evidence", "logs", "usage")  # of no scene
+FOLDERS = ("store", "reference", "benchmarks", "logs", "usage")  # of no scene
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
@@ -106,13 +106,8 @@ def _guess(name: str, allowed: Sequence[str]) -> str:
 
 
 # A scene is a target of its own name, as these are already.
-BENCHMARKS = ("surface", "contact", "chaos", "oscillator")
-OF_SEVERAL = (
-    *("scene_report", "publish", "one_file", "joint_file", "clean_unused", "evidence_drawn", "store"),
-    "scatter_law",
-)
+OF_SEVERAL = (*("scene_report", "publish", "one_file", "joint_page", "clean_unused", "store", "scatter_law"),)
 RULES = frozenset({*declarations(), *OF_SEVERAL})
-COMPARED = ("paper", "resolved", "elastoplastic")  # where nothing else is asked to be compared
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 

@@ -23,7 +23,7 @@ BY_LAW = "load_std_by_law"  # of friction under the load, where the law holds
 STAGE = Stage(
     name="report",
     reads="description",
-    optional={"evidence": "", "drawn": ""},
+    optional={"evidence": ""},
     result="report.html",
     target="every scene",
 )
@@ -153,15 +153,15 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
     )
 
 
-def read_evidence(kept: Path | None, drawn: Path | None) -> Evidence | None:
+def read_evidence(kept: Path | None) -> Evidence | None:
     """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
-    if kept is None or drawn is None:
+    if kept is None:
         return None
     benchmarks = {
         name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()
     }
     return Evidence(
-        pictures={name: reduced(picture(drawn / f"{name}.svg").decode()).encode() for name in benchmarks},
+        pictures={name: reduced(picture(kept / f"{name}.svg").decode()).encode() for name in benchmarks},
         stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
         machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in benchmarks.items()},
     )
@@ -171,5 +171,5 @@ def work(job: Job) -> None:
     """Write the page."""
     captions, page_folder = job.key.configuration["captions"], Path(job.key.configuration["folder"])
     scenes = [read_scene(name, files, captions, page_folder) for name, files in job.files.items()]
-    evidence = read_evidence(job.arguments.evidence, job.arguments.drawn)
+    evidence = read_evidence(job.arguments.evidence)
     store.write_text(job.arguments.output, page(scenes, store.versions(), evidence))

@@ -26,7 +26,7 @@ from roughslip.surface.models import KINDS, covariance_of
 
 TWINS = 19
 NUMBERS = ("rms_height", "skewness", "kurtosis")
-LENGTHS = ("length_x", "length_y", "length_along", "length_across", "lay", "strength")
+LENGTHS = ("length_x", "length_y", "length_along", "length_across", "lay")
 
 # An interval reaches t standard errors, and its width, from a few dozen sub-areas, is itself known to some 15 %. A twin
 # of a model that is exactly the scan would lie inside with a probability of 0.95 at the right width and 0.90 at one
@@ -35,8 +35,8 @@ INSIDE = 0.90
 FALSE_ALARM = 1e-3  # of a family of statistics
 FAMILY = len(NUMBERS) + len(LENGTHS)
 FEWEST = int(binom.ppf(FALSE_ALARM / FAMILY, TWINS, INSIDE))  # 11 of 19
-# Of all together: lengths along x and along the lay are nearly one, so that five of the nine count as independent.
-FEWEST_OF_ALL = FAMILY / 5 * int(binom.ppf(FALSE_ALARM, 5 * TWINS, INSIDE))  # 135 of 171
+# Of all together: lengths along x and along the lay are nearly one, so that five of the eight count as independent.
+FEWEST_OF_ALL = FAMILY / 5 * int(binom.ppf(FALSE_ALARM, 5 * TWINS, INSIDE))  # 120 of 152
 
 GROUND = Path(__file__).resolve().parents[2] / "config/scans/ground.nc"
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
@@ -52,7 +52,6 @@ def test_the_shipped_scan_has_a_lay_along_x_and_negative_skewness():
     assert statistics.sub_areas.sufficient
     assert statistics.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
     assert statistics.skewness.high < 0.0
-    assert statistics.autocorrelation.strength.low > 0.5
     assert abs(statistics.autocorrelation.lay.value) < math.radians(3)
     assert statistics.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
     assert statistics.autocorrelation.length_x.low > 2.0 * statistics.autocorrelation.length_y.high
@@ -115,7 +114,7 @@ def count(interval, values):
 
 
 @pytest.mark.slow
-def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
+def test_twins_lie_within_the_intervals_of_the_scan(described):
     of_scan, twins = described
     inside = {name: count(getattr(of_scan, name), [float(getattr(t, name).value) for t in twins]) for name in NUMBERS}
     for name in LENGTHS:
@@ -127,22 +126,15 @@ def test_numbers_of_twins_lie_within_the_intervals_of_the_scan(described):
     assert len(inside) == FAMILY
     assert min(inside.values()) >= FEWEST, inside
     assert sum(inside.values()) >= FEWEST_OF_ALL, inside
-
-
-@pytest.mark.slow
-def test_curves_of_twins_lie_within_the_intervals_of_the_scan(described):
-    """The mean of the twins scatters by a quarter of one. Compared: the autocorrelation above 1/e, and the spectrum.
-
-    A fitted model follows the spectrum to a quarter of the highest wavenumber. One point in ten may lie outside.
-    """
-    statistics, twins = described
-    table, power = statistics.autocorrelation.correlation, statistics.spectrum.power
-    near = table.value > math.exp(-1)
-    below = statistics.spectrum.wavenumber < HIGHEST * math.pi / 1e-6
-    for own, mean, kept in (
-        (table, np.mean([twin.autocorrelation.correlation.value for twin in twins], axis=0), near),
-        (power, np.mean([twin.spectrum.power.value for twin in twins], axis=0), below),
+    # the mean of the twins scatters by a quarter of one; a fitted model follows the spectrum to a quarter of the
+    # highest wavenumber, and one point in ten may lie outside
+    table, power = of_scan.autocorrelation.correlation, of_scan.spectrum.power
+    below = of_scan.spectrum.wavenumber < HIGHEST * math.pi / 1e-6
+    for own, curves, kept in (
+        (table, [twin.autocorrelation.correlation.value for twin in twins], table.value > math.exp(-1)),
+        (power, [twin.spectrum.power.value for twin in twins], below),
     ):
+        mean = np.mean(curves, axis=0)
         assert kept.sum() >= 3
         assert np.mean(((own.low <= mean) & (mean <= own.high))[kept]) >= 0.9
 
@@ -181,23 +173,6 @@ def test_the_best_model_of_that_scan_has_its_spectrum_and_lengths():
     np.testing.assert_array_less(model[inside], power.high[inside])
     for length, axis in zip(best.covariance.axis_lengths_m, ("length_x", "length_y"), strict=True):
         assert getattr(statistics.autocorrelation, axis).low < length < getattr(statistics.autocorrelation, axis).high
-
-
-@pytest.mark.slow
-@measured
-def test_an_anisotropic_scan_whose_heights_are_phases():
-    scan = read_scan(DATA / "matrix-2.txt")
-    assert scan.grid.shape == (650, 650)
-    assert scan.dx == scan.dy == pytest.approx(0.369862e-6, rel=1e-6)
-    statistics = scan_statistics(remove_form(scan, "quadratic"))
-    assert statistics.rms_height.value == pytest.approx(0.238e-6, abs=0.0005e-6)
-    assert statistics.kurtosis.value - 3.0 == pytest.approx(3.3, abs=0.05)
-    assert statistics.autocorrelation.length_x.value == pytest.approx(8e-6, abs=0.5e-6)
-    assert statistics.autocorrelation.length_y.value == pytest.approx(45e-6, abs=0.5e-6)
-    assert abs(abs(statistics.autocorrelation.lay.value) - math.pi / 2) < math.radians(5)
-    assert statistics.autocorrelation.strength.low > 0.5
-    # 45 um on 240 um leave too little for intervals, and the statistics say so
-    assert not statistics.sub_areas.sufficient
 
 
 NX, NY, DX, DY = 90, 120, 1.0, 0.7
@@ -270,7 +245,6 @@ def test_statistics_go_with_the_scan(scan, name):
         like(length, expected, metre)
     for which in ("length_along", "length_across"):
         like(getattr(b, which), getattr(a, which), metre)
-    like(b.strength, a.strength)
     assert wrapped(b.lay.value - lay(a.lay.value)) == pytest.approx(0.0, abs=1e-9)
     assert b.lay.high - b.lay.low == pytest.approx(a.lay.high - a.lay.low, rel=1e-9)
     assert a.lay.low < 0.5 < a.lay.high
@@ -300,22 +274,14 @@ def test_fits_go_with_the_scan(scan, name):
     change, _, lay, _, metre = CASES[name]
     kinds = ("gaussian", "exponential", "matern")
     fits = []
-    for surface in (scan, change(scan)):
-        reach = 1.0 if surface is scan else metre
-        parts = replace(sub_areas(surface.grid, 3.0 * reach, 3.0 * reach), counts=(5, 5))
-        fits.append(
-            {fit.covariance.kind: fit for fit in fitted_covariances(kinds, surface, scan_statistics(surface, parts))[0]}
-        )
+    for surface, reach in ((scan, 3.0), (change(scan), 3.0 * metre)):
+        parts = replace(sub_areas(surface.grid, reach, reach), counts=(5, 5))
+        found, _ = fitted_covariances(kinds, surface, scan_statistics(surface, parts))
+        fits.append({fit.covariance.kind: fit for fit in found})
     for kind in kinds:
         one, other = fits[0][kind], fits[1][kind]
-        for key, value in one.parameters.items():
-            scale = metre if key.endswith("_m") else 1.0
-            parameter = other.parameters[key]
-            if key == "lay_rad":
-                assert wrapped(parameter - lay(value)) == pytest.approx(0.0, abs=1e-4)
-            else:
-                assert parameter == pytest.approx(scale * value, rel=1e-4)
-            assert other.standard_errors[key] == pytest.approx(scale * one.standard_errors[key], rel=1e-2)
+        np.testing.assert_allclose(other.covariance.lengths_m, metre * np.array(one.covariance.lengths_m), rtol=1e-4)
+        assert wrapped(other.covariance.lay_rad - lay(one.covariance.lay_rad)) == pytest.approx(0.0, abs=1e-4)
         assert (other.misfit, other.criterion) == pytest.approx((one.misfit, one.criterion), rel=1e-6)
         assert other.spectrum_misfit == pytest.approx(one.spectrum_misfit, rel=1e-6)
 

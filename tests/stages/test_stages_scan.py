@@ -278,7 +278,7 @@ def test_a_wave_longer_than_half_the_scan_is_taken_off_by_the_cutoff_that_the_re
 
 
 def fitted(covariance):
-    return CovarianceFit(covariance, {}, {}, (), 1.0, 1.0, 1.0, 100, 50.0, 10.0)
+    return CovarianceFit(covariance, 1.0, 1.0, 1.0)
 
 
 def test_the_best_fit_is_the_first_that_every_mesh_takes_and_says_what_it_left(monkeypatch):

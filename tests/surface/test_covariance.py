@@ -335,9 +335,9 @@ from roughslip.surface.models import covariance_of
 model = covariance_of("autoregressive", 2.0, 3.0)
 assert "autoregressive" in str(scene_schema())
 x = np.arange(-6.0, 7.0)
-data = estimates(x[:, None], x[None, :], model(x[:, None], x) / 4.0, np.full((13, 13), 0.01))
+data = estimates(x[:, None], x[None, :], model(x[:, None], x)[None] / 4.0, np.full((13, 13), 0.01))
 found = fit_covariance("autoregressive", data, 2.0)
-print(float(model(np.array(3.0))), found.parameters["correlation_length_m"])
+print(float(model(np.array(3.0))), found.covariance.lengths_m[0])
 print(embed(model, Grid(200, 200, 1.0, 1.0)).sample(np.random.default_rng(1)).std())
 """
 

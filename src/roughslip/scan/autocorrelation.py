@@ -37,11 +37,10 @@ class Autocorrelation:
     lag_x : (2 kx + 1,) [m], lag_y : (2 ky + 1,) [m] lags, zero in the middle
     correlation : (2 kx + 1, 2 ky + 1) r, with pointwise interval
     length_x, length_y : [m] first lag along each axis at which r falls to 1/e
-    lay : [rad] direction of the longest correlation, from the x axis towards y, in (-pi/2, pi/2]
+    lay : [rad] direction of the longest correlation, from the x axis towards y, in (-pi/2, pi/2]; on an isotropic
+        surface what chance makes it
     length_along, length_across : [m] 1/e lengths along the lay and across it. Where an endless lay is still
         correlated at the last lag they are that lag, give or take a cell: no number of a scan is infinite
-    strength : 1 - length_across / length_along: 0 without a lay, near 1 for long grooves. The lay is chosen to make it
-        large, so on an isotropic surface it and the angle are what chance makes them
     rows : (1 + B, 2 kx + 1, 2 ky + 1) r of all sub-areas, then without each: what fits need
     """
 
@@ -53,7 +52,6 @@ class Autocorrelation:
     lay: Estimate
     length_along: Estimate
     length_across: Estimate
-    strength: Estimate
     rows: np.ndarray
 
 
@@ -161,7 +159,6 @@ def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
         lay=Estimate(lay[0], lay[0] - turn, lay[0] + turn),
         length_along=along,
         length_across=across,
-        strength=parts.interval(1.0 - lengths[:, 3] / lengths[:, 2]),
         rows=rows,
     )
 

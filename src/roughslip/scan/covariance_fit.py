@@ -1,9 +1,7 @@
 """Covariance models fitted to an estimated autocorrelation and to the spectrum, by weighted least squares.
 
 A fit searches the logarithm of the geometric mean of the two correlation lengths. With e half the logarithm of their
-ratio, it also searches e cos(2 lay) and e sin(2 lay), which stay smooth where the surface is isotropic. Errors of
-neighbouring lags are correlated, so standard errors from the sum of squares would be too small. A jackknife over parts
-of the scan gives the right ones.
+ratio, it also searches e cos(2 lay) and e sin(2 lay), which stay smooth where the surface is isotropic.
 
 Lags determine lengths and lay, but hardly a smoothness or a Hurst exponent: a spectrum that is ten times too high at
 short waves still fits them. Rings of the spectrum determine the shape, but no directions, and they distort lengths
@@ -19,10 +17,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares, minimize_scalar
+from scipy.optimize import least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.scan.fit_data import Estimates, RingPowers, effective_number, lags_to_fit, profile_to_fit, rings_to_fit
+from roughslip.scan.fit_data import Estimates, RingPowers, lags_to_fit, profile_to_fit, rings_to_fit
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.short_repr import short_repr
@@ -31,7 +29,6 @@ from roughslip.surface.models import MODELS
 from roughslip.validation import gate
 
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
-WORST_CONDITION = 1e7  # of the weighted Jacobian with unit columns
 NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 
@@ -39,35 +36,24 @@ NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 @short_repr
 @dataclass(frozen=True)
 class CovarianceFit:
-    """A fitted model with its errors.
+    """A fitted model, and how well it fits.
 
     covariance : the model
-    parameters, standard_errors : by name, in the unit of the name. The error is infinite where the data do not
-        determine the parameter, at a bound or for the lay of an isotropic surface
-    at_bound : names of parameters that ended at a bound
     misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
     spectrum_misfit : [-] the same of the logarithms of the powers of rings; zero without rings
-    criterion : [-] n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of so many
-        independent estimates; smallest is best
-    lags : n that entered
-    effective_lags, effective_rings : n' and m'; n without a jackknife, zero without rings
+    criterion : [-] n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of n' lags
+        and m' rings that are independent in effect; smallest is best
     """
 
     covariance: Covariance
-    parameters: dict[str, float]
-    standard_errors: dict[str, float]
-    at_bound: tuple[str, ...]
     misfit: float
     spectrum_misfit: float
     criterion: float
-    lags: int
-    effective_lags: float
-    effective_rings: float
 
 
 def fit_covariance(
     kind: str,
-    data: Estimates,
+    lags: Estimates,
     rms_height_m: float,
     *,
     rings: RingPowers | None = None,
@@ -76,59 +62,45 @@ def fit_covariance(
     """Least squares of (estimate - model) / standard error.
 
     kind : of the model
-    data : from `estimates`
+    lags : estimated autocorrelation
     rms_height_m : Sq [m], not fitted: correlations do not hold it
-    rings : powers of the spectrum that determine its shape and count in its criterion; need parts in `data`
+    rings : powers of the spectrum that determine its shape and count in its criterion
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
-    Returns the fit of two lengths and a lay; of separable_exponential, of lengths along x and y. Where `data` holds
-    parts, standard errors are the delete-a-block jackknife (Kunsch, Annals of Statistics 17 (1989) 1217) of the
-    linearised fit. Without parts lags count as independent, and errors are too small.
-    Raises IllPosedError where the lags do not determine the parameters, ConvergenceError where least squares stops.
+    Returns the fit of two lengths and a lay; of separable_exponential, of lengths along x and y. Raises IllPosedError
+    where there are too few lags, ConvergenceError where least squares stops.
     """
     if kind not in MODELS:
         raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
     model = MODELS[kind]
     if model.has_cutoff != (cutoff_wavelength_m is not None):
         raise ParameterError(f"a {kind} model {'needs a' if model.has_cutoff else 'has no'} cut-off wavelength")
-    if rings is not None and len(rings.without_part) != len(data.without_part):
-        raise ParameterError("rings and lags must be estimated without the same parts of the scan")
     build = _builder(model, rms_height_m, cutoff_wavelength_m)
-    start, low, high = _start_and_bounds(model, data)
-    n, p = len(data.x), len(start)
+    start, low, high = _start_and_bounds(model, lags)
+    n, p = len(lags.x), len(start)
     if n <= p:
         raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags")
-    number, number_of_rings = effective_number(data.errors), 0.0 if rings is None else effective_number(rings.errors)
+    number, number_of_rings = lags.number, 0.0 if rings is None else rings.number
     weight = math.sqrt(number / n)
 
     def of_lags(parameters: np.ndarray) -> np.ndarray:
-        correlation = build(parameters)(data.x, data.y) / rms_height_m**2
-        return np.asarray(weight * (correlation - data.correlation) / data.standard_error)
+        correlation = build(parameters)(lags.x, lags.y) / rms_height_m**2
+        return np.asarray(weight * (correlation - lags.correlation) / lags.standard_error)
 
     def of_rings(parameters: np.ndarray) -> np.ndarray:
         if rings is None:
             return np.zeros(0)
         return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
 
-    solution = _solved(model, of_lags, start, low, high)
-    x, spread, free = solution.x, *_spread(solution, low, high, weight * data.errors)
+    x = _solved(model, of_lags, start, low, high)
     if rings is not None and model.fitted_shape is not None:
-        errors = weight * data.errors, math.sqrt(number_of_rings / len(rings.power)) * rings.errors
-        x, spread, free = _profiled(model, of_lags, of_rings, x, low, high, errors)
-    covariance = build(x)
-    names, standard_errors, bound = _parameters(model, x, spread, free, covariance)
+        x = _profiled(model, of_lags, of_rings, x, low, high)
     squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
-        covariance,
-        names,
-        standard_errors,
-        bound,
+        build(x),
         misfit=math.sqrt(squares / number),
         spectrum_misfit=math.sqrt(squares_of_rings / number_of_rings) if number_of_rings else 0.0,
         criterion=float(squares + squares_of_rings + p * math.log(number + number_of_rings)),
-        lags=n,
-        effective_lags=number,
-        effective_rings=number_of_rings,
     )
 
 
@@ -142,16 +114,16 @@ def fitted_covariances(
     the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
     endless = statistics.sub_areas.endless
-    data, powers = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics) if endless is None else None
+    lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics) if endless is None else None
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
         if endless is not None:
-            data = profile_to_fit(statistics.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
+            lags = profile_to_fit(statistics.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
         try:
             rms_height_m = float(statistics.rms_height.value)
-            fit = fit_covariance(kind, data, rms_height_m, rings=powers, cutoff_wavelength_m=cutoff)
+            fit = fit_covariance(kind, lags, rms_height_m, rings=rings, cutoff_wavelength_m=cutoff)
             fits.append(fit)
         except (IllPosedError, ConvergenceError) as error:
             refused.setdefault(str(error), []).append(kind)
@@ -192,13 +164,13 @@ def _axes(model: type[Covariance], parameters: np.ndarray) -> tuple[float, float
     return math.exp(mean + e), math.exp(mean - e), lay
 
 
-def _start_and_bounds(model: type[Covariance], data: Estimates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _start_and_bounds(model: type[Covariance], lags: Estimates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
-    near = (data.correlation > NEAR_LAGS) & (data.correlation < 0.999)
+    near = (lags.correlation > NEAR_LAGS) & (lags.correlation < 0.999)
     if near.sum() < 3:
         raise IllPosedError(f"fewer than 3 lags have correlations above {NEAR_LAGS}: give shorter lags")
-    form = (-np.log(data.correlation[near])) ** model.quadratic_power
-    x, y = data.x[near], data.y[near]
+    form = (-np.log(lags.correlation[near])) ** model.quadratic_power
+    x, y = lags.x[near], lags.y[near]
     squares = np.stack((x**2 + y**2, x**2 - y**2, 2 * x * y))
     weights = 1 / np.sum(squares[0])
     trace, difference, mixed = np.linalg.lstsq(squares.T * weights, form * weights, rcond=None)[0]
@@ -206,12 +178,14 @@ def _start_and_bounds(model: type[Covariance], data: Estimates) -> tuple[np.ndar
     trace = max(trace, 1e-6 / np.max(squares[0]))
     ratio = min(unequal / trace, 0.98)  # the form may be indefinite where estimates scatter
     logs = 0.25 * math.log((1 + ratio) / (1 - ratio))
-    longest = math.sqrt(np.max(data.x**2 + data.y**2))
-    shortest = math.sqrt(np.min(data.x**2 + data.y**2))
-    scale = model.fitted_length[1]  # such as that of a roll-off wavelength to a correlation length
+    longest = math.sqrt(np.max(lags.x**2 + lags.y**2))
+    shortest = math.sqrt(np.min(lags.x**2 + lags.y**2))
     angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
     unit = [math.cos(angle), math.sin(angle)][: 2 if model.is_fitted_with_lay else 1]
-    parameters = [-0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(scale), *(logs * part for part in unit)]
+    parameters = [
+        -0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(model.fitted_ratio),
+        *(logs * part for part in unit),
+    ]
     low = [math.log(shortest / 100), *[-MOST_ANISOTROPIC] * len(unit)]
     high = [math.log(100 * longest), *[MOST_ANISOTROPIC] * len(unit)]
     if model.fitted_shape is not None:
@@ -229,12 +203,12 @@ def _solved(
     start: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-) -> OptimizeResult:
+) -> np.ndarray:
     solution = least_squares(residual, start, bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     if not solution.success:
         text = f"the fit of {model.kind} did not converge: use another kind, or lags that are still correlated"
         raise ConvergenceError(text, float(solution.optimality), int(solution.nfev))
-    return solution
+    return np.asarray(solution.x)
 
 
 def _profiled(
@@ -244,18 +218,16 @@ def _profiled(
     start: np.ndarray,
     low: np.ndarray,
     high: np.ndarray,
-    errors: tuple[np.ndarray, np.ndarray],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Parameters, their spread and which are free: the shape best for lags and rings, the others for lags at it."""
+) -> np.ndarray:
+    """Parameters: the shape best for lags and rings, the others for lags at it."""
 
-    def at(shape: float) -> tuple[OptimizeResult, np.ndarray, np.ndarray]:
-        """Solution of the others, all parameters, all residuals."""
-        solution = _solved(model, lambda others: of_lags(np.append(others, shape)), start[:-1], low[:-1], high[:-1])
-        x = np.append(solution.x, shape)
-        return solution, x, np.concatenate((of_lags(x), of_rings(x)))
+    def at(shape: float) -> np.ndarray:
+        others = _solved(model, lambda x: of_lags(np.append(x, shape)), start[:-1], low[:-1], high[:-1])
+        return np.append(others, shape)
 
     def total(shape: float) -> float:
-        return float(np.sum(at(shape)[2] ** 2))
+        x = at(shape)
+        return float(np.sum(np.concatenate((of_lags(x), of_rings(x))) ** 2))
 
     optimum = minimize_scalar(total, bounds=(low[-1], high[-1]), method="bounded", options={"xatol": 1e-5})
     if not optimum.success:
@@ -265,85 +237,4 @@ def _profiled(
     bound = float(min(low[-1], high[-1], key=lambda end: abs(shape - end)))
     if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
         shape = min(bound, shape, key=total)
-    solution, x, _ = at(shape)
-    spread, free = _spread(solution, low[:-1], high[:-1], errors[0])
-    inside = low[-1] < shape < high[-1]
-    of_shape = np.zeros(spread.shape[1])
-    if inside:
-        step = 1e-4 * min(shape - low[-1], high[-1] - shape, 1.0)
-        (_, before, residual_before), (_, after, residual_after) = at(shape - step), at(shape + step)
-        slope, residual_slope = (after - before) / (2 * step), (residual_after - residual_before) / (2 * step)
-        # errors of the data move the residuals, and with the others those of the rings too; the shape makes up for both
-        moves = 1e-5 * np.eye(len(x))[:-1]
-        by_others = np.stack([(of_rings(x + move) - of_rings(x - move)) / 2e-5 for move in moves], axis=1)
-        shift = np.concatenate((solution.jac @ spread - errors[0].T, by_others @ spread - errors[1].T))
-        of_shape = -residual_slope @ shift / np.sum(residual_slope**2)
-        spread = spread + np.outer(slope[:-1], of_shape)  # the others follow the shape
-    return x, np.vstack((spread, of_shape)), np.append(free, inside)
-
-
-def _parameters(
-    model: type[Covariance], x: np.ndarray, spread: np.ndarray, free: np.ndarray, covariance: Covariance
-) -> tuple[dict[str, float], dict[str, float], tuple[str, ...]]:
-    """Named parameters, their standard errors, and the names of those at a bound."""
-    names = _named(covariance)
-    gradient = _gradient(model, x, covariance)
-    # a parameter's scatter in each part, or its standard deviation from each independent lag: squares add up
-    scatter = np.sqrt(np.sum((gradient @ spread) ** 2, axis=1))
-    bound = {name for name, row in zip(names, gradient, strict=True) if np.any(row[~free] != 0)}
-    standard_errors = {
-        name: math.inf if name in bound else float(error) for name, error in zip(names, scatter, strict=True)
-    }
-    return names, standard_errors, tuple(sorted(bound))
-
-
-def _spread(
-    solution: OptimizeResult, low: np.ndarray, high: np.ndarray, errors: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(p, B or p) of which the sum of squares is the variance of the parameters, and which are not at a bound.
-
-    With J = QR a jackknife gives R^-1 Q' times the errors of the residuals; independent ones of unit error give R^-1.
-    Those at a bound have no spread.
-    """
-    free = (solution.x > low + 1e-6 * (high - low)) & (solution.x < high - 1e-6 * (high - low))
-    jacobian = solution.jac[:, free]
-    columns = jacobian.shape[1]
-    norms = np.linalg.norm(jacobian, axis=0)
-    q, r = np.linalg.qr(jacobian / np.where(norms > 0, norms, 1.0))
-    if columns and not np.linalg.cond(r) < WORST_CONDITION:
-        raise IllPosedError(f"{len(jacobian)} lags do not determine all {columns} parameters: add lags across")
-    scatter = q.T @ errors.T if len(errors) else np.eye(columns)
-    spread = np.zeros((len(free), scatter.shape[1]))
-    spread[free] = np.linalg.solve(r, scatter) / norms[:, None]
-    return spread, free
-
-
-def _named(covariance: Covariance) -> dict[str, float]:
-    """The parameters of a fit by name, in the unit of the name."""
-    stem, _ = covariance.fitted_length
-    along, across = covariance.fitted_lengths_m
-    named = {f"{stem}_m": along, f"{stem}_across_m": across}
-    if covariance.is_fitted_with_lay:
-        named["lay_rad"] = covariance.lay_rad
-    if covariance.fitted_shape is not None:
-        name = covariance.fitted_shape.name
-        named[name] = getattr(covariance, name)
-    return named
-
-
-def _gradient(model: type[Covariance], parameters: np.ndarray, covariance: Covariance) -> np.ndarray:
-    """Derivatives (named parameter, parameter of the fit)."""
-    p = len(parameters)
-    along, across, _ = _axes(model, parameters)
-    unit = np.eye(p)
-    if not model.is_fitted_with_lay:
-        rows = [along * (unit[0] + unit[1]), across * (unit[0] - unit[1])]
-    else:
-        e = max(math.hypot(parameters[1], parameters[2]), 1e-9)
-        radial = (parameters[1] * unit[1] + parameters[2] * unit[2]) / e
-        turn = (parameters[1] * unit[2] - parameters[2] * unit[1]) / (2 * e**2)
-        rows = [along * (unit[0] + radial), across * (unit[0] - radial), turn]
-    if model.fitted_shape is not None:
-        name, _, logarithmic = model.fitted_shape
-        rows.append((getattr(covariance, name) if logarithmic else 1.0) * unit[-1])
-    return np.stack(rows)
+    return at(shape)

@@ -13,38 +13,31 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import stdtrit
 
-from roughslip.errors import ParameterError
 from roughslip.scan.autocorrelation import Autocorrelation
 from roughslip.scan.jackknife import CONFIDENCE
 from roughslip.scan.spectrum import HIGHEST, LEAKAGE, ROLL_OFF, rings
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
-from roughslip.validation import reals
 
 MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """An estimated autocorrelation, a lag and its opposite once; made by `estimates`.
+    """An estimated autocorrelation at the lags of one half plane, without lag zero, whose correlation is exactly 1.
 
     x, y : (n,) [m] lags
     correlation : (n,) [-]
     standard_error : (n,) [-] positive
-    without_part : (B, n) [-] the same estimated without each part of the scan; B = 0 if not known
+    number : n' that are independent in effect
     """
 
     x: np.ndarray
     y: np.ndarray
     correlation: np.ndarray
     standard_error: np.ndarray
-    without_part: np.ndarray
-
-    @property
-    def errors(self) -> np.ndarray:
-        """(B, n) what each part adds to the error of each lag, in standard errors; squares add up over the parts."""
-        return _jackknife(self.without_part) / self.standard_error
+    number: float
 
 
 @dataclass(frozen=True)
@@ -53,19 +46,14 @@ class RingPowers:
 
     power : (m,) [m^4] positive
     standard_error : (m,) [-] of its logarithm, positive
-    without_part : (B, m) [m^4] the same without each part of the scan
+    number : m' that are independent in effect
     expected : the powers (m,) [m^4] of a model on the same rings
     """
 
     power: np.ndarray
     standard_error: np.ndarray
-    without_part: np.ndarray
+    number: float
     expected: Callable[[Covariance], np.ndarray]
-
-    @property
-    def errors(self) -> np.ndarray:
-        """(B, m) as of Estimates, of the logarithms."""
-        return _jackknife(np.log(self.without_part)) / self.standard_error
 
     def distance(self, covariance: Covariance) -> np.ndarray:
         """(m,) logarithm of the power of a model over the estimated one, in standard errors."""
@@ -73,47 +61,32 @@ class RingPowers:
         return np.asarray(np.log(model / self.power) / self.standard_error)
 
 
-def estimates(
-    lag_x_m: np.ndarray,
-    lag_y_m: np.ndarray,
-    correlation: np.ndarray,
-    standard_error: np.ndarray,
-    without_part: np.ndarray | None = None,
-) -> Estimates:
-    """Estimates at the lags of one half plane; lag zero, where the correlation is 1 without error, is left out.
+def estimates(lag_x: np.ndarray, lag_y: np.ndarray, rows: np.ndarray, standard_error: np.ndarray) -> Estimates:
+    """Estimates at the lags of one half plane.
 
-    lag_x_m, lag_y_m : (...) [m] lags, broadcast to the shape of the correlation
-    correlation : (...) [-] estimates C / C(0)
+    lag_x, lag_y : (...) [m] lags of both signs, broadcast to the shape of the correlation
+    rows : (1 + B, ...) [-] estimates C / C(0), then the same without each of B parts of the scan
     standard_error : (...) [-] of each
-    without_part : (B, ...) [-] estimates without each of B >= 2 parts of the scan
-
-    Raises ParameterError for values that are not finite, errors that are not positive, and shapes that do not fit.
     """
-    correlation, standard_error = reals("correlations", correlation), reals("standard errors", standard_error)
-    shape = correlation.shape
-    parts = np.empty((0, *shape)) if without_part is None else without_part
-    if standard_error.shape != shape or parts.shape[1:] != shape or len(parts) == 1:
-        raise ParameterError(f"errors {standard_error.shape} and parts {parts.shape} do not fit estimates {shape}")
-    x, y = np.broadcast_to(lag_x_m, shape), np.broadcast_to(lag_y_m, shape)
+    x, y = np.broadcast_arrays(lag_x, lag_y)
     kept = (x > 0) | ((x == 0) & (y > 0))
-    fields = x[kept], y[kept], correlation[kept], standard_error[kept], parts[:, kept]
-    if not all(np.all(np.isfinite(field)) for field in fields):
-        raise ParameterError("lags, correlations and their errors must be finite: leave out lags without pairs")
-    if not np.all(fields[3] > 0):
-        raise ParameterError("standard errors of correlations off lag zero must be positive")
-    return Estimates(*fields)
+    rows, error = rows[:, kept], standard_error[kept]
+    return Estimates(x[kept], y[kept], rows[0], error, effective_number(rows[1:], error))
 
 
 def lags_to_fit(estimate: Autocorrelation) -> Estimates:
     """Estimates at every lag, or every second, third ... on each axis where these are too many."""
+    return estimates(*_thinned(estimate))
+
+
+def _thinned(estimate: Autocorrelation) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Arguments of `estimates` about lag zero."""
     step = math.ceil(math.sqrt(estimate.rows[0].size / MOST_LAGS))
     kept = tuple(slice(n // 2 % step, None, step) for n in estimate.rows[0].shape)
-    parts = len(estimate.rows) - 1
     reach = estimate.correlation.high - estimate.correlation.low
-    error = reach / (2 * stdtrit(parts - 1, 0.5 + 0.5 * CONFIDENCE))
+    error = reach / (2 * stdtrit(len(estimate.rows) - 2, 0.5 + 0.5 * CONFIDENCE))
     lag_x, lag_y = estimate.lag_x[kept[0]], estimate.lag_y[kept[1]]
-    rows = estimate.rows[(slice(None), *kept)]
-    return estimates(lag_x[:, None], lag_y[None, :], rows[0], error[kept], rows[1:])
+    return lag_x[:, None], lag_y[None, :], estimate.rows[(slice(None), *kept)], error[kept]
 
 
 def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> Estimates:
@@ -123,13 +96,16 @@ def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> 
 
     The effective number of estimates does not change, since copies err together.
     """
-    whole = lags_to_fit(estimate)
-    along, across = (whole.y, whole.x) if endless else (whole.x, whole.y)
-    line = np.flatnonzero((along == 0.0) & (across > 0.0))
+    lag_x, lag_y, rows, error = _thinned(estimate)
+    i, j = (n // 2 for n in error.shape)
+    if endless:
+        across, rows, error = lag_x[i + 1 :, 0], rows[:, i + 1 :, j], error[i + 1 :, j]
+    else:
+        across, rows, error = lag_y[0, j + 1 :], rows[:, i, j + 1 :], error[i, j + 1 :]
     angles = np.arange(directions) * math.pi / directions
-    x, y = (np.outer(part, across[line]).ravel() for part in (np.cos(angles), np.sin(angles)))
-    copies = np.tile(line, len(angles))
-    return Estimates(x, y, whole.correlation[copies], whole.standard_error[copies], whole.without_part[:, copies])
+    x, y = (np.outer(part, across).ravel() for part in (np.cos(angles), np.sin(angles)))
+    rows, error = np.tile(rows, directions), np.tile(error, directions)
+    return Estimates(x, y, rows[0], error, effective_number(rows[1:], error))
 
 
 def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | None:
@@ -146,24 +122,18 @@ def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | N
         return None
     over = rings(scan.grid, parts)
     error = np.log(power.high / power.low)[kept] / (2 * stdtrit(parts.number - 1, 0.5 + 0.5 * CONFIDENCE))
-    return RingPowers(
-        power.value[kept],
-        error,
-        statistics.spectrum.rows[1:, kept],
-        lambda covariance: over.expected(covariance.spectrum)[kept],
-    )
+    number = effective_number(np.log(statistics.spectrum.rows[1:, kept]), error)
+    return RingPowers(power.value[kept], error, number, lambda model: over.expected(model.spectrum)[kept])
 
 
-def effective_number(errors: np.ndarray) -> float:
-    """n' of the module's heading. errors : (B, n) as of Estimates; n where B = 0."""
-    if not len(errors):
-        return float(errors.shape[1])
+def effective_number(without_part: np.ndarray, standard_error: np.ndarray) -> float:
+    """n' of the module's heading; n where no parts are given.
+
+    without_part : (B, n) estimates without each part of the scan
+    """
+    parts = len(without_part)
+    if not parts:
+        return float(standard_error.size)
+    errors = math.sqrt((parts - 1) / parts) * (without_part - without_part.mean(axis=0)) / standard_error
     gram = errors @ errors.T
     return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))
-
-
-def _jackknife(without_part: np.ndarray) -> np.ndarray:
-    number = len(without_part)
-    if number == 0:
-        return without_part
-    return np.asarray(math.sqrt((number - 1) / number) * (without_part - without_part.mean(axis=0)))

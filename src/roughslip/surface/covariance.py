@@ -73,7 +73,7 @@ class Covariance:
     # Gaussian and 2 for the exponential. The first guess of lengths and lay is read from that form.
     quadratic_power: ClassVar[float] = 1.4
     fitted_shape: ClassVar[FittedShape | None] = None
-    fitted_length: ClassVar[tuple[str, float]] = ("correlation_length", 1.0)  # name, and its ratio to l in the guess
+    fitted_ratio: ClassVar[float] = 1.0  # of the length that a fit searches to l, in the first guess
     is_fitted_with_lay: ClassVar[bool] = True  # whether a fit searches the angle of the lay
 
     rms_height_m: float
@@ -163,8 +163,6 @@ class Covariance:
         a, b = along * (cos * qx + sin * qy), across * (cos * qy - sin * qx)
         return self.rms_height_m**2 * along * across * self.density(a, b)
 
-    # What fits take and return: lengths by `fitted_length`, here the correlation lengths.
-
     @classmethod
     def of_fit(
         cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
@@ -172,11 +170,6 @@ class Covariance:
         """The model of fitted lengths and shape. cutoff : wavelength [m] of a model that ends, geometric mean."""
         shapes = {} if cls.fitted_shape is None else {cls.fitted_shape.name: shape}
         return cls(rms_height_m, along, across, lay_rad, **shapes)  # type: ignore[arg-type]
-
-    @property
-    def fitted_lengths_m(self) -> tuple[float, float]:
-        """[m] along and across the lay."""
-        return self.lengths_m
 
 
 @dataclass(frozen=True)

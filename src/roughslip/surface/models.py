@@ -135,7 +135,7 @@ class SelfAffine(IsotropicCovariance):
     shapes: ClassVar = {"hurst": (0.01, 1.0), "bandwidth": (1.000001, 1e9)}
     has_cutoff = True
     fitted_shape = FittedShape("hurst", 0.7, logarithmic=False)
-    fitted_length = ("rolloff_wavelength", 4.0)
+    fitted_ratio = 4.0  # of the roll-off wavelength
     reach = math.inf
 
     hurst: float = field(kw_only=True)
@@ -189,11 +189,6 @@ class SelfAffine(IsotropicCovariance):
             raise ParameterError("a self_affine model needs a Hurst exponent and a cut-off wavelength")
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
         return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
-
-    @property
-    def fitted_lengths_m(self) -> tuple[float, float]:
-        """Roll-off wavelengths [m] along and across the lay."""
-        return self.rolloff_wavelengths_m
 
 
 MODELS: dict[str, type[Covariance]] = {

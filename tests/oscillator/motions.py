@@ -19,7 +19,7 @@ import numpy as np
 
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import _advance, recursion
-from roughslip.oscillator.equation import Oscillator, path_coordinate, slip_state
+from roughslip.oscillator.equation import Oscillator, slip_state
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
@@ -46,15 +46,14 @@ def coulomb(ratio: float, kinetic: float = 0.3) -> CoulombLaw:
     return CoulombLaw(kinetic, kinetic + ratio * V / F)
 
 
-def equal_steps(pair, p, path, x, u, duration, steps, sigma=1.0):
+def equal_steps(p, path, x, u, duration, steps, sigma=1.0):
     """The state after so many equal steps of slip from tau = 0, each on the piece of the path at its middle."""
     h = duration / steps
     y = slip_state(0.0, x, u, 0.0, sigma, piece_at(path, 0.0), p)
     for _ in range(steps):
-        ahead = path_coordinate(y.tau + 0.5 * h, y.s + 0.5 * h * sigma * (p.V - y.u), p)
-        piece = piece_at(path, ahead)
+        piece = piece_at(path, y.s + 0.5 * h * sigma * (p.V - y.u))
         y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, p)
-        y, _ = step(pair, y, h, sigma, piece, p)
+        y, _ = step(y, h, sigma, piece, p)
     return y
 
 

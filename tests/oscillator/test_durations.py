@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from roughslip.errors import ParameterError
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import recursion
 from roughslip.oscillator.limits import hopf_damping
-from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.state_durations import durations, exponential_mean, states_of_answer, stationary_share
 from roughslip.oscillator.states import States, run_until_known
@@ -157,11 +155,6 @@ def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
     slope, offset = np.polyfit(x, y, 1)
     assert slope > 0
     assert np.max(np.abs(slope * x + offset - y)) < 0.03 * np.ptp(y)
-
-
-def test_friction_that_does_not_follow_slip_has_no_chain():
-    with pytest.raises(ParameterError, match="follows slip"):
-        trough_map(STUDY, LAW, 0.01, LENGTH, None, MotionOptions(friction_follows="time"))
 
 
 @pytest.mark.slow

@@ -1,6 +1,4 @@
-"""The scaled equation, mu_S between the nodes of a path, one step by either pair, and the motion between its ends.
-
-Tableaux of the Runge-Kutta pairs.
+"""The scaled equation, mu_S between the nodes of a path, one step by Fehlberg's pair, and the motion between its ends.
 
 Steps over many nodes: the quadratic in place of the path, one step against scipy, and motions on rough paths.
 """
@@ -12,10 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import DOP853, cumulative_trapezoid, solve_ivp
-from scipy.interpolate import CubicHermiteSpline, make_interp_spline
+from scipy.integrate import cumulative_trapezoid, solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.oscillator import tableaux
+from roughslip.oscillator import runge_kutta
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients, jerk, slip_state
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
@@ -36,9 +34,6 @@ from roughslip.oscillator.path import (
     wide_piece,
 )
 from roughslip.oscillator.runge_kutta import (
-    DORMAND_PRINCE853,
-    FEHLBERG45,
-    ORDERS,
     first_zero,
     lowest,
     quintic,
@@ -53,20 +48,12 @@ from roughslip.oscillator.wide_step import step_by_distance, wide_step
 from tests.oscillator.motions import LAW, STUDY, F, V, ends, equal_steps
 
 
-def test_dormand_and_prince_are_those_of_scipy_to_the_last_bit():
-    for row, expected in zip(tableaux.ROWS, DOP853.A[1:], strict=True):
-        np.testing.assert_array_equal(row, expected[expected != 0])
-    np.testing.assert_array_equal(tableaux.NODES, DOP853.C)
-    for weights, expected in (("WEIGHTS", DOP853.B), ("ERROR5", DOP853.E5), ("ERROR3", DOP853.E3)):
-        np.testing.assert_array_equal(getattr(tableaux, weights), expected[[0, *range(5, 12)]])
-
-
 def test_fehlberg_fulfils_the_conditions_of_its_orders():
     """Quadrature of powers up to order 5 and 4; rows sum to their nodes. The second stage has no weight."""
-    nodes = np.array(tableaux.FEHLBERG_NODES)
-    np.testing.assert_allclose([sum(row) for row in tableaux.FEHLBERG_ROWS], nodes[1:], atol=1e-15)
-    used, fifth = nodes[[0, 2, 3, 4, 5]], np.array(tableaux.FEHLBERG_WEIGHTS)
-    fourth = fifth - tableaux.FEHLBERG_ERROR
+    nodes = np.array(runge_kutta.NODES)
+    np.testing.assert_allclose([sum(row) for row in runge_kutta.ROWS], nodes[1:], atol=1e-15)
+    used, fifth = nodes[[0, 2, 3, 4, 5]], np.array(runge_kutta.WEIGHTS)
+    fourth = fifth - runge_kutta.ERROR
     for power in range(5):
         assert abs(fifth @ used**power - 1 / (power + 1)) < 1e-15
     for power in range(4):
@@ -86,18 +73,17 @@ def test_scales():
     )  # fmt: skip
 
 
-PAIRS = [FEHLBERG45, DORMAND_PRINCE853]
-NONE = path_through(np.zeros(0), 0, 1.0, True, True)
+NONE = path_through(np.zeros(0), 0, 1.0, True)
 BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of the tests stays on the first cubic
-BUMPY = path_through(BUMP, 0, 0.02, True, True)
-DRIVEN = coefficients(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 80.0, 500.0), LAW)
+BUMPY = path_through(BUMP, 0, 0.02, True)
+EXCITED = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 80.0, 500.0)
+DRIVEN = coefficients(EXCITED, LAW)
 LINEAR = coefficients(Oscillator(1.0, 316.0, 0.1, 0.948, 2500.0), CoulombLaw(0.4, 0.4))
 
 
-@pytest.mark.parametrize("pair", PAIRS)
-def test_closed_form_of_constant_friction(pair):
+def test_closed_form_of_constant_friction():
     """X - F mu is a damped harmonic: 1e-12 of F is the fifth order's error at h = 1/200."""
-    y = equal_steps(pair, LINEAR, NONE, 0.012, LINEAR.V, 3.0, 600)
+    y = equal_steps(LINEAR, NONE, 0.012, LINEAR.V, 3.0, 600)
     w, centre = math.sqrt(1 - 0.1**2), 0.4 * LINEAR.F
     amplitude, quadrature = 0.012 - centre, (LINEAR.V + 0.1 * (0.012 - centre)) / w
     decay, c, s = math.exp(-0.3), math.cos(3 * w), math.sin(3 * w)
@@ -107,47 +93,29 @@ def test_closed_form_of_constant_friction(pair):
     assert y.s == pytest.approx(LINEAR.V * 3.0 - (y.x - 0.012), rel=1e-12)
 
 
-@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (40, 80, 160)), (DORMAND_PRINCE853, (8, 12, 16))])
-def test_order_of_the_solution(pair, steps):
-    """Global error of the propagated solution in shorter steps, with excitation and a stochastic part.
-
-    That of Dormand and Prince is 3e-14 m at 14 steps, where the next order still weighs as much as its own.
-    """
-    x0, u0 = 0.0125, DRIVEN.V
-    exact = equal_steps(DORMAND_PRINCE853, DRIVEN, BUMPY, x0, u0, 2.0, 200).x
-    errors = [abs(equal_steps(pair, DRIVEN, BUMPY, x0, u0, 2.0, n).x - exact) for n in steps]
-    order = math.log(errors[-2] / errors[-1]) / math.log(steps[-1] / steps[-2])
-    assert order == pytest.approx(5.0, abs=0.15) if pair == FEHLBERG45 else 7.6 < order < 9.4
+@pytest.mark.parametrize("path", [BUMPY, NONE])
+def test_order_of_the_solution(path):
+    """Global error of the propagated solution in shorter steps, with excitation and with a stochastic part or none."""
+    errors = [equal_steps(DRIVEN, path, 0.0125, DRIVEN.V, 2.0, n).x for n in (40, 80, 160, 1280)]
+    errors = np.abs(np.array(errors[:-1]) - errors[-1])
+    assert math.log2(errors[-2] / errors[-1]) == pytest.approx(5.0, abs=0.15)
 
 
-@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (96, 192)), (DORMAND_PRINCE853, (24, 48))])
-@pytest.mark.parametrize("cubic", [True, False])
-def test_order_on_a_path_whose_nodes_end_steps(pair, steps, cubic):
-    """Of the belt's travel, so that nodes lie at equal times: 12 of them in tau = 3."""
-    p = DRIVEN._replace(advance=DRIVEN.V)
-    nodes = 0.05 * np.sin(2.1 * np.arange(16))
-    path = path_through(nodes, 0, 0.25 * p.V, cubic, True)
-    exact = equal_steps(DORMAND_PRINCE853, p, path, 0.0125, p.V, 3.0, 240).x
-    errors = [abs(equal_steps(pair, p, path, 0.0125, p.V, 3.0, n).x - exact) for n in steps]
-    assert math.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[pair], abs=0.5)
-
-
-@pytest.mark.parametrize(("pair", "steps"), [(FEHLBERG45, (0.02, 0.01)), (DORMAND_PRINCE853, (0.2, 0.1))])
-def test_order_of_the_error_estimate(pair, steps):
-    """Fehlberg's is the local error of the fourth-order member, h^5; Dormand and Prince's goes with h^8."""
+def test_order_of_the_error_estimate():
+    """It is the local error of the fourth-order member, h^5."""
     y = slip_state(0.0, 0.0085, 0.5 * DRIVEN.V, 0.0, 1.0, piece_at(BUMPY, 0.0), DRIVEN)
-    estimates = [step(pair, y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN)[1] for h in steps]
-    assert math.log2(estimates[0] / estimates[1]) == pytest.approx(ORDERS[pair], abs=0.3)
+    estimates = [step(y, h, 1.0, piece_at(BUMPY, 0.0), DRIVEN)[1] for h in (0.02, 0.01)]
+    assert math.log2(estimates[0] / estimates[1]) == pytest.approx(5.0, abs=0.3)
 
 
-@pytest.mark.parametrize("advance", [0.0, 0.002])
+@pytest.mark.parametrize("scatter", SCATTERS)
 @pytest.mark.parametrize("sigma", [1.0, -1.0])
-def test_jerk_is_the_derivative_of_acceleration(sigma, advance):
+def test_jerk_is_the_derivative_of_acceleration(sigma, scatter):
     """Central difference along the solution: error h^2, here 1e-6 relative."""
-    p, piece = DRIVEN._replace(advance=advance), piece_at(BUMPY, 0.004)
+    p, piece = coefficients(EXCITED, LAW, scatter), piece_at(BUMPY, 0.004)
     y = slip_state(0.7, 0.006, (0.3 if sigma > 0 else 1.7) * p.V, 0.004, sigma, piece, p)
     h = 1e-4
-    ahead, behind = (step(FEHLBERG45, y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
+    ahead, behind = (step(y, way * h, sigma, piece, p)[0] for way in (1.0, -1.0))
     assert jerk(y.tau, y.u, y.s, y.a, sigma, piece, p) == pytest.approx((ahead.a - behind.a) / (2 * h), rel=1e-6)
 
 
@@ -155,7 +123,7 @@ SPACING = 0.3
 
 
 def interpolate(nodes, s, function=mu_s_at):
-    path = path_through(nodes, 0, SPACING, True, True)
+    path = path_through(nodes, 0, SPACING, True)
     return np.array([function(piece_at(path, x), x) for x in s])
 
 
@@ -168,23 +136,13 @@ def test_against_scipy_hermite_with_central_tangents():
         assert interpolate(nodes, s, function) == pytest.approx(reference(s, derivative), abs=1e-11)
 
 
-def test_linear_pieces_are_chords():
-    nodes = np.random.default_rng(2).standard_normal(9)
-    path = path_through(nodes, 0, SPACING, False, True)
-    s = np.linspace(0.0, 8 * SPACING, 101)
-    values = np.array([mu_s_at(piece_at(path, x), x) for x in s])
-    assert values == pytest.approx(np.interp(s, SPACING * np.arange(9), nodes), abs=1e-13)
-    slopes = [mu_s_slope(piece_at(path, (k + 0.5) * SPACING), (k + 0.5) * SPACING) for k in range(8)]
-    assert slopes == pytest.approx(np.diff(nodes) / SPACING, abs=1e-12)
-
-
 @pytest.mark.parametrize("size", [1, 2, 5, 13])
 def test_a_path_in_pieces_is_that_path(size):
     """As s moves on, the same cubics bit by bit, the one-sided tangent at the end too, from a few nodes at a time."""
     count = 40 + AHEAD
     nodes = np.random.default_rng(3).standard_normal(count)
-    whole = path_through(nodes, 0, SPACING, True, True)
-    feed = PathFeed((nodes[k : k + size] for k in range(0, count, size)), SPACING, "cubic")
+    whole = path_through(nodes, 0, SPACING, True)
+    feed = PathFeed((nodes[k : k + size] for k in range(0, count, size)), SPACING)
     for s in np.linspace(0.0, (count - 1) * SPACING, 901):
         if not reaches(feed.path, s):
             feed.advance(s)
@@ -228,12 +186,11 @@ def test_a_kept_path_keeps_no_more_nodes_than_asked():
         assert (path.nodes, source.begun) == (6, begun)
 
 
-@pytest.mark.parametrize(("cubic", "order"), [(True, 2), (False, 1)])
-def test_the_bound_of_a_kink_holds(cubic: bool, order: int) -> None:
-    """Cubics meet with one slope, so that they part as t^2, lines as t; two steps up and two down attain it."""
+def test_the_bound_of_a_kink_holds():
+    """Cubics meet with one slope, so that they part as t^2; two steps up and two down attain the bound."""
     rng = np.random.default_rng(4)
     for nodes, share in ((rng.standard_normal(40), 0.2), (np.tile([0.0, 1.0, 2.0, 1.0], 10), 0.99)):
-        path = path_through(nodes, 0, SPACING, cubic, True)
+        path = path_through(nodes, 0, SPACING, True)
         assert path.steepest == np.abs(np.diff(nodes)).max()
         for t in (1e-3, 0.1, 1.0):
             apart = []
@@ -243,7 +200,7 @@ def test_the_bound_of_a_kink_holds(cubic: bool, order: int) -> None:
                     apart.append(abs(mu_s_at(behind, z) - mu_s_at(before, z)))
             assert max(apart) <= largest_kink(path, t) * (1.0 + 1e-9)
             assert t > 1e-3 or max(apart) >= share * largest_kink(path, t)
-    assert largest_kink(path, 2e-3) == pytest.approx(2**order * largest_kink(path, 1e-3), rel=1e-2)
+    assert largest_kink(path, 2e-3) == pytest.approx(4 * largest_kink(path, 1e-3), rel=1e-2)
 
 
 H = 0.6
@@ -305,23 +262,21 @@ def rough_path(seed, size=1000, spacing=NODE_SPACING, scatter=0.034):
 P = np.polynomial.Legendre.basis
 
 
-def spline(nodes, cubic=True):
-    s = NODE_SPACING * np.arange(nodes.size)
-    return CubicHermiteSpline(s, nodes, np.gradient(nodes, NODE_SPACING)) if cubic else make_interp_spline(s, nodes, 1)
+def spline(nodes):
+    return CubicHermiteSpline(NODE_SPACING * np.arange(nodes.size), nodes, np.gradient(nodes, NODE_SPACING))
 
 
-@pytest.mark.parametrize("cubic", [True, False])
 @pytest.mark.parametrize("level", LEVELS)
-def test_quadratic_has_the_integrals_of_the_path(level, cubic):
+def test_quadratic_has_the_integrals_of_the_path(level):
     """Against polynomials of degree 0 to 2, by Gauss's rule of 5 nodes between the nodes, exact up to degree 9.
 
     Roughness is that of four Legendre polynomials, of which neighbours but one depend on each other.
     """
     nodes, first, n = rough_path(level), 20, WIDTHS[level]
-    wide = wide_piece(path_through(nodes, 0, NODE_SPACING, cubic, True), first, level)
+    wide = wide_piece(path_through(nodes, 0, NODE_SPACING, True), first, level)
     points, weights = np.polynomial.legendre.leggauss(5)
     t = (np.arange(n)[:, None] + 0.5 + 0.5 * points) / n
-    left_out = spline(nodes, cubic)((first + n * t) * NODE_SPACING)
+    left_out = spline(nodes)((first + n * t) * NODE_SPACING)
     least = left_out.min()
     left_out -= [[mu_s_at(wide.piece, (first + n * one) * NODE_SPACING) for one in row] for row in t]
     for degree in range(3):
@@ -333,26 +288,15 @@ def test_quadratic_has_the_integrals_of_the_path(level, cubic):
         share = (
             (2 * degree + 1)
             / (2 * n)
-            * np.sum(weights * spline(nodes, cubic)((first + n * t) * NODE_SPACING) * P(degree)(2 * t - 1))
+            * np.sum(weights * spline(nodes)((first + n * t) * NODE_SPACING) * P(degree)(2 * t - 1))
         )
         of_degrees.append(share * math.sqrt(np.mean(w * (P(degree).integ(lbnd=-1)(x) / 2) ** 2) * w.size / 2))
     assert wide.rough == pytest.approx(n * NODE_SPACING * math.hypot(*of_degrees), rel=1e-9)
     fine = np.linspace(0.0, 1.0, 64 * n + 1)
-    left_out = spline(nodes, cubic)((first + n * fine) * NODE_SPACING)
+    left_out = spline(nodes)((first + n * fine) * NODE_SPACING)
     left_out -= [mu_s_at(wide.piece, (first + n * one) * NODE_SPACING) for one in fine]
     integral = cumulative_trapezoid(left_out, fine * n * NODE_SPACING, initial=0.0)
     assert 0.5 < wide.rough / math.sqrt(np.mean(integral**2)) < 1.5
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_a_quadratic_path_is_its_own_quadratic(level):
-    """Central differences are its slopes. mu_S = 0.1 - 0.2 t + 0.3 t^2 over the piece, from any node on."""
-    first, n = 7, WIDTHS[level]
-    t = (np.arange(100) - first) / n
-    wide = wide_piece(path_through(0.1 - 0.2 * t + 0.3 * t**2, 3, NODE_SPACING, True, True), first + 3, level)
-    assert wide.piece[:4] == pytest.approx((0.1, -0.2, 0.3, 0.0), abs=1e-13 * n)
-    assert (wide.piece.left, wide.piece.right) == ((first + 3) * NODE_SPACING, (first + 3 + n) * NODE_SPACING)
-    assert wide.rough == pytest.approx(0.0, abs=1e-13 * n * n * NODE_SPACING)
 
 
 def step_over(level, y, sigma, path, p):
@@ -367,7 +311,7 @@ def step_over(level, y, sigma, path, p):
 def test_order_against_the_closed_form(sigma):
     """Undamped, constant friction of 0.25: X oscillates about sigma F / 4. Twice the width errs 2^6 times as much."""
     p = coefficients(STUDY, CoulombLaw(0.25, 0.25))._replace(D=0.0)
-    path, x, u = path_through(np.zeros(200), 0, NODE_SPACING, True, True), 0.1 * F, V - sigma * 4.0 * V
+    path, x, u = path_through(np.zeros(200), 0, NODE_SPACING, True), 0.1 * F, V - sigma * 4.0 * V
     y = slip_state(0.0, x, u, 20 * NODE_SPACING, sigma, piece_at(path, 20 * NODE_SPACING), p)
     errors = []
     for level in (2, 3, 4):
@@ -404,9 +348,9 @@ def test_error_of_a_step_is_estimated(sigma, scatter):
     """On rough paths, driven: the true error of X and X' at the same time is up to two estimates, by median 0.4."""
     oscillator = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 60.0, 430.0)
     p, ratios = coefficients(oscillator, LAW, scatter=scatter), []
-    for seed, level in itertools.product(range(6), (1, 2, 3, 4)):
+    for seed, level in itertools.product(range(4), (1, 2, 3, 4)):
         nodes = rough_path(seed) / (1.0 if scatter == "additive" else 0.3)
-        path, w = path_through(nodes, 0, NODE_SPACING, True, True), V * (2.0 - sigma + 0.5 * seed)
+        path, w = path_through(nodes, 0, NODE_SPACING, True), V * (2.0 - sigma + 0.5 * seed)
         y = slip_state(0.3, 0.1 * F, V - sigma * w, 100 * NODE_SPACING, sigma, piece_at(path, 100 * NODE_SPACING), p)
         end, error, deviation = step_over(level, y, sigma, path, p)
         tau, u = plain(y, sigma, nodes, WIDTHS[level], oscillator, scatter == "multiplicative")
@@ -418,31 +362,10 @@ def test_error_of_a_step_is_estimated(sigma, scatter):
     assert np.median(ratios) > (0.1 if scatter == "additive" else 0.05)  # the change of mu_D is taken more carefully
 
 
-def test_what_the_quadratic_leaves_out_dominates_the_error_on_rough_paths():
-    """Under constant mu_S but for roughness e of the path: X' within the step departs by F e / w.
-
-    The series of (1 + x)^(-3/2) then gives the error of the time. It is the time passed, by 1.5 of the square of
-    (F e / w) / w and 0.3 of its product with the square of the relative change of kinetic energy.
-    """
-    p, path = coefficients(STUDY, LAW), path_through(np.zeros(200), 0, NODE_SPACING, True, True)
-    y = slip_state(0.0, 0.1 * F, V - 3.0 * V, 20 * NODE_SPACING, 1.0, piece_at(path, 20 * NODE_SPACING), p)
-    plain = wide_piece(path, 20, 2)
-    beyond = piece_at(path, plain.piece.right + 0.5 * NODE_SPACING)
-    end, smooth, none = step_by_distance(y, 1.0, plain, 0.0, beyond, p)
-    rough = 0.05 * (V - end.u) ** 2 / F
-    same, error, deviation = step_by_distance(y, 1.0, plain._replace(rough=rough), 0.0, beyond, p)
-    slowest, before, after = min(V - y.u, V - end.u), (V - y.u) ** 2, (V - end.u) ** 2
-    bend = (after - before) / (after + before)
-    missed = (end.tau - y.tau) * deviation * (0.3 * bend**2 + 1.5 * deviation / slowest)
-    assert (same, none, deviation) == (end, 0.0, pytest.approx(F * rough / slowest))
-    assert error - smooth == pytest.approx(missed * (1.0 + abs(end.a) / (V - end.u)), rel=1e-9)
-    assert error > 100.0 * smooth
-
-
 def test_a_step_may_begin_a_little_behind_its_node():
     """By a hundredth of a spacing: what P takes there in place of mu_S would change X' by F late |P - mu_S| / w."""
     p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * NODE_SPACING, 3.0 * V, 0.01 * NODE_SPACING
-    path = path_through(nodes, 0, NODE_SPACING, True, True)
+    path = path_through(nodes, 0, NODE_SPACING, True)
     first = piece_at(path, s)
     y = slip_state(0.0, 0.1 * F, V - w, s, 1.0, first, p)
     v = math.sqrt(w * w - 2.0 * y.a * late)
@@ -454,38 +377,33 @@ def test_a_step_may_begin_a_little_behind_its_node():
     assert abs(ends.tau - end.tau) < 0.1 * effect / w
 
 
-def first_cycle(seed, scatter, tolerance, integrator="fehlberg45"):
+def first_cycle(seed, scatter, tolerance):
     """The motion on a rough path from its first departure on, for the length of a cycle."""
     nodes = rough_path(seed)
     start = F * (0.4 + nodes[0]) - 2 * 0.17 * V
     if scatter == "multiplicative":
         nodes /= 0.4
-    options = MotionOptions(tolerance, integrator=integrator, scatter=scatter)
+    options = MotionOptions(tolerance, scatter=scatter)
     return simulate(STUDY, LAW, nodes, NODE_SPACING, 1.1, options, start)
 
 
 @pytest.mark.parametrize("scatter", SCATTERS)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 def test_motion_on_rough_paths(tolerance, scatter):
-    """Events agree with a tolerance of 1e-13, at which hardly a step spans two nodes; some 500 nodes are passed.
+    """Events agree with a tolerance of 1e-12, at which hardly a step spans two nodes; some 500 nodes are passed.
 
     Errors of X in a slip of five units of tau add up to five tolerances of F + |X|, 7 of F. The last steps to the belt
     may raise them at large tolerances: 12 of F were the most at 1e-4 on 200 paths, with wide steps or without.
     """
     steps = []
-    for seed in range(20):
+    for seed in range(8):
         cycle = first_cycle(seed, scatter, tolerance)
-        exact = first_cycle(seed, scatter, 1e-13, "dormand_prince853")
+        exact = first_cycle(seed, scatter, 1e-12)
         assert cycle.kind.tolist() == exact.kind.tolist()
         assert cycle.backwards.tolist() == exact.backwards.tolist()
         assert ends(cycle)[0, 1] == pytest.approx(ends(exact)[0, 1], abs=7.0 * tolerance * F)
         steps.append(cycle.steps)
     assert np.mean(steps) < {1e-4: 60, 1e-6: 160, 1e-8: 900}[tolerance]
-
-
-def test_evaluations_of_wide_steps_are_those_of_fehlberg():
-    motion = first_cycle(1, "additive", 1e-5, "dormand_prince853")
-    assert 6 * motion.steps < motion.evaluations < 9 * motion.steps
 
 
 def test_steps_towards_a_stop_are_refused_or_right():
@@ -495,7 +413,7 @@ def test_steps_towards_a_stop_are_refused_or_right():
     negative time is below any that is allowed. Some steps err by 8 of the errors allowed.
     """
     oscillator = Oscillator(1.0, 1.0, 0.0, 5e-4, 1.0, 47.0, 1.17)
-    path, mu, tolerance = path_through(np.zeros(100), 0, 3.8, False, True), 0.77, 1e-4
+    path, mu, tolerance = path_through(np.zeros(100), 0, 3.8, True), 0.77, 1e-4
     p = coefficients(oscillator, CoulombLaw(mu, mu))
     r, forced = p.r, p.q / (1.0 - p.r**2)
     back = accepted = 0
@@ -522,7 +440,7 @@ def test_steps_towards_a_stop_are_refused_or_right():
 
 def test_no_wide_step_where_the_equation_changes():
     """Each case alone: the same state steps over nodes where nothing changes."""
-    path = path_through(rough_path(3), 0, NODE_SPACING, True, True)
+    path = path_through(rough_path(3), 0, NODE_SPACING, True)
     p = coefficients(STUDY, LAW)
 
     def level(w=3.0, at=100, p=p, row=0, cut=False, backwards=False, tau_end=9.0, path=path):
@@ -533,7 +451,6 @@ def test_no_wide_step_where_the_equation_changes():
     assert level(at=0) < 0  # there is no node before the first
     assert level(at=998) < 0  # the last node but one
     assert level(cut=True) < 0
-    assert level(p=p._replace(advance=V)) < 0
     assert level(path=path._replace(nodes=path.nodes - 0.3)) < 0  # friction might be negative
     assert level(tau_end=1e-3) < 0
     assert 0 <= level(w=0.9999) < 3  # X' = 0 lies within longer steps, at their start or end

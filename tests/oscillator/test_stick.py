@@ -1,4 +1,4 @@
-"""The end of stick: closed form, first root under excitation, first passage on a path."""
+"""The end of stick: closed form, first root under excitation."""
 
 import math
 from dataclasses import replace
@@ -7,25 +7,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator, coefficients
 from roughslip.oscillator.event_loop import (
     HELD,
-    LOWER,
-    PAUSED,
     UPPER,
     departure,
-    passage,
     static_limit,
     stick_force,
 )
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.motion import MotionOptions, simulate
-from roughslip.oscillator.path import AHEAD, path_through
-from tests.oscillator.motions import LAW, STUDY, F, V
+from roughslip.oscillator.motion import simulate
+from tests.oscillator.motions import LAW, STUDY
 
 STIFFNESS = STUDY.stiffness_n_per_m
 
@@ -104,114 +99,10 @@ def test_a_fixed_base_holds_for_ever_without_excitation():
     assert departure(2.0, 0.001, 0.4 * p.F, 50.0, p) == (HELD, 50.0, 0.001)
 
 
-OMEGA = STUDY.natural_frequency_rad_per_s
-EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
-
-
-def path_of(nodes, spacing, cubic=True):
-    return path_through(np.asarray(nodes, dtype=float), 0, spacing, cubic, True)
-
-
-def follower(oscillator=STUDY, spacing=0.3):
-    """Friction that follows the belt, with V the unit of its coordinate so that spacings are in tau."""
-    return coefficients(oscillator, LAW)._replace(advance=1.0)
-
-
-def smooth(nodes, spacing):
-    grid = spacing * np.arange(len(nodes))
-    return CubicHermiteSpline(grid, nodes, np.gradient(nodes, spacing))
-
-
-@pytest.mark.parametrize("above", [1e-12, -1e-12])
-def test_a_touch_is_seen(above):
-    """The force exceeds the limit by 1e-12 of it between 2e-6 before and after a double root, or just does not."""
-    p, c = follower(), 0.02
-    nodes = c * (0.3 * np.arange(40) - 5.0) ** 2
-    touch = 5.0 + V / (2.0 * F * c)  # where V tau - F c (tau - 5)^2 is largest
-    x0 = F * (0.4 + c * (touch - 5.0) ** 2) - 2.0 * p.D * V - V * touch + above * 0.4 * F
-    side, tau, _ = passage(1.0, x0 + V, 9.0, path_of(nodes, 0.3), True, p)
-    if above < 0:
-        assert (side, tau) == (HELD, 9.0)
-    else:
-        assert side == UPPER
-        assert touch - tau == pytest.approx(math.sqrt(above * 0.4 / c), rel=1e-2)
-
-
-def test_a_force_that_stays_at_its_limit_holds():
-    """On a fixed base nothing changes, and at the limit itself stick holds, with a path or without."""
-    p = follower(replace(STUDY, belt_velocity_m_per_s=0.0))
-    assert passage(0.0, 0.4 * F, 75.0, path_through(np.zeros(0), 0, 1.0, True, True), True, p) == (HELD, 75.0, 0.4 * F)
-    nodes = np.tile([0.0, 0.0, 0.3], 30)  # level from time to time, with cubics that dip between the nodes
-    side, tau, _ = passage(0.0, 0.4 * F, 20.0, path_of(nodes, 0.3), True, p)
-    assert side == UPPER
-    assert tau < 0.3
-
-
-def test_lower_limit_and_a_constant_one():
-    """The limit may fall to meet the force from either side; a constant one bears the least of both falls."""
-    p = follower()
-    falling = path_of(np.linspace(0.2, -11.8, 41), 0.3, cubic=False)
-    x0 = -0.35 * F - 2 * p.D * V
-    side, tau, _ = passage(0.0, x0, 4.0, falling, True, p)
-    # 0.35 F - V tau = F (0.6 - tau)
-    assert side == LOWER
-    assert tau == pytest.approx(0.25 * F / (F - V), abs=3e-12)
-    # 0.4 F at least: the force, -0.35 F + V tau, stays within
-    assert passage(0.0, x0, 4.0, falling, False, p)[:2] == (HELD, 4.0)
-
-
-def test_nodes_at_hand_end():
-    """A path that goes on elsewhere pauses where its nodes do; one that ends, too."""
-    p = follower()
-    for ends, last in ((True, 5 + AHEAD), (False, 6)):
-        path = path_of(np.zeros(6 + AHEAD), 0.03)._replace(ends=ends)
-        side, tau, x = passage(0.0, 0.0, 100.0, path, True, p)
-        assert side == PAUSED
-        assert 0.03 * (last - 1) <= tau + 1e-9
-        assert tau == pytest.approx(0.03 * round(tau / 0.03), abs=1e-12)
-        assert x == pytest.approx(V * tau, rel=1e-14)
-
-
-@settings(derandomize=True, max_examples=60, deadline=None)
-@given(
-    seed=st.integers(0, 10_000),
-    scatter=st.floats(0.0, 0.2),
-    share=st.floats(-0.9, 0.9),
-    force=st.floats(0.0, 400.0),
-    frequency=st.floats(10.0, 3000.0),
-    cubic=st.booleans(),
-    stochastic=st.booleans(),
-)
-def test_stick_holds_up_to_the_first_passage(seed, scatter, share, force, frequency, cubic, stochastic):
-    """Property: the limits hold up to the departure, and are met there to rounding."""
-    oscillator = replace(STUDY, excitation_force_n=force, excitation_frequency_rad_per_s=frequency)
-    p = follower(oscillator)
-    nodes = scatter * np.random.default_rng(seed).uniform(-1.0, 1.0, 80)
-    grid = 0.1 * np.arange(80)
-
-    def mu_s(tau):
-        return smooth(nodes, 0.1)(tau) if cubic else np.interp(tau, grid, nodes)
-
-    def excess(tau, x):
-        limit = 0.4 + mu_s(tau) if stochastic else np.maximum(0.4, 0.4 + mu_s(tau))
-        return np.abs([stick_force(t, y, p) for t, y in zip(tau, x, strict=True)]) - F * np.maximum(limit, 0.0)
-
-    x0 = 0.1 * F * share + p.q - 2 * p.D * V
-    side, tau, x = passage(0.0, x0, 7.5, path_of(nodes, 0.1, cubic), stochastic, p)
-    times = np.linspace(0.0, tau, 3000)
-    outside = excess(times, x0 + V * times)[:-1]
-    assert outside.max(initial=-1.0) <= 1e-11 * F or tau == 0.0
-    if side != HELD and tau > 0.0:
-        assert excess(np.array([tau]), np.array([x]))[0] == pytest.approx(0.0, abs=1e-9 * F)
-
-
 def test_end_of_the_path_is_an_error_in_stick_and_slip():
-    """And the length that the message asks for is enough; of slip from a run of 1000 nodes, and half more."""
-    cases = (("slip", (1001,), 1.5, "m"), ("belt", (150, 420), 1.0, "m"), ("time", (150, 420), 1.0, "s"))
-    for follows, counts, margin, unit in cases:
-        for nodes in map(np.zeros, counts):
-            with pytest.raises(ParameterError, match="friction path") as caught:
-                simulate(STUDY, LAW, nodes, 5e-5, 20.0, MotionOptions(friction_follows=follows))
-            needed = float(str(caught.value).split("about ")[1].split(f" {unit}")[0])
-            enough = np.zeros(math.ceil(margin * needed / 5e-5))
-            assert simulate(STUDY, LAW, enough, 5e-5, 20.0, MotionOptions(friction_follows=follows)).cycles > 0
+    """And half more than the length that the message asks for is enough."""
+    for count in (1001, 4000):
+        with pytest.raises(ParameterError, match="friction path") as caught:
+            simulate(STUDY, LAW, np.zeros(count), 5e-5, 20.0)
+        needed = float(str(caught.value).split("about ")[1].split(" m")[0])
+        assert simulate(STUDY, LAW, np.zeros(math.ceil(1.5 * needed / 5e-5)), 5e-5, 20.0).cycles > 0

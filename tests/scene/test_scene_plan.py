@@ -122,7 +122,6 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
 def test_defaults_and_absent_sections():
     scene = {"oscillator": {"law": "coulomb"}, "roughness": {"marginal": {"family": "beta", "shapes": [1, 2]}}}
     assert get(scene, "oscillator.law") == "coulomb"
-    assert get(scene, "oscillator.friction_follows") == get({}, "oscillator.friction_follows") == "slip"
     assert get(scene, "roughness.scan.file") is None
     assert get(scene, "strip") is None
     marginal = {"family": "beta", "shapes": [1, 2], "mirrored": False, "correct_correlation": False}

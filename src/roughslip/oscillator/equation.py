@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from roughslip.compilation.cache import compiled
-from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
 from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope
 from roughslip.validation import gate, not_negative, positive
@@ -74,14 +73,12 @@ class Oscillator:
         return self.excitation_frequency_rad_per_s / self.natural_frequency_rad_per_s
 
 
-FRICTION_FOLLOWS = ("slip", "belt", "time")
 SCATTERS = ("additive", "multiplicative")
 
 
 class Coefficients(NamedTuple):
     """Oscillator and law for compiled functions, in the symbols of the scaled equation.
 
-    advance : [m or s] rate, by tau, of the coordinate of the friction path; 0 where it is the slipped distance
     multiplies : True where mu_S multiplies mu_D, else None: a type of its own, so that the other code is left out
     law : parameters of the friction law
     """
@@ -92,28 +89,15 @@ class Coefficients(NamedTuple):
     omega: float
     q: float
     r: float
-    advance: float
     multiplies: bool | None
     law: Any
 
 
-def coefficients(
-    oscillator: Oscillator, law: FrictionLaw, friction_follows: str = "slip", scatter: str = "additive"
-) -> Coefficients:
+def coefficients(oscillator: Oscillator, law: FrictionLaw, scatter: str = "additive") -> Coefficients:
     """The coefficients of the scaled equation of motion.
 
-    friction_follows : the variable of mu_S: slip, the slipped distance [m]; belt, the travel v0 t of the belt [m];
-        time [s]
     scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S)
-
-    Raises ParameterError for friction that follows a belt at rest.
     """
-    advances = {"slip": 0.0, "belt": oscillator.V, "time": 1.0 / oscillator.natural_frequency_rad_per_s}
-    if friction_follows == "belt" and oscillator.V == 0.0:
-        raise ParameterError(
-            "friction cannot follow a belt at rest: let it follow slip or time, or give the belt a velocity; scene "
-            "keys: oscillator.friction_follows, oscillator.belt_velocity_m_per_s"
-        )
     return Coefficients(
         F=float(oscillator.F),
         V=float(oscillator.V),
@@ -121,7 +105,6 @@ def coefficients(
         omega=float(oscillator.natural_frequency_rad_per_s),
         q=float(oscillator.q),
         r=float(oscillator.r),
-        advance=float(advances[friction_follows]),
         multiplies=True if scatter == "multiplicative" else None,
         law=law.parameters(),
     )
@@ -136,12 +119,6 @@ class State(NamedTuple):
     s: float
     a: float
     j: float
-
-
-@compiled()
-def path_coordinate(tau: float, s: float, p: Coefficients) -> float:
-    """The coordinate of the friction path: slipped distance s [m], or travel of the belt [m] or time [s]."""
-    return p.advance * tau if p.advance > 0.0 else s
 
 
 @compiled(error_model="numpy")
@@ -169,13 +146,13 @@ def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: C
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
     """X''' [m] in slip of sign sigma, continued in the same way."""
-    speed, along = sigma * p.omega * (p.V - u), p.advance if p.advance > 0.0 else sigma * (p.V - u)
-    z, slope = path_coordinate(tau, s, p), friction_slope(speed, p.law)
+    speed, along = sigma * p.omega * (p.V - u), sigma * (p.V - u)
+    slope = friction_slope(speed, p.law)
     if p.multiplies is not None:
-        mu_rate = mu_s_slope(piece, z) * friction(speed, p.law) * along
-        mu_rate -= (1.0 + mu_s_at(piece, z)) * slope * sigma * p.omega * a
+        mu_rate = mu_s_slope(piece, s) * friction(speed, p.law) * along
+        mu_rate -= (1.0 + mu_s_at(piece, s)) * slope * sigma * p.omega * a
     else:
-        mu_rate = mu_s_slope(piece, z) * along - slope * sigma * p.omega * a
+        mu_rate = mu_s_slope(piece, s) * along - slope * sigma * p.omega * a
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 
@@ -183,19 +160,19 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
 @compiled()
 def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Piece, p: Coefficients) -> State:
     """The state in slip with its acceleration and jerk."""
-    a = acceleration(tau, x, u, sigma, mu_s_at(piece, path_coordinate(tau, s, p)), p)
+    a = acceleration(tau, x, u, sigma, mu_s_at(piece, s), p)
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
 
 
 @compiled(error_model="numpy")
 def total_friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
     """mu_D + mu_S, or mu_D (1 + mu_S), in slip, below zero where it is cut."""
-    speed, mu_s = sigma * p.omega * (p.V - y.u), mu_s_at(piece, path_coordinate(y.tau, y.s, p))
+    speed, mu_s = sigma * p.omega * (p.V - y.u), mu_s_at(piece, y.s)
     return friction(speed, p.law) + gain(speed, p) * mu_s
 
 
 @compiled()
 def friction_is_cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
     """Whether friction in slip would be negative, and is cut to zero."""
-    mu_s = mu_s_at(piece, path_coordinate(y.tau, y.s, p))
+    mu_s = mu_s_at(piece, y.s)
     return least_friction(mu_s, p) < 0.0 and total_friction(y, sigma, piece, p) < 0.0

@@ -1,7 +1,7 @@
 """Stick and slip in turn: how far stick holds, and a run from event to event that can pause for more nodes of its path.
 
 The limit of stick is the largest friction deflection F mu [m] that holds the mass on the belt. The mass departs where
-the stick force exceeds it: in closed form, or as a first passage where the limit changes while the mass sticks.
+the stick force exceeds it, in closed form, as friction follows the slipped distance and stands still in stick.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, path_coordinate, slip_state
-from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_curvature, piece_at, reaches
+from roughslip.oscillator.equation import Coefficients, State, slip_state
+from roughslip.oscillator.path import Path, mu_s_at, piece_at
 from roughslip.oscillator.slip import (
     FIRST,
     SHORTEST_SLIP,
@@ -28,26 +28,18 @@ from roughslip.oscillator.slip import (
 from roughslip.oscillator.switching_events import branch_at
 
 DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2  # of stick; start of stick; slip that changes its sign without stick
-UPPER, LOWER, HELD, PAUSED = 1, -1, 0, 2
-RESOLUTION = 1e-12  # of tau, to which the first passage on a path is bracketed,
-WIDEST = 1e-6  # and up to which the bracket widens where force and limit are too close for any bound
+UPPER, LOWER, HELD = 1, -1, 0
 
 
 @compiled()
-def limit_levels(stochastic: bool, p: Coefficients) -> tuple[float, float, float]:
-    """(floor, base, rise) of the limit of stick, max(floor, base + rise mu_S).
+def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
+    """The largest friction deflection F mu [m] that stick transmits.
 
     It is never below the kinetic friction at vanishing speed: for a force between the two, neither stick nor slip would
     satisfy the law (Filippov's sliding mode, which is stick). So a constant limit also follows mu_S upwards.
     """
     floor, base = (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
-    return floor, base, base if p.multiplies is not None else 1.0
-
-
-@compiled()
-def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
-    """The largest friction deflection F mu [m] that stick transmits."""
-    floor, base, rise = limit_levels(stochastic, p)
+    rise = base if p.multiplies is not None else 1.0
     return p.F * max(floor, base + rise * mu_s)
 
 
@@ -118,72 +110,6 @@ def sample_stick(start: float, x: float, end: float, p: Coefficients, samples: S
     for k in range(int(start / interval), min(int(end / interval) + 2, samples.x.size)):
         if start < k * interval <= end:
             samples.x[k], samples.u[k] = x + p.V * (k * interval - start), p.V
-
-
-@compiled()
-def passage(
-    tau: float, x: float, tau_end: float, path: Path, stochastic: bool, p: Coefficients
-) -> tuple[int, float, float]:
-    """The end of a stick phase from (tau, x) where mu_S goes with time or the belt: its first passage on the path.
-
-    Returns (UPPER, LOWER, HELD until tau_end, or PAUSED at the end of the present nodes; tau, X). The search goes piece
-    by piece from the left: an interval that a bound clears is passed, any other interval is halved. So it finds every
-    excursion beyond the limit longer than RESOLUTION, or than WIDEST where it stays within rounding of the limit.
-    """
-    levels = limit_levels(stochastic, p)
-    piece = piece_at(path, p.advance * tau)
-    a, width, finest = tau, math.inf, RESOLUTION * (1.0 + 1e-3 * tau)
-    for side in (UPPER, LOWER):
-        if min(_excess(side, a, x, piece, levels, p)) > 0.0:
-            return side, a, x
-    while a < tau_end:
-        if p.advance * a >= piece.right * (1.0 - 1e-15):
-            inside = piece.right + 0.5 / piece.per_spacing
-            if not reaches(path, inside) or (path.ends and inside > (path.first + path.nodes.size - 1) * path.spacing):
-                return PAUSED, a, x + p.V * (a - tau)
-            piece = piece_at(path, inside)
-        b = min(min(a + width, piece.right / p.advance), tau_end)
-        x_a, x_b = x + p.V * (a - tau), x + p.V * (b - tau)
-        upper = _holds(UPPER, a, x_a, b, x_b, piece, levels, p)
-        if upper and _holds(LOWER, a, x_a, b, x_b, piece, levels, p):
-            a, width, finest = b, 2.0 * (b - a), RESOLUTION * (1.0 + 1e-3 * a)
-        elif b - a > finest:
-            width = 0.5 * (b - a)
-        else:
-            for side in (UPPER, LOWER):
-                if min(_excess(side, b, x_b, piece, levels, p)) > 0.0:
-                    return side, b, x_b
-            finest = min(2.0 * finest, max(WIDEST, finest))
-            a, width = b, finest
-    return HELD, tau_end, x + p.V * (tau_end - tau)
-
-
-@compiled()
-def _excess(
-    side: int, tau: float, x: float, piece: Piece, levels: tuple[float, float, float], p: Coefficients
-) -> tuple[float, float]:
-    """Excess [m] of the force to one side over the two levels of its limit; stick ends where both are positive."""
-    force, (floor, base, rise) = side * stick_force(tau, x, p), levels
-    return force - p.F * (base + rise * mu_s_at(piece, p.advance * tau)), force - p.F * floor
-
-
-@compiled()
-def _holds(
-    side: int, a: float, x_a: float, b: float, x_b: float, piece: Piece, levels: tuple[float, float, float],
-    p: Coefficients,
-) -> bool:  # fmt: skip
-    """Whether stick certainly holds on [a, b] within a piece.
-
-    A function exceeds its chord by at most (b - a)^2 / 8 times the largest second derivative, which a cubic has at an
-    end.
-    """
-    path_a, floor_a = _excess(side, a, x_a, piece, levels, p)
-    path_b, floor_b = _excess(side, b, x_b, piece, levels, p)
-    eighth = 0.125 * (b - a) ** 2
-    bend = eighth * p.q * p.r * p.r
-    curvature = max(abs(mu_s_curvature(piece, p.advance * a)), abs(mu_s_curvature(piece, p.advance * b)))
-    sag = eighth * p.F * p.advance * p.advance * levels[2] * curvature
-    return max(path_a, path_b) + bend + sag <= 0.0 or max(floor_a, floor_b) + bend <= 0.0
 
 
 class RunState(NamedTuple):
@@ -275,16 +201,10 @@ def continue_run(
     while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
-            if p.advance > 0.0:
-                side, tau, x = passage(held.tau, held.x, horizon.tau, path, stochastic, p)
-            else:
-                side, tau, x = departure(held.tau, held.x, limit, horizon.tau, p)
+            side, tau, x = departure(held.tau, held.x, limit, horizon.tau, p)
             y = State(tau, x, p.V, held.s, 0.0, 0.0)
             if samples.x.size > 0 and y.tau > held.tau:
                 sample_stick(held.tau, held.x, y.tau, p, samples)
-            if side == PAUSED:
-                status = Status.PATH_OVER if path.ends else Status.NODES_OVER
-                break
             if side == HELD:
                 break
             events = _record(events, DEPARTURE, y, False)
@@ -302,8 +222,7 @@ def continue_run(
             break
         y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
         since, control = y.tau, START
-        z = path_coordinate(y.tau, y.s, p)
-        limit = static_limit(mu_s_at(piece_at(path, z), z), stochastic, p)
+        limit = static_limit(mu_s_at(piece_at(path, y.s), y.s), stochastic, p)
         if limit == 0.0:
             cuts += 1
         side = HELD if phase.status == Status.NO_SLIP else _side(y.tau, y.x, limit, p)

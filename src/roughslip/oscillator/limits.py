@@ -260,7 +260,7 @@ def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
 def _reaches_the_belt(oscillator: Oscillator, law: FrictionLaw) -> bool:
     """Whether slip from the departure point comes back to the belt, to stick or to pass its velocity."""
     departure = departure_point(oscillator, law)
-    options = MotionOptions(LIMIT_TOLERANCE, integrator="dormand_prince853", samples_per_period=LOOP_SAMPLES)
+    options = MotionOptions(LIMIT_TOLERANCE, samples_per_period=LOOP_SAMPLES)
     drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure)
     if np.any(drawn.motion.kind != DEPARTURE):
         return True

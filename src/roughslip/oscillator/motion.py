@@ -10,10 +10,10 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.equation import FRICTION_FOLLOWS, SCATTERS, Oscillator, coefficients, path_coordinate
+from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
-from roughslip.oscillator.path import INTERPOLATIONS, PathFeed
-from roughslip.oscillator.runge_kutta import FEHLBERG45, PAIRS, STAGES
+from roughslip.oscillator.path import PathFeed
+from roughslip.oscillator.runge_kutta import NODES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
 from roughslip.short_repr import short_repr
 from roughslip.validation import gate, positive
@@ -103,10 +103,6 @@ class MotionOptions:
         to 1e-3
     stochastic_static_limit : whether the limit of stick scatters too, as static + mu_S. If not, it is static, raised to
         the friction at vanishing speed where that is larger
-    interpolation : of mu_S between nodes: cubic is continuous with its slope (Catmull-Rom), linear is not
-    friction_follows : the variable of mu_S: slip, the slipped distance, which stands still in stick; belt, the travel
-        v0 t of the belt; time. With the last two departure is the first passage on the path
-    integrator : fehlberg45, or dormand_prince853 for smooth motions and small tolerances
     samples_per_period : of a trajectory, at least 1 in a natural period
     scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
 
@@ -115,9 +111,6 @@ class MotionOptions:
 
     tolerance: float = 1e-9
     stochastic_static_limit: bool = True
-    interpolation: str = "cubic"
-    friction_follows: str = "slip"
-    integrator: str = "fehlberg45"
     samples_per_period: int = 400
     scatter: str = "additive"
 
@@ -126,14 +119,8 @@ class MotionOptions:
             raise ParameterError(f"the tolerance must lie in {TOLERANCES[0]} to {TOLERANCES[1]}, not {self.tolerance}")
         if self.samples_per_period < 1:
             raise ParameterError(f"a trajectory needs at least one sample a period, not {self.samples_per_period}")
-        for name, allowed in (
-            ("interpolation", INTERPOLATIONS),
-            ("friction_follows", FRICTION_FOLLOWS),
-            ("scatter", SCATTERS),
-            ("integrator", tuple(PAIRS)),
-        ):
-            if getattr(self, name) not in allowed:
-                raise ParameterError(f"{name} must be one of {', '.join(allowed)}, not {getattr(self, name)!r}")
+        if self.scatter not in SCATTERS:
+            raise ParameterError(f"scatter must be one of {', '.join(SCATTERS)}, not {self.scatter!r}")
 
 
 DEFAULTS = MotionOptions()
@@ -152,9 +139,9 @@ def simulate(
     """The motion from the start on: stick and departure exact, slip by an embedded Runge-Kutta pair.
 
     oscillator, law : the system and its mean friction mu_D
-    path : (nodes,) [-] stochastic part mu_S at the multiples of spacing from 0 on; or an iterable of such rows, which
-        may have no end, such as `itertools.repeat(row)`. None for mu_S = 0
-    spacing_m : [m] distance of the nodes, [s] where friction follows time; needed for a path
+    path : (nodes,) [-] stochastic part mu_S at multiples of spacing of the slipped distance, from 0 on; or an iterable
+        of such rows, which may have no end, such as `itertools.repeat(row)`. None for mu_S = 0
+    spacing_m : [m] distance of the nodes; needed for a path
     duration_periods : [-] time in natural periods 2 pi / omega
     start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X',
         the velocity over omega
@@ -162,10 +149,9 @@ def simulate(
     Returns the events with the local error. Raises ParameterError for input out of range and for a path that is too
     short, ConvergenceError at the step limit.
 
-    Method: E. Fehlberg, NASA TR R-315 (1969), or DOP853 of Hairer, Nørsett & Wanner (1993); events by Newton's method
-    on repeated steps.
+    Method: E. Fehlberg, NASA TR R-315 (1969); events by Newton's method on repeated steps.
     """
-    feed = PathFeed(path, spacing_m, options.interpolation)
+    feed = PathFeed(path, spacing_m)
     return _followed(oscillator, law, feed, duration_periods, options, start_m, Samples(1.0, np.zeros(0), np.zeros(0)))
 
 
@@ -180,12 +166,12 @@ def _followed(
 ) -> Motion:
     """The motion of `simulate`. samples : arrays that receive X and X' at equal times"""
     positive("duration_periods", duration_periods, "natural periods")
-    p = coefficients(oscillator, law, options.friction_follows, options.scatter)
+    p = coefficients(oscillator, law, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"the start must be finite, not {x} m, {u} m")
     stochastic = bool(options.stochastic_static_limit)
-    settings = Settings(PAIRS[options.integrator], float(options.tolerance), stochastic)
+    settings = Settings(float(options.tolerance), stochastic)
     if u == p.V:
         run, events = start_on_belt(float(x), feed.path, stochastic, p)
     else:
@@ -196,10 +182,9 @@ def _followed(
         horizon = Horizon(2.0 * math.pi * duration_periods, step_limit)
         status, run, events = continue_run(run, events, feed.path, p, settings, horizon, samples)
         if status == Status.NODES_OVER:
-            feed.advance(path_coordinate(run.y.tau, run.y.s, p))
-    unit = "s" if options.friction_follows == "time" else "m"
+            feed.advance(run.y.s)
     steep = law.steeper_than(STEPS_PER_PERIOD / (2.0 * math.pi * p.F * p.omega))
-    _check_end(status, run, duration_periods, f"{feed.length_m:.4g} {unit}", feed.length_m, steep)
+    _check_end(status, run, duration_periods, feed.length_m, steep)
     rows = events.rows[: events.filled]
     return Motion(
         kind=events.kinds[: events.filled],
@@ -210,23 +195,23 @@ def _followed(
         duration=2.0 * math.pi * duration_periods,
         local_error=run.error,
         steps=run.steps,
-        evaluations=STAGES[settings.pair] * (run.steps - run.wide) + STAGES[FEHLBERG45] * run.wide,
+        evaluations=len(NODES) * run.steps,
         cuts=run.cuts,
     )
 
 
-def _check_end(status: Status, run: RunState, periods: float, path: str, length: float, steep: str) -> None:
+def _check_end(status: Status, run: RunState, periods: float, length: float, steep: str) -> None:
     """Raise the error of a run that did not come to its end.
 
-    path, length : the length of the path with its unit, and its number, 0 without a path
+    length : of the path [m], 0 without one
     steep : what to say of a law whose slope takes more steps than there are
     """
     reached = run.y.tau / (2.0 * math.pi)
     if status == Status.PATH_OVER:
-        need = f", about {1.1 * length * periods / reached:.3g} {path[-1]}" if reached > 0.0 else ""
+        need = f", about {1.1 * length * periods / reached:.3g} m" if reached > 0.0 else ""
         raise ParameterError(
-            f"the friction path of {path} ends after {reached:.4g} of {periods:.4g} natural periods: give a longer one"
-            f"{need}, or a shorter motion; scene key: ensemble.duration_periods"
+            f"the friction path of {length:.4g} m ends after {reached:.4g} of {periods:.4g} natural periods: give a "
+            f"longer one{need}, or a shorter motion; scene key: ensemble.duration_periods"
         )
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
@@ -257,6 +242,6 @@ def trajectory(
     size = max(math.ceil(duration_periods * options.samples_per_period - 1e-9), 1) if finite else 1
     samples = Samples(2.0 * math.pi / options.samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = start_m if isinstance(start_m, tuple) else (start_m, oscillator.V)
-    feed = PathFeed(path, spacing_m, options.interpolation)
+    feed = PathFeed(path, spacing_m)
     motion = _followed(oscillator, law, feed, duration_periods, options, start_m, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)

@@ -1,7 +1,7 @@
 """The stochastic part of friction along the belt: mu_S(s) between equidistant nodes.
 
 Cubic Hermite pieces with central differences as tangents (Catmull & Rom 1974), one-sided at the two ends: continuous
-with its first derivative. Or straight lines. Without nodes mu_S = 0 on a path without end. A `Wide`
+with its first derivative. Without nodes mu_S = 0 on a path without end. A `Wide`
 piece spans several nodes.
 """
 
@@ -21,7 +21,6 @@ from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.validation import gate, positive, reals
 
-INTERPOLATIONS = ("cubic", "linear")
 WIDTHS = (2, 4, 8, 16, 32, 64)  # spacings of a wide piece
 NO_PATH = "a friction path is a row of finite nodes, or several one after another, or None"
 AHEAD = 3 + WIDTHS[-1]  # nodes that a step may read beyond the one before it
@@ -38,7 +37,6 @@ class Path(NamedTuple):
     nodes: np.ndarray
     first: int
     spacing: float
-    cubic: bool
     ends: bool
     steepest: float
     projections: np.ndarray
@@ -80,8 +78,6 @@ def piece_at(path: Path, s: float) -> Piece:
     start, end = nodes[j], nodes[j + 1]
     rise = end - start
     left, right = k * path.spacing, (k + 1) * path.spacing
-    if not path.cubic:
-        return Piece(start, rise, 0.0, 0.0, left, right, 1.0 / path.spacing)
     out = 0.5 * (end - nodes[j - 1]) if k > 0 else rise
     into = 0.5 * (nodes[j + 2] - start) if j + 2 < nodes.size else rise
     return Piece(start, out, 3.0 * rise - 2.0 * out - into, out + into - 2.0 * rise, left, right, 1.0 / path.spacing)
@@ -95,7 +91,7 @@ def reaches(path: Path, s: float) -> bool:
 
 
 @cache
-def projections(cubic: bool) -> np.ndarray:
+def projections() -> np.ndarray:
     """(widths, 7, nodes) : from mu_S at the nodes -1 to n + 1 of a wide piece, its coefficients and roughness.
 
     Rows 0 to 2 give c0, c1, c2. Each row from 3 on gives the root mean square, over the length, of the running integral
@@ -110,8 +106,7 @@ def projections(cubic: bool) -> np.ndarray:
     into_rows[:3, :3] = [[1, -1, 1], [0, 2, -6], [0, 0, 6]]
     points, weights = leggauss(5)  # exact up to degree 9: a cubic times degree 6
     t = 0.5 * (points + 1.0)
-    end = t * t * (3 - 2 * t) if cubic else t
-    before, after = (-t * (1 - t) ** 2 / 2, t * t * (t - 1) / 2) if cubic else (0 * t, 0 * t)
+    end, before, after = t * t * (3 - 2 * t), -t * (1 - t) ** 2 / 2, t * t * (t - 1) / 2
     nodes = np.stack([before, 1 - end - after, end - before, after])  # the piece, by the nodes around it
     for row, n in zip(table, WIDTHS, strict=True):
         for k in range(n):
@@ -171,10 +166,10 @@ def mu_s_curvature(piece: Piece, s: float) -> float:
 def largest_kink(path: Path, t: float) -> float:
     """A bound of the difference between the pieces on both sides of a node, t spacings from the node.
 
-    Let r_, r, r', r'' be the rises around the node. Straight lines differ by (r' - r) t. Cubics differ by
+    Let r_, r, r', r'' be the rises around the node. The cubics differ by
     (r' + r - r'' - r_) t^2 / 2 + (r'' - 3 r' + 3 r - r_) t^3 / 2.
     """
-    return path.steepest * (t * t * (2.0 + 4.0 * t) if path.cubic else 2.0 * t)
+    return path.steepest * t * t * (2.0 + 4.0 * t)
 
 
 @compiled()
@@ -185,11 +180,11 @@ def lowest_mu_s(piece: Piece) -> float:
     return min(min(piece.c0, early), min(late, whole))
 
 
-def path_through(nodes: np.ndarray, first: int, spacing: float, cubic: bool, ends: bool) -> Path:
+def path_through(nodes: np.ndarray, first: int, spacing: float, ends: bool) -> Path:
     """A `Path` with the steepest change of its nodes, which is not finite where a node is not."""
     rises = np.diff(nodes)
     steepest = float(max(rises.max(initial=0.0), -rises.min(initial=0.0)))
-    return Path(nodes, first, spacing, cubic, ends, steepest, projections(cubic))
+    return Path(nodes, first, spacing, ends, steepest, projections())
 
 
 class PathFeed:
@@ -197,19 +192,18 @@ class PathFeed:
 
     path : (nodes,) all nodes, an iterable of such rows one after another, or None for mu_S = 0
     spacing_m : [m] distance of the nodes (not used without a path)
-    interpolation : cubic or linear
 
     Raises ParameterError for an invalid path, when the invalid piece arrives.
     """
 
-    def __init__(self, path: np.ndarray | Iterable[np.ndarray] | None, spacing_m: float, interpolation: str) -> None:
+    def __init__(self, path: np.ndarray | Iterable[np.ndarray] | None, spacing_m: float) -> None:
         self._pieces: Iterator[np.ndarray] = iter([path] if isinstance(path, np.ndarray) else path or ())
         self.received = 0
         if path is None:
-            self.path = path_through(np.zeros(0), 0, 1.0, True, True)
+            self.path = path_through(np.zeros(0), 0, 1.0, True)
             return
         spacing = positive("the spacing of the path", spacing_m, "m")
-        self.path = path_through(np.zeros(0), 0, spacing, interpolation == "cubic", False)
+        self.path = path_through(np.zeros(0), 0, spacing, False)
         self.advance(0.0)
         if self.received < 2:
             raise ParameterError(f"a friction path has at least two finite nodes, not {self.received}")
@@ -221,7 +215,7 @@ class PathFeed:
 
     def advance(self, s: float) -> Path:
         """Take the nodes that the motion needs next from s [m] on, and drop those behind it."""
-        nodes, first, spacing, cubic, ends, *_ = self.path
+        nodes, first, spacing, ends, *_ = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
         rows, size, first = [nodes[passed:]] if nodes.size > passed else [], nodes.size - passed, first + passed
         while not ends and (size == 0 or int(s / spacing) + AHEAD + 1 >= first + size):
@@ -233,7 +227,7 @@ class PathFeed:
             size += rows[-1].size
             self.received += rows[-1].size
         present = rows[0] if len(rows) == 1 else np.concatenate([nodes[:0], *rows])
-        self.path = path_through(present, first, spacing, cubic, ends)
+        self.path = path_through(present, first, spacing, ends)
         if not math.isfinite(self.path.steepest):
             raise ParameterError(NO_PATH)
         return self.path

@@ -1,38 +1,29 @@
-"""One step of slip by an embedded Runge-Kutta pair, and the motion between the ends of a step.
+"""One step of slip by Fehlberg's embedded Runge-Kutta pair, and the motion between the ends of a step.
 
-Fehlberg's pair has order 5 and an estimate of order 4 (NASA TR R-315, 1969). The pair of Dormand and Prince has order 8
-and estimates of order 5 and 3 (E. Hairer, S. P. Nørsett & G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.
-1993, II.5 and II.10). It has twice the stages, and pays where no nodes of a path bound the steps.
-
-Steps are written into their callers.
+It has order 5 and an estimate of order 4 (E. Fehlberg, NASA TR R-315, 1969). Steps are written into their callers.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, acceleration, path_coordinate, slip_state
+from roughslip.oscillator.equation import Coefficients, State, acceleration, slip_state
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.oscillator.path import Piece, mu_s_at
-from roughslip.oscillator.tableaux import (
-    ERROR3,
-    ERROR5,
-    FEHLBERG_ERROR,
-    FEHLBERG_NODES,
-    FEHLBERG_ROWS,
-    FEHLBERG_WEIGHTS,
-    NODES,
-    ROWS,
-    WEIGHTS,
-)
 
-FEHLBERG45, DORMAND_PRINCE853 = 0, 1
-PAIRS = {"fehlberg45": FEHLBERG45, "dormand_prince853": DORMAND_PRINCE853}
-STAGES = (6, 12)  # evaluations of X'' in a step
-ORDERS = (5, 8)  # by which power of the step its error estimate goes
+# The tableau, in tuples without zeros, so that the compiler writes out their sums: nodes, rows, weights of order 5 of
+# all stages but the second, and these less those of order 4.
+NODES = (0.0, 1 / 4, 3 / 8, 12 / 13, 1.0, 1 / 2)
+ROWS = (
+    (1 / 4,),
+    (3 / 32, 9 / 32),
+    (1932 / 2197, -7200 / 2197, 7296 / 2197),
+    (439 / 216, -8.0, 3680 / 513, -845 / 4104),
+    (-8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40),
+)
+WEIGHTS = (16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55)
+ERROR = (1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55)
 HALVINGS = 52
 CONVERGED = 1e-9  # of a step, between two iterates of a root: Newton has doubled the digits by then
 
@@ -55,14 +46,14 @@ def stage(
     The slipped distance needs no equation of its own: s + sigma (X - V tau) is constant in slip.
     """
     x, u = y.x + h * rise, y.u + h * gain
-    z = path_coordinate(y.tau + c * h, y.s + sigma * (p.V * (c * h) - (x - y.x)), p)
-    return u, acceleration(y.tau + c * h, x, u, sigma, mu_s_at(piece, z), p)
+    s = y.s + sigma * (p.V * (c * h) - (x - y.x))
+    return u, acceleration(y.tau + c * h, x, u, sigma, mu_s_at(piece, s), p)
 
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
-def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
-    """The state of fifth order after a step h and the error of the fourth [m]."""
-    u, a, c, rows = y.u, y.a, FEHLBERG_NODES, FEHLBERG_ROWS
+def step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
+    """The state of fifth order after a step h, with its acceleration and jerk, and the error of the fourth [m]."""
+    u, a, c, rows = y.u, y.a, NODES, ROWS
 
     def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
         return stage(y, h, c, weighted(row, us), weighted(row, accelerations), sigma, piece, p)
@@ -73,61 +64,18 @@ def fehlberg_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficient
     u5, a5 = next_stage(c[4], rows[3], (u, u2, u3, u4), (a, a2, a3, a4))
     u6, a6 = next_stage(c[5], rows[4], (u, u2, u3, u4, u5), (a, a2, a3, a4, a5))
     us, accelerations = (u, u3, u4, u5, u6), (a, a3, a4, a5, a6)
-    dx, du = h * weighted(FEHLBERG_WEIGHTS, us), h * weighted(FEHLBERG_WEIGHTS, accelerations)
+    dx, du = h * weighted(WEIGHTS, us), h * weighted(WEIGHTS, accelerations)
     x_new = y.x + dx
     s_new = y.s + sigma * (p.V * h - (x_new - y.x))
     end = slip_state(y.tau + h, x_new, u + du, s_new, sigma, piece, p)
-    x_error, u_error = h * weighted(FEHLBERG_ERROR, us), h * weighted(FEHLBERG_ERROR, accelerations)
+    x_error, u_error = h * weighted(ERROR, us), h * weighted(ERROR, accelerations)
     return end, max(abs(x_error), abs(u_error))
 
 
-@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
-def dormand_prince_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
-    """The state of eighth order after a step h and its error [m], which goes with h^8."""
-    u, a, c, rows = y.u, y.a, NODES, ROWS
-
-    def next_stage(c: float, row: Any, us: Any, accelerations: Any) -> tuple[float, float]:
-        return stage(y, h, c, weighted(row, us), weighted(row, accelerations), sigma, piece, p)
-
-    u2, a2 = next_stage(c[1], rows[0], (u,), (a,))
-    u3, a3 = next_stage(c[2], rows[1], (u, u2), (a, a2))
-    u4, a4 = next_stage(c[3], rows[2], (u, u3), (a, a3))
-    u5, a5 = next_stage(c[4], rows[3], (u, u3, u4), (a, a3, a4))
-    u6, a6 = next_stage(c[5], rows[4], (u, u4, u5), (a, a4, a5))
-    u7, a7 = next_stage(c[6], rows[5], (u, u4, u5, u6), (a, a4, a5, a6))
-    u8, a8 = next_stage(c[7], rows[6], (u, u4, u5, u6, u7), (a, a4, a5, a6, a7))
-    late_us, late = (u, u4, u5, u6, u7, u8), (a, a4, a5, a6, a7, a8)
-    u9, a9 = next_stage(c[8], rows[7], late_us, late)
-    u10, a10 = next_stage(c[9], rows[8], (*late_us, u9), (*late, a9))
-    u11, a11 = next_stage(c[10], rows[9], (*late_us, u9, u10), (*late, a9, a10))
-    u12, a12 = next_stage(c[11], rows[10], (*late_us, u9, u10, u11), (*late, a9, a10, a11))
-    us, accelerations = (u, u6, u7, u8, u9, u10, u11, u12), (a, a6, a7, a8, a9, a10, a11, a12)
-    dx, du = h * weighted(WEIGHTS, us), h * weighted(WEIGHTS, accelerations)
-    end = slip_state(y.tau + h, y.x + dx, u + du, y.s + sigma * (p.V * h - dx), sigma, piece, p)
-    x_error = _estimate(weighted(ERROR5, us), weighted(ERROR3, us))
-    u_error = _estimate(weighted(ERROR5, accelerations), weighted(ERROR3, accelerations))
-    return end, h * max(x_error, u_error)
-
-
-@compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
-def _estimate(fifth: float, third: float) -> float:
-    """Of order 7 from differences of order 5 and 3, as DOP853 combines them."""
-    size = fifth * fifth + 0.01 * third * third
-    return fifth * fifth / np.sqrt(size) if size > 0.0 else 0.0
-
-
-@compiled(forceinline=True)
-def step(pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
-    """The state after a step h, with its acceleration and jerk, and the estimated error [m]."""
-    if pair == FEHLBERG45:
-        return fehlberg_step(y, h, sigma, piece, p)
-    return dormand_prince_step(y, h, sigma, piece, p)
-
-
 @compiled()
-def single_step(pair: int, y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
+def single_step(y: State, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, float]:
     """The same, compiled once for callers whose time does not count."""
-    return step(pair, y, h, sigma, piece, p)
+    return step(y, h, sigma, piece, p)
 
 
 @compiled(error_model="numpy")

@@ -6,7 +6,7 @@ regularisation. Further symbols:
 - tau : omega t [-], and h a step of it
 - y, end : states (`equation.State`) at the two ends of a step
 - p : coefficients of the equation
-- z : coordinate of the friction path: the slipped distance s [m], the travel of the belt [m] or time [s]
+- s : slipped distance [m], the coordinate of the friction path
 - piece : part of the path between two nodes. A step ends there, because the second derivative jumps
 - here : smooth branch of the equation that holds y
 """
@@ -19,9 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, path_coordinate, slip_state
+from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, slip_state
 from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
-from roughslip.oscillator.runge_kutta import ORDERS, error_ratio, lowest, quintic, single_step, stationary, step, value
+from roughslip.oscillator.runge_kutta import error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
     LOWER,
     NONE,
@@ -62,12 +62,10 @@ class Status(IntEnum):
 class Settings(NamedTuple):
     """How a motion is integrated.
 
-    pair : of runge_kutta.py
     tolerance : [-] of a unit of tau
     stochastic : whether mu_S enters the limit of stick
     """
 
-    pair: int
     tolerance: float
     stochastic: bool
 
@@ -153,11 +151,9 @@ def step_to_node(h: float, distance: float, s1: float, s2: float, s3: float) -> 
 
 @compiled(error_model="numpy")
 def to_node(y: State, h: float, right: float, sigma: float, path: Path, p: Coefficients) -> float:
-    """The largest step up to h that does not pass the coordinate `right` of the path, if there is a path."""
+    """The largest step up to h that does not slip beyond `right` [m], if there is a path."""
     if path.nodes.size == 0:
         return h
-    if p.advance > 0.0:
-        return min(h, (right - p.advance * y.tau) / p.advance)
     return step_to_node(h, right - y.s, sigma * (p.V - y.u), -sigma * y.a, -sigma * y.j)
 
 
@@ -181,8 +177,8 @@ def node_side_matters(
     The error of friction is proportional to the distance from the node, that of X' to half of it times the time there.
     At the belt that time follows from X'', because the speed vanishes.
     """
-    left = piece.right - path_coordinate(y.tau, y.s, p)
-    rate = p.advance if p.advance > 0.0 else sigma * (p.V - y.u)
+    left = piece.right - y.s
+    rate = sigma * (p.V - y.u)
     rate = rate if rate > 0.0 else np.sqrt(0.5 * abs(y.a * left))
     if abs(left) <= AT_NODE * path.spacing + 1e-15 * rate * y.tau:
         return False
@@ -205,35 +201,35 @@ def try_step(
     """Trial step, shortened at nodes; returns end, error, length, error over the error allowed, number of trials."""
     taken = 0
     while True:
-        end, error = step(settings.pair, y, h, sigma, piece, here.p)
+        end, error = step(y, h, sigma, piece, here.p)
         ratio, taken = error_ratio(error, h, end, p, settings.tolerance), taken + 1
-        passed = path_coordinate(end.tau, end.s, p) - piece.right
+        passed = end.s - piece.right
         if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
             break
         if not node_side_matters(end, h, sigma, piece, path, p, settings):
             break
-        rate = p.advance if p.advance > 0.0 else sigma * (p.V - end.u)
+        rate = sigma * (p.V - end.u)
         h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
     return end, error, h, ratio, taken
 
 
 @compiled()
-def growth(ratio: float, pair: int) -> float:
+def growth(ratio: float) -> float:
     """The growth factor of a step whose error is `ratio` times the error allowed."""
     if not ratio < np.inf:
         return LEAST_GROWTH
-    return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / (ORDERS[pair] - 1))))
+    return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / 4.0)))
 
 
 @compiled(error_model="numpy")
-def next_control(control: StepControl, h: float, ratio: float, pair: int) -> StepControl:
+def next_control(control: StepControl, h: float, ratio: float) -> StepControl:
     """The control after a step of length h whose error is `ratio` times the error allowed.
 
     Where steps shrink from one to the next, as before the belt, the next step shrinks too; else every second step
     would be rejected (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496). A step at the largest growth shows no
     trend.
     """
-    grown = growth(ratio, pair)
+    grown = growth(ratio)
     trend = 1.0
     if control.grown > 0.0 and grown < LARGEST_GROWTH:
         trend = min(1.0, grown / control.grown * (h / control.length))
@@ -241,7 +237,7 @@ def next_control(control: StepControl, h: float, ratio: float, pair: int) -> Ste
 
 
 @compiled()
-def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int, samples: Samples) -> None:
+def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, samples: Samples) -> None:
     """Store X and X' of one step at the multiples of interval in (tau, tau at its end].
 
     Each sample is the end of a shorter step, as accurate as the step; a polynomial through its ends is not.
@@ -251,28 +247,28 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, pair: int,
     interval = samples.interval
     for k in range(int(y.tau / interval), min(int(end.tau / interval) + 2, samples.x.size)):
         if y.tau < k * interval <= end.tau:
-            at, _ = single_step(pair, y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
+            at, _ = single_step(y, k * interval - y.tau, sliding.sigma, sliding.piece, here.p)
             samples.x[k], samples.u[k] = at.x, at.u
 
 
 @compiled()
 def sample_wide(
-    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, pair: int, samples: Samples
+    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, samples: Samples
 ) -> None:
     """The same for a step over many nodes, from node to node."""
     while samples.x.size > 0 and y.tau < end.tau:
         piece = piece_at(path, y.s + SLACK * path.spacing)
         y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
         h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
-        node, _ = single_step(pair, y, h, sigma, piece, here.p)
-        sample_slip(y, node, here, Sliding(sigma, piece, p), pair, samples)
+        node, _ = single_step(y, h, sigma, piece, here.p)
+        sample_slip(y, node, here, Sliding(sigma, piece, p), samples)
         y = node
 
 
 @compiled()
 def is_smooth_onto(path: Path, piece: Piece, p: Coefficients) -> bool:
     """Whether acceleration and jerk are continuous from the previous piece onto this one."""
-    return path.cubic and not may_cut(piece, p)
+    return not may_cut(piece, p)
 
 
 @compiled()
@@ -280,8 +276,8 @@ def start_phase(
     start: State, control: StepControl, sigma: float, path: Path, p: Coefficients
 ) -> tuple[Piece, Branch, State]:
     """Piece of the path, branch and state at the start of a slip phase, or where it continues after a pause."""
-    goes_on, z = control.allowed > 0.0, path_coordinate(start.tau, start.s, p)
-    piece = piece_at(path, z + (SLACK if goes_on else AT_NODE) * path.spacing)
+    goes_on = control.allowed > 0.0
+    piece = piece_at(path, start.s + (SLACK if goes_on else AT_NODE) * path.spacing)
     u = start.u if goes_on else p.V
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
     if goes_on and is_smooth_onto(path, piece, p):
@@ -295,17 +291,17 @@ def next_piece(
     settings: Settings,
 ) -> tuple[Status, StepControl, Piece, Branch, State]:  # fmt: skip
     """The piece and the branch of the next step: those given, or the next ones where the piece is over."""
-    slack, z = SLACK * path.spacing, path_coordinate(y.tau, y.s, p)
-    over = z >= piece.right - slack
-    if not over or (z < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
+    slack = SLACK * path.spacing
+    over = y.s >= piece.right - slack
+    if not over or (y.s < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
         return Status.GOES_ON, control, piece, here, y
     level = control.level + 1 if control.level < 0 else control.level
     control = StepControl(control.allowed, control.grown, control.length, level)
-    if path.ends and z >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
+    if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
         return Status.PATH_OVER, control, piece, here, y
-    if not reaches(path, z + slack):
+    if not reaches(path, y.s + slack):
         return Status.NODES_OVER, control, piece, here, y
-    piece = piece_at(path, z + slack)
+    piece = piece_at(path, y.s + slack)
     here = branch_on_piece(here, y, sigma, piece, p, settings.tolerance)
     if not is_smooth_onto(path, piece, p):
         y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
@@ -319,8 +315,8 @@ def tried_again(
     """Error ratio of a step that ends at a bound, or beyond a node not seen, and length of another try, 0 for none."""
     ratio = error_ratio(error, length, end, p, settings.tolerance)
     if not ratio <= 1.0:
-        return ratio, length * growth(ratio, settings.pair)
-    beyond = path_coordinate(end.tau, end.s, p) > piece.right
+        return ratio, length * growth(ratio)
+    beyond = end.s > piece.right
     return ratio, 0.5 * length if beyond and node_side_matters(end, length, sigma, piece, path, p, settings) else 0.0
 
 
@@ -337,7 +333,7 @@ def slip(
     shorter where the error is too large; (5) a first step that is pulled back to the belt is no slip; (6) end it at the
     first bound of the branch; (7) accept it, and end the phase or cross the bound.
     """
-    pair, tolerance, total, steps, wide, cuts = settings.pair, settings.tolerance, 0.0, 0, 0, 0
+    tolerance, total, steps, wide, cuts = settings.tolerance, 0.0, 0, 0, 0
     piece, here, y = start_phase(start, control, sigma, path, p)
     control = control if control.allowed > 0.0 else FIRST
     while steps < horizon.steps:
@@ -350,7 +346,7 @@ def slip(
             steps, wide = steps + leap.tried, wide + leap.tried
             control = StepControl(control.allowed, 0.0, 0.0, leap.level)
             if leap.level >= 0:
-                sample_wide(y, leap.end, here, sigma, path, p, pair, samples)
+                sample_wide(y, leap.end, here, sigma, path, p, samples)
                 backwards, total, y = backwards or leap.end.u < 0.0, total + leap.error, leap.end
                 continue
         h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
@@ -360,7 +356,7 @@ def slip(
         end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 4
         steps += trials
         if not ratio <= 1.0:
-            control = StepControl(h * growth(ratio, pair), control.grown, control.length, control.level)
+            control = StepControl(h * growth(ratio), control.grown, control.length, control.level)
             continue
         if first and sigma * (p.V - end.u) <= 0.0:  # 5
             if h < SHORTEST_SLIP:
@@ -369,16 +365,14 @@ def slip(
             continue
         met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
         if not stays_within(y, end, h, first, here, sliding, tolerance):
-            met, end, error, length, trials = end_at_first_bound(
-                y, end, error, h, first, here, sliding, pair, tolerance
-            )
+            met, end, error, length, trials = end_at_first_bound(y, end, error, h, first, here, sliding, tolerance)
             steps += trials
             ratio, shorter = tried_again(end, error, length, sigma, piece, path, p, settings)
             if shorter > 0.0:
                 control = StepControl(shorter, control.grown, control.length, control.level)
                 continue
             last, whole = last and length == h, whole and length == h
-        sample_slip(y, end, here, sliding, pair, samples)  # 7
+        sample_slip(y, end, here, sliding, samples)  # 7
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
@@ -387,7 +381,7 @@ def slip(
         if last:
             return Slip(Status.TIME_OVER, end, backwards, steps, wide, total, control, cuts)
         if whole:
-            control = next_control(control, h, ratio, pair)
+            control = next_control(control, h, ratio)
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)

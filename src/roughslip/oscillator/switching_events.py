@@ -18,7 +18,6 @@ from roughslip.oscillator.equation import (
     Coefficients,
     State,
     least_friction,
-    path_coordinate,
     slip_state,
     total_friction,
 )
@@ -90,7 +89,7 @@ def branch(row: int, cut: bool, p: Coefficients) -> Branch:
     """The branch of a row, friction cut or not."""
     force = 0.0 if cut else p.F
     law = only_row(row, p.law)
-    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.advance, p.multiplies, law))
+    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.multiplies, law))
 
 
 @compiled()
@@ -139,17 +138,15 @@ def gap_at(y: State, to: Bound, here: Branch, sliding: Sliding) -> tuple[float, 
         return to.side * (to.level - y.u), -to.side * y.a, -to.side * y.j
     law = here.p.law
     speed, rate, bend = sigma * p.omega * (p.V - y.u), -sigma * p.omega * y.a, -sigma * p.omega * y.j
-    z, along, turn = path_coordinate(y.tau, y.s, p), p.advance, 0.0
-    if p.advance == 0.0:
-        along, turn = sigma * (p.V - y.u), -sigma * y.a
-    first, on, scale = friction_slope(speed, law), mu_s_slope(piece, z), to.side * p.F
+    along, turn = sigma * (p.V - y.u), -sigma * y.a
+    first, on, scale = friction_slope(speed, law), mu_s_slope(piece, y.s), to.side * p.F
     if p.multiplies is not None:
-        change = mu_s_curvature(piece, z) * along * along + on * turn
-        return scale * (1.0 + mu_s_at(piece, z)) + to.level, scale * on * along, scale * change
+        change = mu_s_curvature(piece, y.s) * along * along + on * turn
+        return scale * (1.0 + mu_s_at(piece, y.s)) + to.level, scale * on * along, scale * change
     mu_rate = first * rate + on * along
     mu_bend = friction_curvature(speed, law) * rate * rate + first * bend
-    mu_bend += mu_s_curvature(piece, z) * along * along + on * turn
-    return scale * (friction(speed, law) + mu_s_at(piece, z)) + to.level, scale * mu_rate, scale * mu_bend
+    mu_bend += mu_s_curvature(piece, y.s) * along * along + on * turn
+    return scale * (friction(speed, law) + mu_s_at(piece, y.s)) + to.level, scale * mu_rate, scale * mu_bend
 
 
 @compiled(forceinline=True)
@@ -206,7 +203,7 @@ def arrival(y: State, dt: float, to: Bound, sigma: float, p: Coefficients) -> St
 
 @compiled(error_model="numpy")
 def locate_bound(
-    y: State, end: State, h: float, late: float, to: Bound, here: Branch, sliding: Sliding, pair: int
+    y: State, end: State, h: float, late: float, to: Bound, here: Branch, sliding: Sliding
 ) -> tuple[bool, State, float, float, int]:
     """Shorten a step h from y to `end` so that it ends at a bound, by Newton steps in the bracket (0, late].
 
@@ -219,7 +216,7 @@ def locate_bound(
     trial = late if late < h else h * first_zero(gap_over(y, end, h, to, here, sliding))
     while taken < 100:
         h = trial
-        end, error = single_step(pair, y, h, sigma, piece, here.p)
+        end, error = single_step(y, h, sigma, piece, here.p)
         taken += 1
         gap, rate, bend = gap_at(end, to, here, sliding)
         if gap > 0.0 and h == late:
@@ -253,8 +250,7 @@ def stays_within(y: State, end: State, h: float, first: bool, here: Branch, slid
 
 @compiled(error_model="numpy")
 def end_at_first_bound(
-    y: State, end: State, error: float, h: float, first: bool, here: Branch, sliding: Sliding, pair: int,
-    tolerance: float,
+    y: State, end: State, error: float, h: float, first: bool, here: Branch, sliding: Sliding, tolerance: float,
 ) -> tuple[int, State, float, float, int]:  # fmt: skip
     """Shorten a step h from y to `end` to where it meets the first bound of its branch; arguments as above.
 
@@ -273,7 +269,7 @@ def end_at_first_bound(
         late = bracket(gap_over(y, end, h, to, here, sliding), h, p)
         while late > 0.0 and taken < MOST_TAKEN:
             halved = late == 0.5 * h
-            arrived, end, error, h, trials = locate_bound(y, end, h, late, to, here, sliding, pair)
+            arrived, end, error, h, trials = locate_bound(y, end, h, late, to, here, sliding)
             met = kind if arrived else NONE
             taken += trials
             if arrived or not halved:

@@ -188,14 +188,9 @@ def trough_map(
     deviation, length_m : standard deviation of mu_S, and its correlation length [m] over the slipped distance
     autocorrelation : of mu_S at lags [m], as `FrictionProcess.autocorrelation`; by default exp(-s / L)
 
-    Raises ParameterError with excitation, a belt at rest, or friction that does not follow slip; IllPosedError where
+    Raises ParameterError with excitation or a belt at rest; IllPosedError where
     slip does not swing or reaches the belt from no trough; both and ConvergenceError as `existence_limit`.
     """
-    if options.friction_follows != "slip":
-        raise ParameterError(
-            f"the loops of slip are a chain for friction that follows slip, not {options.friction_follows}; scene key: "
-            "oscillator.friction_follows"
-        )
     positive("deviation", deviation), positive("length_m", length_m, "m")
     flow, cycle = slip_flow(oscillator, law), slip_loop(oscillator, law).cycle
     start = _departure(oscillator, law, flow)

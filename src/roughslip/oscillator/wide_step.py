@@ -23,9 +23,8 @@ from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, acceleration, gain, least_friction, slip_state
 from roughslip.oscillator.laws import CONTRACTED, row_ends
 from roughslip.oscillator.path import WIDTHS, Path, Piece, Wide, piece_at, wide_piece
-from roughslip.oscillator.runge_kutta import error_ratio, weighted
+from roughslip.oscillator.runge_kutta import ERROR, NODES, ROWS, WEIGHTS, error_ratio, weighted
 from roughslip.oscillator.switching_events import Branch
-from roughslip.oscillator.tableaux import FEHLBERG_ERROR, FEHLBERG_NODES, FEHLBERG_ROWS, FEHLBERG_WEIGHTS
 
 SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of which no step is tried
 LONGEST = 0.5  # of tau
@@ -61,7 +60,7 @@ def step_by_distance(
     mu_s : at the first node
     beyond : piece of the path behind the last node
     """
-    piece, c, rows = wide.piece, FEHLBERG_NODES, FEHLBERG_ROWS
+    piece, c, rows = wide.piece, NODES, ROWS
     h, w0 = piece.right - y.s, sigma * (p.V - y.u)
     start, force = 0.5 * w0 * w0, 0.0 if p.multiplies is not None else p.F * h
     c0, c1, c2 = piece.c0, piece.c1 / 2, piece.c2 / 3
@@ -83,11 +82,11 @@ def step_by_distance(
     mean, late = c0 + c1 + c2, y.s - piece.left
     of_start = gain(p.omega * w0, p)
     missed = of_start * late * (mean - mu_s)
-    k = start + h * weighted(FEHLBERG_WEIGHTS, ks) - force * mean - p.F * missed
-    w, passed = math.sqrt(2.0 * k), h * weighted(FEHLBERG_WEIGHTS, ts)
+    k = start + h * weighted(WEIGHTS, ks) - force * mean - p.F * missed
+    w, passed = math.sqrt(2.0 * k), h * weighted(WEIGHTS, ts)
     x = y.x + p.V * passed - sigma * h
     end = slip_state(y.tau + passed, x, p.V - sigma * w, piece.right, sigma, beyond, p)
-    tau_error, k_error = abs(h * weighted(FEHLBERG_ERROR, ts)), abs(h * weighted(FEHLBERG_ERROR, ks))
+    tau_error, k_error = abs(h * weighted(ERROR, ts)), abs(h * weighted(ERROR, ks))
     slowest, steep = min(w, w0), abs(end.a) / w
     of_end = gain(p.omega * w, p)
     deviation, bend = p.F * max(of_start, of_end) * wide.rough / slowest, (k - start) / (k + start)
@@ -125,7 +124,7 @@ def wide_step(
     first = int(y.s / path.spacing + 0.5)
     w0 = sigma * (p.V - y.u)
     k0, tried, wait = 0.5 * w0 * w0, 0, 0
-    for at in range(level if p.advance == 0.0 and first > path.first and not here.cut else -1, -1, -1):
+    for at in range(level if first > path.first and not here.cut else -1, -1, -1):
         h = (first + WIDTHS[at]) * path.spacing - y.s
         k = k0 - sigma * y.a * h  # roughly, at the end
         if not (SLOWED * k0 < k < QUICKENED * k0 and 2.0 * h < LONGEST * (w0 + math.sqrt(2.0 * k))):

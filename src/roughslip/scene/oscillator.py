@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Literal
 
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
 from roughslip.scene.friction import MOST_WINDOWS, RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, strictly_increasing
-
-Follows = Literal["slip", "belt"]
 
 
 @section
@@ -73,12 +70,6 @@ class Oscillator(Section):
         "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", measured=True, minimum=0, maximum=1e6
     )
     stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
-    friction_follows: Follows = choice(
-        "Argument of the stochastic part: slip, the slipped distance, so that it is constant in stick; belt, the "
-        "travel v0 t of the belt",
-        Follows,
-        default="slip",
-    )
     penetration_percentile: float | None = number(
         "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "
         "share of the heights above the plane; with load it follows",

@@ -246,7 +246,6 @@ def motion_options(scene: Scene) -> MotionOptions:
     return MotionOptions(
         tolerance=TOLERANCE,
         stochastic_static_limit=section.stochastic_static_limit,
-        friction_follows=section.friction_follows,
         scatter=scene.friction.scatter,
     )
 

@@ -17,3 +17,6 @@ def designs_of(samples: int) -> list[slice]:
     count = max(1, samples // DESIGN_SAMPLES)
     ends = [samples * number // count for number in range(count + 1)]
     return [slice(*pair) for pair in pairwise(ends)]
+
+
+PATH_NODES = 4  # of a friction path, in a correlation length: sticking depends on integrals over many of them

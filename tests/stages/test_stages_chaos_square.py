@@ -18,6 +18,7 @@ from roughslip.contact.influence import Influence
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_square, design, karhunen_loeve
 from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.result_tables.given_contact import Members, Sampled, given_contact
 from tests.stages.scenes import CONTACT, changed
 
@@ -63,7 +64,7 @@ def batches(stored, designs, variables):
     Of the Latin hypercube only the centre counts. The design of our expansion follows the variables at each node.
     """
     stiffness = 1 / Influence(geometry.square_grid(scene_of(CONFIGURATION)), 2.1e11 / (1 - 0.3**2)).diagonal
-    drawn = [monte_carlo([7, geometry.STREAM_MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
+    drawn = [monte_carlo([7, Stream.MONTE_CARLO, number], MODES) for number in range(MONTE_CARLO)]
 
     def batch(name: str, method: str, first: int, xi: np.ndarray):
         trial = np.tile(trial_pressure(xi, variables[0])[:, None], 4)

@@ -18,8 +18,9 @@ from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
 from roughslip.stages import scan, synthetic_surfaces
-from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.from_scene import surface_model
 from roughslip.stages.from_scene.periodic_cell import check_slope
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.surface.embedding import circulant_eigenvalues, embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import KINDS, covariance_of
@@ -102,7 +103,7 @@ def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned, heights):
 def test_twins_are_samples_of_the_model_described_as_the_scan(scanned, copies):
     """Each by its number; the first is drawn."""
     model, twins = surface_model.restored_model(scanned), copies
-    fields = [model.sampler(GRID)(np.random.default_rng([7, geometry.STREAM_TWINS, number])) for number in range(5)]
+    fields = [model.sampler(GRID)(np.random.default_rng([7, Stream.TWINS, number])) for number in range(5)]
     np.testing.assert_allclose(twins["twin_map"], fields[0], rtol=0, atol=1e-9 * SQ)
     np.testing.assert_allclose(twins["twin_rms_height"], [z.std() for z in fields], rtol=0.02)  # about its own mean
     np.testing.assert_allclose(twins["twin_skewness"], [skew(z.ravel()) for z in fields], atol=0.02)

@@ -10,11 +10,7 @@ from roughslip.chaos.sampling import latin_hypercube, monte_carlo
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
 from roughslip.stages import contact_square, design, karhunen_loeve
-from roughslip.stages.from_scene.geometry import (
-    STREAM_EXPANSION_DESIGN,
-    STREAM_LATIN_HYPERCUBE,
-    STREAM_MONTE_CARLO,
-)
+from roughslip.stages.from_scene.streams import Stream
 from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
@@ -105,7 +101,7 @@ def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
     arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}
     result = run(contact_square, CONFIGURATION, **arguments)
-    drawn = np.array([monte_carlo([7, STREAM_MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
+    drawn = np.array([monte_carlo([7, Stream.MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
     single = np.flatnonzero(np.count_nonzero(SQ * drawn > PLANE, axis=1) == 1)
     assert len(single) >= 8  # 4 0.2 0.8^3 of 30 are 12
     for row in single:
@@ -154,15 +150,15 @@ def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
     modes = modes_of(run, RESOLVED, 8, modes=11)
     result = run(design, DESIGNS, surface=modes.path)
     for name, samples, stream in (
-        ("latin_hypercube", 4000, STREAM_LATIN_HYPERCUBE),
-        ("expansion", 200, STREAM_EXPANSION_DESIGN),
+        ("latin_hypercube", 4000, Stream.LATIN_HYPERCUBE),
+        ("expansion", 200, Stream.EXPANSION_DESIGN),
     ):
         drawn = latin_hypercube(np.random.default_rng([7, stream]), samples, 11)
         np.testing.assert_array_equal(result[name], drawn)
     several = changed(DESIGNS, square={"latin_hypercube_samples": 8000})
     again = run(design, several, "several", surface=modes.path)["latin_hypercube"]
     np.testing.assert_array_equal(again[:4000], result["latin_hypercube"])  # the first as if it were the only one
-    other = latin_hypercube(np.random.default_rng([7, STREAM_LATIN_HYPERCUBE, 1]), 4000, 11)
+    other = latin_hypercube(np.random.default_rng([7, Stream.LATIN_HYPERCUBE, 1]), 4000, 11)
     np.testing.assert_array_equal(again[4000:], other)
     assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
     for count, keys in ((25_001, ["square.latin"]), (500_001, ["square.latin", "expansion.sa"])):

@@ -13,6 +13,7 @@ from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact_strip, expansion_strip
 from roughslip.stages.from_scene import geometry, strip_contact, strip_expansion
 from roughslip.stages.from_scene.geometry import training_columns
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import surface_model
 from tests.stages.scenes import CONTACT, changed
 
@@ -39,7 +40,7 @@ def windows_of(columns: np.ndarray) -> np.ndarray:
 def strip(number: int) -> np.ndarray:
     """Heights (nx, ny) of the strip of this number; they are the field, as the surface is Gaussian."""
     sample = surface_model(scene_of(CONFIGURATION)).sampler(geometry.strip_grid(scene_of(CONFIGURATION)))
-    return sample(np.random.default_rng([7, geometry.STREAM_STRIP, number]))
+    return sample(np.random.default_rng([7, Stream.STRIP, number]))
 
 
 def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):

@@ -31,6 +31,7 @@ from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.benchmarks.timing import OURS, case, make_row, timed, write
 
@@ -141,7 +142,7 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, stre
     """
     if method in STREAMS:
         return solved.pressure[:, level, : square.central].ravel()
-    seed = [square.seed, geometry.STREAM_DRAWS, stream]
+    seed = [square.seed, Stream.DRAWS, stream]
     if method == OURS:
         variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
         pressure, gap = solved.pressure[:, level], solved.gap[:, level]

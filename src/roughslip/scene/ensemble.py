@@ -7,7 +7,7 @@ import operator
 from collections.abc import Iterator
 from typing import Literal
 
-from roughslip.limits import MOST_NUMBERS
+from roughslip.limits import MOST_NUMBERS, PATH_NODES
 from roughslip.scene.fields import Section, choice, integer, many, number, section
 from roughslip.scene.friction import RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, increasing, refused
@@ -119,7 +119,7 @@ class Answer(Section):
     )
 
 
-PATH_NODES, MOST_NODES = 4, 4_000_000  # of a friction path: a correlation length; a run, which takes seconds then
+MOST_NODES = 4_000_000  # of the friction path of a run, which takes seconds then
 MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
 LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
 _VELOCITY, _OMEGA = "oscillator.belt_velocity_m_per_s", "oscillator.natural_frequency_rad_per_s"

@@ -7,13 +7,15 @@ from dataclasses import asdict
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.paths import path_sampler
+from roughslip.limits import PATH_NODES
 from roughslip.oscillator.answer_runs import Sampling, ScatteringFriction
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.oscillator.state_durations import states_of_answer
 from roughslip.oscillator.stick_slip import Quantity, answer, check_has_answer
 from roughslip.report.answer import summary
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt, variation
+from roughslip.stages.from_scene import mass_on_belt, variation
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -28,7 +30,6 @@ STAGE = Stage(
     memory_mb=620,
 )
 
-NODES = 4  # per correlation length, as in the map
 VARIED = tuple(PARAMETERS)
 
 
@@ -41,7 +42,7 @@ def work(job: Job) -> None:
     length, count = process.correlation_length_m, scene.answer.realisations
     of_pad = mass_on_belt.pad_deviation(scene, numbers, job.arguments.friction, own.windows)
     scatter = of_pad / mass_on_belt.unit_of_scatter(scene, own.numbers)
-    sampling = Sampling(count, scene.answer.duration_periods, (scene.seed, geometry.STREAM_ANSWER))
+    sampling = Sampling(count, scene.answer.duration_periods, (scene.seed, Stream.ANSWER))
     try:
         check_has_answer(own.belt, own.law)
     except IllPosedError as error:
@@ -49,7 +50,7 @@ def work(job: Job) -> None:
         store.write_json(job.arguments.output, {"given": False, "reason": str(error), "summary": lines})
         return
     with job.usage.core():
-        paths = path_sampler(process, length / NODES)
+        paths = path_sampler(process, length / PATH_NODES)
         friction = ScatteringFriction(paths, length, scatter, process.autocorrelation)
         options = mass_on_belt.motion_options(scene)
         answered = answer(own.belt, own.law, friction, options, sampling, VARIED, job.usage.progress)

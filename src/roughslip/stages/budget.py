@@ -12,7 +12,8 @@ from roughslip.oscillator.budget import Budget, uncertainty_budget
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.report.budget import summary
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.uncertain_inputs import uncertain_inputs
 from roughslip.stages.runtime.command import Job
 
@@ -37,7 +38,7 @@ def work(job: Job) -> None:
     if not answer["given"]:
         raise InputError(f"figure_budget: {answer['summary'][0]}")
     inputs = uncertain_inputs(job.scene, job.arguments.friction, job.arguments.scan)
-    options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, geometry.STREAM_BUDGET)
+    options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, Stream.BUDGET)
     with job.usage.core():
         found = uncertainty_budget(
             inputs.machine,

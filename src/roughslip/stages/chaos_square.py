@@ -34,6 +34,7 @@ from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.result_tables.given_contact import KNOWN, Members, Sampled, given_contact, members
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -93,7 +94,7 @@ def drawn_locally(
 
     edges : what is taken off; reference, solved : of the levels, and of the distances
     """
-    drawing = [job.scene.seed, geometry.STREAM_DRAWS]
+    drawing = [job.scene.seed, Stream.DRAWS]
     pressure = edges.apply(local.draw(np.random.default_rng(drawing), job.scene.expansion.draws))
     moved, error = moved_local(local, reference.levels, drawing, edges)
     share = float(np.mean(pressure > 0))
@@ -152,7 +153,7 @@ def drawn_variants(
     variants: Variants, solved: Reference, probability: Row, job: Job
 ) -> tuple[dict[str, np.ndarray], dict[str, dict[str, Row]], Row]:
     """Pressures and rows of eqs. (8) and (9) by method, and their distance from each other."""
-    drawing, signs = ([job.scene.seed, stream] for stream in (geometry.STREAM_DRAWS, geometry.STREAM_BOOTSTRAP))
+    drawing, signs = ([job.scene.seed, stream] for stream in (Stream.DRAWS, Stream.BOOTSTRAP))
     pressure: dict[str, np.ndarray] = {}
     moved: dict[str, np.ndarray] = {}
     repeated: dict[str, np.ndarray] = {}
@@ -177,7 +178,7 @@ def drawn_variants(
 
 def known_in_contact(nodes: np.ndarray, directions: np.ndarray, seed: int) -> np.ndarray:
     """Variables : (surfaces, v) of Monte Carlo samples, no part of any fit, that their solves found in contact."""
-    streams = ([seed, geometry.STREAM_MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
+    streams = ([seed, Stream.MONTE_CARLO, int(n)] for n in np.flatnonzero(nodes[:, 0] > 0)[:KNOWN])
     return np.array([directions @ monte_carlo(stream, directions.shape[1]) for stream in streams])
 
 
@@ -198,9 +199,9 @@ def work(job: Job) -> None:
         }
         error, edges = edges_of(batches, samples.group, job)
         known = known_in_contact(nodes, directions, seed)
-        drawn, borne = local.draw_with_variables(np.random.default_rng([seed, geometry.STREAM_DRAWS]), asked.draws)
+        drawn, borne = local.draw_with_variables(np.random.default_rng([seed, Stream.DRAWS]), asked.draws)
         judged = drawn[edges.apply(borne) > 0][:KNOWN]
-        at_known, at_judged = (variants.at(each, [seed, geometry.STREAM_BOOTSTRAP]) for each in (known, judged))
+        at_known, at_judged = (variants.at(each, [seed, Stream.BOOTSTRAP]) for each in (known, judged))
         parts = Sampled(solved, [sampled[part] for part in designs_of(len(sampled))])
         given = given_contact(at_known, at_judged, parts, known[:, 0])
         at_contact = {method: reference.distance(fits.pressures[0]) for method, fits in at_known.items()}

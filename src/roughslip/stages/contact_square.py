@@ -5,6 +5,7 @@ from roughslip.chaos.sampling import monte_carlo
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import pressures_at, solved, square
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
@@ -29,7 +30,7 @@ def work(job: Job) -> None:
     arguments, numbers = job.arguments, range(job.arguments.first, job.arguments.last)
     problem = square(job)
     if arguments.design == "monte_carlo":
-        seed = [job.scene.seed, geometry.STREAM_MONTE_CARLO]
+        seed = [job.scene.seed, Stream.MONTE_CARLO]
         xi = (monte_carlo([*seed, number], len(problem.modes)) for number in numbers)
     else:
         design = store.read(arguments.designs)[arguments.design]

@@ -4,7 +4,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.result_tables import ensemble_table
 from roughslip.stages.runtime.command import Job
 
@@ -27,7 +27,7 @@ def work(job: Job) -> None:
     """Write M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
     plain, duration = store.read(job.arguments.deterministic), job.scene.ensemble.duration_periods
     batches = store.read_all(job.arguments.ensemble)
-    generator = np.random.default_rng([job.scene.seed, geometry.STREAM_BOOTSTRAP])
+    generator = np.random.default_rng([job.scene.seed, Stream.BOOTSTRAP])
     runs = ensemble_table.Runs(*(store.join(batches, name) for name in ensemble_table.STORED))
     nominal = job.scene.oscillator.damping_ratio
     warn = job.usage.warn if runs.place.size else _unsaid  # without a cycle there is nothing to have statistics of

@@ -8,7 +8,7 @@ from roughslip.errors import InputError
 from roughslip.limits import MOST_NUMBERS, designs_of
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
@@ -18,7 +18,7 @@ STAGE = Stage(
     result="surface/design.nc",
 )
 
-STREAMS = {"latin_hypercube": geometry.STREAM_LATIN_HYPERCUBE, "expansion": geometry.STREAM_EXPANSION_DESIGN}
+STREAMS = {"latin_hypercube": Stream.LATIN_HYPERCUBE, "expansion": Stream.EXPANSION_DESIGN}
 
 
 def samples_of(scene: Scene, modes: int) -> dict[str, int]:

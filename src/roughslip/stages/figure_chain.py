@@ -7,8 +7,9 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import elastic, geometry, mass_on_belt, surface_model
+from roughslip.stages.from_scene import elastic, mass_on_belt, surface_model
 from roughslip.stages.from_scene.periodic_cell import Cells
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
 
@@ -45,7 +46,7 @@ def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
     plane = float(model.plane_height(np.array([percentile]))[0])
     heights, summit = np.empty((0, 0)), -np.inf
     for piece in range(PIECES):
-        seed = [scene.seed, geometry.STREAM_STRIP, piece]
+        seed = [scene.seed, Stream.STRIP, piece]
         drawn = model.heights(sample(np.random.default_rng(seed)))
         if (highest := float(drawn[middle, middle].max())) > summit:
             heights, summit = drawn, highest
@@ -94,7 +95,7 @@ def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     process = mass_on_belt.friction_process(scene, numbers, friction)
     nodes = scene.ensemble.nodes_per_correlation_length
     paths = mass_on_belt.friction_paths(scene, process, nodes)
-    seeds = ([scene.seed, geometry.STREAM_PROCESS, number] for number in range(PATHS))
+    seeds = ([scene.seed, Stream.PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
     place, unit = paths.spacing * np.arange(drawn.shape[1]), mass_on_belt.unit_of_scatter(scene, numbers)
     return {

@@ -14,6 +14,7 @@ from roughslip.friction.table_variables import (
 )
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.strip_contact import COARSE, FINE
 from roughslip.stages.result_tables import load_table
 from roughslip.stages.result_tables.pad_autocorrelation import correlation_variables
@@ -43,7 +44,7 @@ def work(job: Job) -> None:
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, cells, sums[0].shape[2])
     with job.usage.core():
         levels = levels_of_sums(geometry.least_contact_area(scene), sums, expanded, coarse_sums(batches))
-        draws, mean = [seed, geometry.STREAM_BOOTSTRAP], scene.friction.mean_at_median
+        draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean_at_median
         table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
         loads = load_table.load_table(job, batches, (table.solved, table.combined), table.shear, table.weights)
     job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))

@@ -9,6 +9,7 @@ from roughslip.friction.under_load import CellBlocks, Estimates, pad_estimates
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.result_tables.pad_autocorrelation import correlated
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
@@ -75,7 +76,7 @@ def of_pads(job: Job, nominal_pa: float) -> dict[float, tuple[int, Estimates]]:
     pad = scene.oscillator.windows_in_parallel, scene.load.pad_length_m
     for pressure in sorted(sums):
         blocks = CellBlocks(*sums[pressure], *geometry.block_sizes(scene))
-        draws = np.random.default_rng([scene.seed, geometry.STREAM_CELL, blocks.cells])
+        draws = np.random.default_rng([scene.seed, Stream.CELL, blocks.cells])
         weights = strip_weights(blocks.cells, REPLICATES, draws)
         found[pressure] = blocks.cells, pad_estimates(blocks, surface, weights, *pad)
     return found

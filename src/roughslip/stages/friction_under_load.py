@@ -16,6 +16,7 @@ from roughslip.probability.estimate import columns_of
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import gaussian_model
 from roughslip.stages.result_tables.pad_autocorrelation import PARTS, correlated, correlation_variables
 from roughslip.stages.runtime.command import Job
@@ -49,9 +50,7 @@ def work(job: Job) -> None:
     """Write the statistics with their intervals."""
     scene, contact = job.scene, store.read(job.arguments.contact)
     blocks = CellBlocks(contact["block_area"], contact["block_force"], *geometry.block_sizes(scene))
-    weights = strip_weights(
-        blocks.cells, REPLICATES, np.random.default_rng([scene.seed, geometry.STREAM_CELL, blocks.cells])
-    )
+    weights = strip_weights(blocks.cells, REPLICATES, np.random.default_rng([scene.seed, Stream.CELL, blocks.cells]))
     mean, windows = scene.load.mean_friction or scene.friction.mean_at_median, scene.oscillator.windows_in_parallel
     with job.usage.core():
         found = pad_estimates(blocks, correlated(scene, job.arguments.scan), weights, windows, scene.load.pad_length_m)
@@ -90,7 +89,7 @@ def of_windows(scene: Scene, blocks: CellBlocks, weights: np.ndarray, shear_pa: 
     """Statistics of single windows that have a friction coefficient, over lags of half a period at most."""
     mu, valid = friction_coefficient(*blocks.windows, shear_pa, geometry.least_contact_area(scene))
     lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
-    sets = np.random.default_rng([scene.seed, geometry.STREAM_CELL, SET_WINDOWS])
+    sets = np.random.default_rng([scene.seed, Stream.CELL, SET_WINDOWS])
     found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m, sets)
     moments = ("mean", *SCALE, *SHAPE)
     return found | {name: estimate_of(name, found[name].rows, blocks.cells) for name in moments}

@@ -11,7 +11,8 @@ from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import geometry, mass_on_belt
+from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -57,7 +58,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     needed = math.ceil(mass_on_belt.path_length(belt, periods) / paths.spacing) + 1
     runs = []
     for row, number in enumerate(taken):
-        path = KeptPath(paths.realisation([scene.seed, geometry.STREAM_PROCESS, number]))
+        path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
         counts = ensemble_counts(belt, law, [path], paths.spacing, periods, over={"damping": dampings}, options=options)
         nominal = simulate(belt, law, path, paths.spacing, periods, options)
         is_drawn = number < ensemble.drawn_realisations

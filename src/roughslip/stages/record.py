@@ -17,7 +17,8 @@ from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.record.synthetic import scatter_at, through_instrument
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, get
-from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene import elastic
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import gaussian_model
 from roughslip.stages.result_tables import record_table
 from roughslip.stages.runtime.command import Job
@@ -138,7 +139,7 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     step = -(-samples.friction.size // record_table.MOST_DRAWN)
     twins = []
     for number in range(TWINS):
-        generator = np.random.default_rng([seed, geometry.STREAM_RECORD, number])
+        generator = np.random.default_rng([seed, Stream.RECORD, number])
         path = fit.deviation * fit.weight * scatter_at(fit.shape, fit.length, fit.parameters, place, generator)
         memory = samples.course(fit.time_constant, fit.weight).memory
         noise = fit.noise * generator.standard_normal(place.size)

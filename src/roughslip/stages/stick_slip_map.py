@@ -8,8 +8,9 @@ from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.declarations import Stage
 from roughslip.scene.ensemble import StickSlipMap
-from roughslip.stages.from_scene import geometry, mass_on_belt, variation
+from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.variation import PointRuns, box, spaced
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
@@ -41,7 +42,7 @@ def work(job: Job) -> None:
     names = tuple(ranges)
     axes = [spaced(*ranges[name], asked.points) for name in names]
     runs = range(asked.realisations)
-    at_points = PointRuns(scene, numbers, job.arguments.friction, asked.duration_periods, geometry.STREAM_MAP)
+    at_points = PointRuns(scene, numbers, job.arguments.friction, asked.duration_periods, Stream.MAP)
 
     def probability(i: int, j: int) -> float:
         values = {name: float(axis[k]) for name, axis, k in zip(names, axes, (i, j), strict=True)}

@@ -12,7 +12,8 @@ from roughslip.grid import Grid
 from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, topography
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import geometry, surface_model
+from roughslip.stages.from_scene import surface_model
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import Job
 
@@ -43,7 +44,7 @@ def work(job: Job) -> None:
         except (ConvergenceError, IllPosedError, ParameterError) as error:
             none = str(error) if "no_model" in scan.attributes else f"{error}. {surface_model.what_helps()}"
         for number in range(0 if none else TWINS):
-            field = sample(np.random.default_rng([seed, geometry.STREAM_TWINS, number]))
+            field = sample(np.random.default_rng([seed, Stream.TWINS, number]))
             twin = topography(model.heights(field), float(dx), float(dy), f"twin {number}")
             try:
                 twins.append((twin, scan_statistics(twin, scan_table.sub_areas_of(scan, twin))))

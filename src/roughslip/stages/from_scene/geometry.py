@@ -14,14 +14,6 @@ from roughslip.grid import Grid
 from roughslip.limits import TRAINING_SPACING
 from roughslip.scene.types import Scene
 
-# The second entry of every random seed, after the scene's: streams of different stages never meet.
-STREAM_MONTE_CARLO, STREAM_LATIN_HYPERCUBE, STREAM_EXPANSION_DESIGN, STREAM_STRIP = 1, 2, 3, 4
-STREAM_DRAWS, STREAM_BOOTSTRAP, STREAM_PROCESS = 5, 6, 7
-STREAM_TWINS = 9
-STREAM_MAP = 15
-STREAM_ANSWER, STREAM_CELL = 18, 19
-STREAM_BUDGET = 20
-STREAM_RECORD = 24
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
 
 

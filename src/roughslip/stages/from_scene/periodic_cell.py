@@ -24,7 +24,8 @@ from roughslip.contact.solution import ContactSolution, ContactSweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import elastic, geometry
+from roughslip.stages.from_scene import elastic
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.plausibility import (
@@ -136,7 +137,7 @@ class Cells:
 
     def heights(self, number: int) -> np.ndarray:
         """Heights (nx, ny) [m] of a cell, as cells of constant pressure need them where edges of contacts count."""
-        seed = [self.scene.seed, geometry.STREAM_CELL, number]
+        seed = [self.scene.seed, Stream.CELL, number]
         drawn = self._model.heights(self._sample(np.random.default_rng(seed)))
         return cell_heights(drawn, self.cell.grid) if elastic.counts_shares(self.scene) else drawn
 

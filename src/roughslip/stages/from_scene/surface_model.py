@@ -15,6 +15,7 @@ from roughslip.probability import EmpiricalDistribution, FamilyDistribution
 from roughslip.scene.roughness import Fractal, Scan
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
@@ -61,7 +62,7 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
 def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:
     """A function that gives the field (nx, ny) [m] of a strip on a mesh by the number of the strip."""
     sample = model.sampler(grid)
-    return lambda number: sample(np.random.default_rng([scene.seed, geometry.STREAM_STRIP, number]))
+    return lambda number: sample(np.random.default_rng([scene.seed, Stream.STRIP, number]))
 
 
 def scan_warnings(scene: Scene, model: SurfaceModel) -> list[str]:

@@ -20,6 +20,7 @@ import numpy as np
 from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
 from roughslip.friction.paths import path_sampler
 from roughslip.friction.process import FrictionProcess
+from roughslip.limits import PATH_NODES
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.changed import PARAMETERS as OF_OSCILLATOR
 from roughslip.oscillator.changed import Parameter, changed_oscillator
@@ -160,7 +161,6 @@ def own_range(name: str, own: System) -> tuple[float, float]:
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 
 
-NODES = 4  # per correlation length: whether a mass sticks again depends on integrals over many of them
 OF_FRICTION = ("windows", "correlation_length", "mean_friction")  # parameters that change the friction process
 Box = dict[str, tuple[float, float]]
 
@@ -217,7 +217,7 @@ class PointRuns:
         of_friction = tuple(values[name] for name in OF_FRICTION if name in values)
         if of_friction != self._of_friction:
             friction = process(self._scene, point, self._statistics)
-            self._paths = path_sampler(friction, friction.correlation_length_m / NODES)
+            self._paths = path_sampler(friction, friction.correlation_length_m / PATH_NODES)
             self._of_friction, self._kept = of_friction, {}
         shares = np.empty(len(realisations))
         for row, number in enumerate(realisations):

@@ -1,4 +1,4 @@
-"""The cache of compiled functions: named by code, shared by processes, checked when it is read, and not needed.
+"""The cache of compiled functions: named by code and shared by processes.
 
 Import closures and hashes of what code does: on a small package written to disk, and on this one.
 """
@@ -15,9 +15,8 @@ from pathlib import Path
 import pytest
 
 import roughslip
-from roughslip.compilation import cache as compilation
 from roughslip.compilation import source_hash
-from roughslip.compilation.source_hash import closure, closure_hash, syntax
+from roughslip.compilation.source_hash import closure, closure_hash
 from roughslip.scene.declarations import declarations
 
 COPIED = Path(roughslip.__file__).parent
@@ -74,18 +73,6 @@ def test_equal_code_is_compiled_once(project, tmp_path):
     shutil.copytree(project / "src", tmp_path / "copy" / "src")
     assert run(tmp_path / "copy", OUTER, **cache) == ("20", "")
     assert compiled_files(tmp_path / "shared") == files
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("disk", ["no folder", "full"])
-def test_where_nothing_can_be_kept_a_line_says_so(project, disk):
-    (project / "file").write_text("")
-    script = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0)); {OUTER}" if disk == "full" else OUTER
-    folder = project / "numba" if disk == "full" else project / "file/numba"
-    out, error = run(project, script, NUMBA_CACHE_DIR=str(folder))
-    assert out == "20"
-    assert error.count("compiled code is not kept") == 1
-    assert compiled_files(project) == []
 
 
 LAW = """
@@ -147,35 +134,6 @@ def test_options_of_a_caller_do_not_reach_what_it_calls(project):
     outer = project / "src" / "roughslip" / "outer.py"
     outer.write_text(outer.read_text().replace("@compiled()", '@compiled(error_model="python")'))
     assert run(project, OUTER)[0] == "inf"
-
-
-@pytest.mark.slow
-def test_damaged_files_are_compiled_again(project, tmp_path):
-    """Without a project the cache is that of the user."""
-    (project / "pyproject.toml").unlink()
-    user = {"XDG_CACHE_HOME": str(tmp_path / "user")}
-    run(project, OUTER, **user)
-    cache = tmp_path / "user" / "roughslip" / "numba"
-    damaged = [*cache.glob("outer-*/*.nbc"), *cache.glob("inner-*/*.nbi")]
-    assert len(damaged) == 2
-    for file in damaged:
-        content = bytearray(file.read_bytes())
-        content[len(content) // 2] ^= 1
-        file.write_bytes(content)
-    out, error = run(project, OUTER, **user)
-    assert out == "20"
-    assert "compiling, once" in error
-    assert run(project, OUTER, **user) == ("20", "")
-
-
-def test_older_code_is_removed_after_a_month(tmp_path):
-    folders = [tmp_path / name for name in ("contact.kernels-1", "contact.kernels-2", "contact.kernels-3", "chaos-1")]
-    for folder in folders:
-        folder.mkdir()
-    for folder in (folders[0], folders[1], folders[3]):
-        os.utime(folder, (1.0e9, 1.0e9))
-    compilation._remove_old_versions(folders[0])
-    assert sorted(tmp_path.iterdir()) == sorted([folders[0], *folders[2:]])
 
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
@@ -266,38 +224,6 @@ def test_an_edit_changes_the_hash_if_it_acts(source, name, old, new, acts):
     assert (closure_hash(STAGE, source) != before) is acts
 
 
-def forget(monkeypatch: pytest.MonkeyPatch, kept: Path) -> None:
-    """Act as a new process that finds this memory of parsed files."""
-    monkeypatch.setattr(source_hash, "_memory", lambda: kept)
-    source_hash.syntax.cache_clear()
-    source_hash._kept.cache_clear()
-
-
-@pytest.mark.parametrize("damage", ["none", "flip", "cut", "bytes", "folder", "other Python"])
-def test_parsed_files_are_remembered_and_a_damaged_memory_is_not_used(source, tmp_path, monkeypatch, damage):
-    kept = tmp_path / "cache/syntax.json"
-    forget(monkeypatch, kept)
-    first = closure_hash(STAGE, source)
-    source_hash.keep()
-    text = kept.read_text()
-    digest = syntax(source / "pkg/grid.py", (source / "pkg/grid.py").read_bytes()).digest
-    if damage == "folder":
-        kept.unlink()
-        kept.mkdir()
-    elif damage == "other Python":
-        monkeypatch.setattr("roughslip.compilation.source_hash.sys.version", "3.99")
-    else:
-        changes = {"none": text, "flip": text.replace(digest, digest[::-1]), "cut": text[:-9], "bytes": f"\udcff{text}"}
-        kept.write_bytes(changes[damage].encode(errors="surrogateescape"))
-    forget(monkeypatch, kept)
-    if damage == "none":
-        monkeypatch.setattr("roughslip.compilation.source_hash.ast.parse", None)
-    else:
-        assert source_hash._kept() == {}
-    assert closure_hash(STAGE, source) == first
-    source_hash.keep()  # where it cannot be written, this passes without a message
-
-
 # Libraries are imported once, and each stage then in a child, so that no stage sees the imports of another.
 ASK = """
 import json, os, sys
@@ -317,22 +243,6 @@ for modules in sys.argv[1:]:
     os.wait()
 print(json.dumps(found))
 """
-
-
-@pytest.mark.parametrize("stage", ["karhunen_loeve", "contact_square", "contact_strip", "expansion_strip", "report"])
-def test_an_edit_of_friction_statistics_solves_no_contact_again(stage):
-    friction = {path.stem for path in closure(f"roughslip.stages.{stage}", SOURCE) if path.parent.name == "friction"}
-    assert friction <= {"__init__", "bowden_tabor"}
-
-
-def test_an_edit_of_one_figure_draws_no_other_again():
-    """Each figure has the code of its own drawing, next to that of all figures."""
-    drawn = {stage.draws: stage.modules for stage in declarations().values() if stage.draws}
-    drawings = {name: SOURCE / f"roughslip/figures/{name}.py" for name in drawn}
-    for name, modules in drawn.items():
-        files = set(closure(modules, SOURCE))
-        assert files & set(drawings.values()) == {drawings[name]}
-        assert SOURCE / "roughslip/stages/figures.py" in files
 
 
 @pytest.mark.slow

@@ -1,9 +1,9 @@
-"""Compile functions with numba, cached on disk under the hash of the code that is compiled.
+"""Compile functions with numba, kept on disk in a folder that is named by the code that is compiled.
 
 numba compares the file of a function only: it does not see an edit of a compiled function that is called from another
-file. Here the cache folder of a module carries the hash of its import closure. So no edit is missed, an edit of a
-docstring compiles nothing, and equal code has one folder. A friction law in a file of the user is part of the key of
-what is compiled for it. Each file ends with a checksum, because numba would run a damaged one.
+file. Here the folder of a module carries the hash of its import closure. So no edit is missed, an edit of a docstring
+compiles nothing, and equal code has one folder. A friction law in a file of the user is part of the key of what is
+compiled for it.
 """
 
 from __future__ import annotations
@@ -12,11 +12,8 @@ import contextlib
 import fcntl
 import hashlib
 import inspect
-import io
 import logging
 import os
-import shutil
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -31,42 +28,39 @@ from roughslip.compilation import source_hash
 __all__ = ["compiled"]
 
 _SOURCE = Path(__file__).resolve().parents[2]
-_DAYS_KEPT = 30.0  # days that compiled functions of older code are kept
-_DIGEST_BYTES = hashlib.sha256().digest_size
 # numba would take an option that is not given from the caller for which it happens to compile a function first. The
 # bits of a result then depended on the order of calls. A division by zero is inf or NaN, as in numpy.
 _OPTIONS = {"error_model": "numpy", "fastmath": False, "forceinline": False, "no_cfunc_wrapper": True}
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that compiles a function at its first call and caches it.
+    """Return a decorator that compiles a function at its first call and keeps it on disk.
 
     options : those of numba's njit; where not given, those of the caller do not count
 
-    Calls from compiled code have a form of their own, without the code that converts arguments of Python, which takes a
-    third of the time of compiling. It is one for all values of arguments, where numba makes one a constant.
+    A call from compiled code has one form for all values of arguments, where numba makes one a constant.
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
-        outer = numba.njit(**{**_OPTIONS, **options})(function)
-        inner = numba.njit(**{**_OPTIONS, **options, "no_cpython_wrapper": True})(function)
+        dispatcher = numba.njit(**{**_OPTIONS, **options})(function)
         try:  # what `cache=True` does, with the folder of the module
-            outer._cache, inner._cache = _Cache(function, "outer"), _Cache(function, "inner")
+            dispatcher._cache = _Cache(function)
         except (OSError, RuntimeError):
             _announce_not_kept()
+        of_types = dispatcher.get_call_template
 
         def call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
-            return inner.get_call_template([*map(unliteral, args)], {k: unliteral(kws[k]) for k in kws})
+            return of_types([*map(unliteral, args)], {k: unliteral(kws[k]) for k in kws})
 
-        outer.get_call_template, outer.get_overload = call_template, inner.get_overload
-        return outer
+        dispatcher.get_call_template = call_template
+        return dispatcher
 
     return decorate
 
 
 @cache
 def _folder(file: Path) -> Path:
-    """The cache folder of a file, named by the hash of its code: of a module of the package that of its import closure.
+    """The folder of a file, named by the hash of its code: of a module of the package that of its import closure.
 
     Of a file of the user its bytes count, and what it imports of the package. Raises OSError where there is no file.
     """
@@ -80,14 +74,6 @@ def _folder(file: Path) -> Path:
     return source_hash.compiled_folder() / f"{name.removeprefix('roughslip.')}-{digest[:20]}"
 
 
-@cache
-def _own_code(kind: type) -> str:
-    """The hash of the file that defines a named tuple where that is of the user, as of a friction law; else nothing."""
-    if kind.__module__.partition(".")[0] == "roughslip":
-        return ""
-    return file_key(kind)
-
-
 def file_key(defined: Any) -> str:
     """The hash of the file that defines a class or function of the user, and of what it imports of the package."""
     try:
@@ -96,12 +82,13 @@ def file_key(defined: Any) -> str:
         return os.urandom(16).hex()
 
 
-def _named_tuples(kinds: Iterable[Any]) -> Iterator[type]:
-    """The classes of named tuples among types of numba, also of those in tuples."""
+def _laws_of_users(kinds: Iterable[Any]) -> Iterator[type]:
+    """The named tuples among types of numba, also of those in tuples, that a file of the user defines."""
     for kind in kinds:
-        if isinstance(kind, numba.types.NamedTuple | numba.types.NamedUniTuple):
+        named = isinstance(kind, numba.types.NamedTuple | numba.types.NamedUniTuple)
+        if named and not kind.instance_class.__module__.startswith("roughslip."):
             yield kind.instance_class
-        yield from _named_tuples(getattr(kind, "types", ()))
+        yield from _laws_of_users(getattr(kind, "types", ()))
 
 
 class _Locator(caching.InTreeCacheLocator):
@@ -120,41 +107,10 @@ class _Implementation(caching.CompileResultCacheImpl):
     _locator_classes: list[Any] = [_Locator]  # noqa: RUF012
 
 
-class _CheckedFiles(caching.IndexDataCacheFile):
-    """numba's files of one function, each with a checksum at its end, which unpickling ignores."""
-
-    def _load_index(self) -> dict:
-        return super()._load_index() if _is_whole(self._index_path) else {}
-
-    def _load_data(self, name: str) -> Any:
-        return super()._load_data(name) if _is_whole(self._data_path(name)) else None
-
-    @contextlib.contextmanager
-    def _open_for_write(self, filepath: str) -> Iterator[io.BytesIO]:
-        content = io.BytesIO()
-        yield content
-        with super()._open_for_write(filepath) as file:
-            file.write(content.getvalue() + hashlib.sha256(content.getvalue()).digest())
-
-
-def _is_whole(path: str) -> bool:
-    """Whether a file exists and ends with its checksum."""
-    try:
-        content = Path(path).read_bytes()
-    except OSError:
-        return False
-    return hashlib.sha256(content[:-_DIGEST_BYTES]).digest() == content[-_DIGEST_BYTES:]
-
-
 class _Cache(caching.FunctionCache):
-    """A cache of one form of a function."""
+    """The compiled forms of one function, by the types of its arguments."""
 
     _impl_class = _Implementation
-
-    def __init__(self, function: Callable[..., Any], form: str) -> None:
-        super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = _CheckedFiles(self._cache_path, f"{self._impl.filename_base}.{form}", stamp)
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
         """The compiled form for these types of arguments, None if it must be compiled."""
@@ -165,18 +121,16 @@ class _Cache(caching.FunctionCache):
 
     def save_overload(self, sig: object, data: Any) -> None:
         """Store a compiled form. Without a lock two processes could give one name to two forms."""
-        folder = Path(self._cache_path)
         try:
-            with (folder / "lock").open("a", encoding="utf-8") as lock:
+            with Path(self._cache_path, "lock").open("a", encoding="utf-8") as lock:
                 with contextlib.suppress(OSError):  # a file system without locks
                     fcntl.flock(lock, fcntl.LOCK_EX)
                 super().save_overload(sig, data)
         except OSError:
             _announce_not_kept()
-        _remove_old_versions(folder)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return (*super()._index_key(sig, codegen), *map(_own_code, _named_tuples(sig)))
+        return (*super()._index_key(sig, codegen), *map(file_key, _laws_of_users(sig)))
 
 
 @cache
@@ -188,12 +142,3 @@ def _announce(message: str) -> None:
 
 def _announce_not_kept() -> None:
     _announce(f"compiled code is not kept: {source_hash.compiled_folder()} is full or cannot be written to")
-
-
-@cache
-def _remove_old_versions(folder: Path) -> None:
-    """Remove what was compiled from older code of the module of a cache folder, more than _DAYS_KEPT ago."""
-    oldest = time.time() - 86400.0 * _DAYS_KEPT
-    for other in folder.parent.glob(f"{folder.name.rpartition('-')[0]}-*"):
-        if other != folder and other.stat().st_mtime < oldest:
-            shutil.rmtree(other, ignore_errors=True)

@@ -3,10 +3,11 @@
 import numpy as np
 
 from roughslip import Grid
-from roughslip.probability import distribution_of_moments
+from roughslip.probability import BetaDistribution, beta_moments
 from roughslip.surface import covariance_of, gaussian_model
 
-heights_of = distribution_of_moments("weibull", standard_deviation=1e-6, skewness=-1.5, excess_kurtosis=0.0)
+shapes = 5.0, 0.73
+heights_of = BetaDistribution.of_moments(*shapes, mean=0.0, standard_deviation=1e-6)
 covariance = covariance_of("exponential", rms_height_m=1e-6, correlation_length_m=4e-6)
 grid = Grid(nx=1024, ny=1024, dx=1e-6, dy=1e-6)
 
@@ -18,8 +19,9 @@ for correct in (False, True):  # whether the covariance is that of the heights, 
     print(
         f"{'corrected' if correct else 'uncorrected'}: skewness {skewness:.2f}, correlation at 4 µm {correlation:.3f}"
     )
-print(f"asked for: skewness {heights_of.skewness:.2f}, correlation {np.exp(-1):.3f}")
-print(f"excess kurtosis {kurtosis:.2f}, that of the Weibull distribution {heights_of.excess_kurtosis:.2f}")
+moments = beta_moments(*shapes)
+print(f"asked for: skewness {moments.skewness:.2f}, correlation {np.exp(-1):.3f}")
+print(f"excess kurtosis {kurtosis:.2f}, that of the Beta distribution {moments.excess_kurtosis:.2f}")
 
 # Deep grooves and flat tops: the plane that touches a tenth of the surface stands much lower than for Gaussian heights.
 gaussian = gaussian_model(covariance).plane_height(percentile=10)

@@ -69,7 +69,6 @@ GOOD = {
         partial(
             WeierstrassMandelbrot, hurst=0.8, rms_height_m=1.0, longest_wavelength_m=1.0, shortest_wavelength_m=0.1
         ),
-        partial(probability.FamilyDistribution, "beta", standard_deviation=1e-7, shapes=(2.1, 5.0)),
     ],
     "chaos": [
         partial(hermite_basis, xi=POINTS, indices=multi_indices(2, 2)),

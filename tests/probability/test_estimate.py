@@ -19,7 +19,7 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import interval_margin, student_95
 from roughslip.probability.lattice_map import START, lattice_map
-from roughslip.probability.level_search import ACCURACY, COARSE, LevelSearch, central_counts
+from roughslip.probability.level_search import ACCURACY, COARSE, LevelSearch, central_counts, first_change
 from roughslip.probability.sensitivity import Source, variance_split
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
@@ -268,6 +268,36 @@ def test_too_few_paths_and_a_start_outside_are_refused():
     search_of(np.ones(73)).crossing(0.05, upwards=True)
     with pytest.raises(ParameterError, match=r"^a search goes from a positive start outwards, not from 20"):
         search_of(np.ones(PATHS), start=20.0)
+
+
+# of an answer at 1: up to where it is the same, then unknown, then the same again; beyond it is another
+ANSWERS = {"at once": (2.0, 2.0, 2.0), "unknown between": (1.5, 2.0, 3.0), "never": (99.0, 99.0, 99.0)}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+@pytest.mark.parametrize("power", [1, -1])
+def test_an_answer_changes_between_two_neighbouring_values(name, power):
+    """To the accuracy asked for, upwards to 10 and downwards to 1/10."""
+    own, unknown, again = ANSWERS[name]
+
+    def answer(value):
+        value = value**power
+        return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
+
+    last, first = first_change(answer, 1.0, 10.0**power)
+    if again > 10.0:
+        assert (last, first) == (10.0**power, None)
+    else:
+        assert (last**power, first**power) == pytest.approx((again, again), rel=2e-6)
+        assert (answer(last), answer(first)) == ("own", "other")
+
+
+def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer():
+    for ends in ((0.0, 1.0), (1.0, 0.0), (1.0, np.inf), (np.nan, 1.0)):
+        with pytest.raises(ParameterError, match="finite positive numbers"):
+            first_change(lambda value: "own", *ends)
+    with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
+        first_change(lambda value: None, 2.0, 10.0)
 
 
 A, B = Source.independent("a", {"x": (1.0, 0.2)}), Source.independent("b", {"y": (2.0, 0.3), "z": (1.0, 0.2)})

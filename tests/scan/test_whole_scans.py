@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import binom
 
 from roughslip.grid import Grid
-from roughslip.probability import Estimate, distribution_of_moments
+from roughslip.probability import BetaDistribution, Estimate
 from roughslip.scan.covariance_fit import fitted_covariances
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.jackknife import sub_areas, wrapped
@@ -71,11 +71,9 @@ SCANS = {
     "ground": (ground, "measured", "empirical"),
     "smooth": (lambda: drawn(covariance_of("matern", 1e-7, 11e-6, 8e-6, 0.3, smoothness=3.0)), "best", "gaussian"),
     "sharp": (
-        lambda: drawn(
-            covariance_of("exponential", 1e-7, 7e-6, 5e-6), distribution_of_moments("weibull", 1e-7, -0.8, 0.0)
-        ),
+        lambda: drawn(covariance_of("exponential", 1e-7, 7e-6, 5e-6), BetaDistribution.of_moments(5.0, 1.4, 0.0, 1e-7)),
         "best",
-        "weibull",
+        "empirical",
     ),
 }
 

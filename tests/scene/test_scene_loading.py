@@ -11,8 +11,7 @@ import yaml
 
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS
-from roughslip.probability import FAMILIES
-from roughslip.scene import contact, friction, roughness
+from roughslip.scene import contact, friction
 from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import RESERVED, load
 from roughslip.scene.schema import describe_allowed
@@ -181,11 +180,6 @@ def test_rules_count_as_the_stages_do():
     columns = range(4, 60)
     assert [contact.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
     assert len(NAMES) == FUNCTIONALS
-
-
-def test_shapes_of_heights_have_the_limits_of_their_families():
-    for name, (shapes, *limits) in roughness.FAMILIES.items():
-        assert (tuple(shapes.split(", ")), tuple(limits)) == (FAMILIES[name].shapes, FAMILIES[name].limits)
 
 
 def test_friction_has_one_of_its_forms(mine):

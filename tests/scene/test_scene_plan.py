@@ -120,18 +120,18 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
 
 
 def test_defaults_and_absent_sections():
-    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"marginal": {"family": "beta", "shapes": [1, 2]}}}
+    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"marginal": {"beta": [1, 2]}}}
     assert get(scene, "oscillator.law") == "coulomb"
     assert get(scene, "roughness.scan.file") is None
     assert get(scene, "strip") is None
-    marginal = {"family": "beta", "shapes": [1, 2], "mirrored": False, "correct_correlation": False}
+    marginal = {"beta": [1, 2], "correct_correlation": False}
     assert get(scene, "roughness.marginal") == get(scene, "roughness")["marginal"] == marginal
     with pytest.raises(KeyError, match=r"oscillator\.laws is no key of a scene"):
         get(scene, "oscillator.laws")
     typed = scene_of(scene)
     assert (typed.oscillator.law, typed.oscillator.windows_in_parallel) == ("coulomb", 1)
     assert typed.friction.statistics is typed.roughness.scan is None
-    assert typed.roughness.marginal.shapes == (1, 2)
+    assert typed.roughness.marginal.beta == (1, 2)
 
 
 def test_a_key_that_was_not_read_is_named():

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.fft
+from scipy.special import ndtr, ndtri
 from scipy.stats import kstest
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.probability import FamilyDistribution, translate
+from roughslip.probability import BetaDistribution, translate
 from roughslip.surface.corrected_covariance import corrected, corrected_correlation, nearest_correlation
 from roughslip.surface.covariance import plane_height
 from roughslip.surface.embedding import embed
@@ -19,9 +20,10 @@ from roughslip.surface.measured_covariance import tapered
 from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, gaussian_model, measured_model
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import warnings
+from tests.probability.test_distributions import Lognormal
 
-BETA = FamilyDistribution("beta", 2.0, (2.1, 5.0))
-SKEWED = FamilyDistribution("lognormal", 1.0, (1.0,), mirrored=True)
+BETA = BetaDistribution.of_moments(2.1, 5.0, 0.0, 2.0)
+SKEWED = Lognormal(1.0, mirrored=True)
 EXPONENTIAL = covariance_of("exponential", 2.0, 5.0)
 
 
@@ -45,7 +47,7 @@ def test_heights_follow_the_law_and_the_plane_stands_at_its_quantile():
     heights = model.heights(model.sampler(Grid(500, 400, 1.0, 1.0))(np.random.default_rng(2)))
     for percentile in (1.0, 30.0, 50.0, 90.0):
         plane = model.plane_height(percentile)
-        assert plane == pytest.approx(float(BETA.quantile(1 - percentile / 100)), abs=1e-12)
+        assert plane == pytest.approx(float(BETA.from_gaussian(ndtri(1 - percentile / 100))), abs=1e-12)
         assert np.mean(heights > plane) == pytest.approx(percentile / 100, abs=4.1e-3)
     assert model.plane_height(50.0) < 0  # the median of a right-skewed law lies below its mean
 
@@ -109,7 +111,7 @@ def torus_lags(n, d=1.0):
     return d * np.minimum(np.arange(n), n - np.arange(n))
 
 
-@pytest.mark.parametrize("marginal", [BETA, FamilyDistribution("lognormal", 1.0, (0.6,), mirrored=True)])
+@pytest.mark.parametrize("marginal", [BETA, Lognormal(0.6, mirrored=True)])
 def test_samples_have_marginal_and_covariance(marginal):
     """10 000 translated fields on a torus of 12 x 8 whose heights shall have exp(-r / 2).
 
@@ -129,8 +131,10 @@ def test_samples_have_marginal_and_covariance(marginal):
     products = scipy.fft.ifft2(power).real[:, :7, :5]
     t = (products.mean(axis=0) - field.translated[:7, :5]) / (products.std(axis=0) / 100.0)
     assert np.max(np.abs(t)) < 4.8
-    assert kstest(z[:, 3, 4], marginal.cdf).statistic < math.sqrt(-0.5 * math.log(0.5e-6) / 10_000)
-    plane = marginal.quantile(1 - 30 / 100)
+    score = np.linspace(-8.0, 8.0, 4001)
+    drawn = np.interp(z[:, 3, 4], marginal.from_gaussian(score), ndtr(score))
+    assert kstest(drawn, "uniform").statistic < math.sqrt(-0.5 * math.log(0.5e-6) / 10_000)
+    plane = marginal.from_gaussian(ndtri(1 - 30 / 100))
     assert np.mean(z[:, 0, 0] > plane) == pytest.approx(0.3, abs=5 * math.sqrt(0.21 / 10_000))
 
 
@@ -159,7 +163,7 @@ def test_below_the_least_correlation():
 
 def test_negative_spectrum():
     """A triangle, a valid correlation in itself, asks a skewed marginal for a Gaussian spectrum with negative parts."""
-    translation = translate(FamilyDistribution("lognormal", 1.0, (1.5,)))
+    translation = translate(Lognormal(1.5))
     wanted = np.maximum(1.0 - torus_lags(64) / 12.0, 0.0)
     assert scipy.fft.fft(wanted).real.min() > -1e-12
     with pytest.raises(IllPosedError, match="of the spectrum needed is negative"):

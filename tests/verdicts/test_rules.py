@@ -8,12 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from roughslip.errors import ParameterError
 from roughslip.friction.correlation import autocorrelation, correlation_fit, window_lengths
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.oscillator.cycles import NULLS, reattachment_statistics
-from roughslip.probability import bracket
 from roughslip.report.sections import under_which
 from roughslip.verdicts.finding import inside
 from roughslip.verdicts.friction_distribution import BETA_KURTOSIS, BETA_SKEWNESS
@@ -743,37 +741,3 @@ def test_the_range_beyond_the_limit_goes_with_the_scatter_of_the_windows_that_be
         other = next(one for one in claim["readings"] if one["id"] == "multiplicative-scatter")
         ratio = float(arrays["load_response_multiplicative"] / arrays["load_response_additive"])
         assert other["ours"] == pytest.approx(ratio * claim["ours"])
-
-
-ANSWERS = {  # of an answer at 1, up to where it is own, unknown, own again; then it is another
-    "changes at once": ((2.0, 2.0, 2.0), (2.0, 2.0)),
-    "unknown between": ((1.5, 2.0, 2.0), (1.5, 2.0)),
-    "known again between": ((1.5, 2.0, 3.0), (1.5, 3.0)),
-    "unknown beyond": ((1.5, 99.0, 99.0), (1.5, None)),
-    "never changes": ((99.0, 99.0, 99.0), (10.0, None)),
-}
-
-
-@pytest.mark.parametrize("name", ANSWERS)
-@pytest.mark.parametrize("power", [1, -1])
-def test_the_end_of_a_range_lies_where_its_answer_changes(name, power):
-    """To the accuracy asked for, upwards to 10 and downwards to 1/10."""
-    (own, unknown, again), (stands, changes) = ANSWERS[name]
-
-    def answer(value):
-        value = value**power
-        return "own" if value < own or unknown <= value < again else None if value < unknown else "other"
-
-    end = bracket.range_end(answer, 1.0, 10.0**power)
-    assert end.last_same**power == pytest.approx(stands, rel=2e-6)
-    assert (end.first_different and end.first_different**power) == (changes and pytest.approx(changes, rel=2e-6))
-    assert answer(end.last_same) == "own"
-    assert end.first_different is None or answer(end.first_different) == "other"
-
-
-@pytest.mark.parametrize(("start", "reach"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 1.0), (1.0, np.inf), (np.nan, 1.0)])
-def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer(start, reach):
-    with pytest.raises(ParameterError, match="finite positive numbers"):
-        bracket.range_end(lambda value: "own", start, reach)
-    with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
-        bracket.range_end(lambda value: None, 2.0, 10.0)

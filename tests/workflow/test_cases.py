@@ -78,7 +78,7 @@ def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
 
     scene = ground.path("config/scenes/ground.yaml")
     after = {"synthetic_surfaces": 1, "figure_scan": 1, **STRIP, **END}
-    scene.write_text(GROUND.replace("empirical", "weibull"))
+    scene.write_text(GROUND.replace("empirical", "gaussian"))
     assert planned() == {"scan": 1, **after}
     scene.write_text(GROUND + "seed: 5\n")
     assert planned() == after

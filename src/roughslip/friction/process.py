@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ParameterError, real
-from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments, tabulate
+from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
+from roughslip.probability.translation import tabulate
 from roughslip.validation import gate, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper

@@ -38,8 +38,8 @@ from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.limits import cycle_period
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.trough_chain import theory_or_nan
-from roughslip.probability.bracket import range_end
 from roughslip.probability.estimate import TAILS
+from roughslip.probability.level_search import first_change
 from roughslip.probability.sensitivity import Source, Split, variance_split
 from roughslip.validation import gate, positive
 
@@ -266,7 +266,7 @@ def _nearest_limit(given: Machine, name: str) -> tuple[float, bool] | None:
     here = exists(own) if own > 0.0 else None
     if here is None:
         return None
-    ends = {up: range_end(exists, own, own * FIRST_REACH**way).first_different for up, way in ((True, 1), (False, -1))}
+    ends = {up: first_change(exists, own, own * FIRST_REACH**way)[1] for up, way in ((True, 1), (False, -1))}
     found = [(value, here == up) for up, value in ends.items() if value is not None]
     return min(found, key=lambda one: abs(math.log(one[0] / own)), default=None)
 
@@ -277,10 +277,8 @@ def _limit(machine: Machine, name: str, near: float, cycle_below: bool) -> tuple
     here = exists(near)
     if here is None:
         return near, False
-    end = range_end(exists, near, near * REACH if here == cycle_below else near / REACH, ACCURACY)
-    if end.first_different is None:
-        return end.last_same, False
-    return 0.5 * (end.first_different + end.last_same), True
+    last, first = first_change(exists, near, near * REACH if here == cycle_below else near / REACH, ACCURACY)
+    return (last, False) if first is None else (0.5 * (first + last), True)
 
 
 def _uncertain(split: Split, row: int, value: float, beyond: float, names: Sequence[str]) -> Uncertain:

@@ -25,9 +25,8 @@ from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.state_durations import Durations, durations
 from roughslip.oscillator.trough_chain import theory_or_nan
-from roughslip.probability.bracket import range_end
 from roughslip.probability.estimate import wilson_interval
-from roughslip.probability.level_search import LevelSearch
+from roughslip.probability.level_search import LevelSearch, first_change
 from roughslip.validation import gate
 
 REACH = 100.0  # factor of the own value, either way, up to which limits are searched
@@ -300,7 +299,7 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
         period = cycle_period(changed_oscillator(runs.own, {name: value}), runs.law)
         return None if period is None else period < np.inf
 
-    return None if exists(start) is None else range_end(exists, start, reach).first_different
+    return None if exists(start) is None else first_change(exists, start, reach)[1]
 
 
 def smallest_change(limits: Mapping[str, Limits], is_likely: bool) -> Change | None:

@@ -1,14 +1,8 @@
-from roughslip.probability.distributions import FAMILIES as FAMILIES
 from roughslip.probability.distributions import BetaDistribution as BetaDistribution
-from roughslip.probability.distributions import FamilyDistribution as FamilyDistribution
 from roughslip.probability.distributions import QuantileDistribution as QuantileDistribution
 from roughslip.probability.distributions import beta_moments as beta_moments
-from roughslip.probability.distributions import distribution_of_moments as distribution_of_moments
 from roughslip.probability.empirical import EmpiricalDistribution as EmpiricalDistribution
 from roughslip.probability.empirical import empirical_distribution as empirical_distribution
-from roughslip.probability.empirical import fit_distribution as fit_distribution
-from roughslip.probability.estimate import NORMAL_95 as NORMAL_95
-from roughslip.probability.estimate import TAILS as TAILS
 from roughslip.probability.estimate import Estimate as Estimate
 from roughslip.probability.estimate import wilson_interval as wilson_interval
 from roughslip.probability.sensitivity import Source as Source
@@ -16,5 +10,4 @@ from roughslip.probability.sensitivity import Split as Split
 from roughslip.probability.sensitivity import variance_split as variance_split
 from roughslip.probability.translation import Distribution as Distribution
 from roughslip.probability.translation import Translation as Translation
-from roughslip.probability.translation import tabulate as tabulate
 from roughslip.probability.translation import translate as translate

@@ -1,4 +1,4 @@
-"""Distributions of measured values: a smooth table over normal scores, and the nearest one of a family."""
+"""The distribution of measured heights: a smooth table over normal scores."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.probability.distributions import FamilyDistribution, distribution_of_moments, normal_score
 from roughslip.validation import gate, positive, reals
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
@@ -28,12 +27,10 @@ class EmpiricalDistribution:
 
     normal : (n,) [-] ascending nodes
     values : (n,) [unit of x] ascending values there, constant beyond the last nodes
-    tail_share : [-] share of the ensemble in each extrapolated tail
     """
 
     normal: np.ndarray
     values: np.ndarray
-    tail_share: float
 
     def __post_init__(self) -> None:
         if self.normal.ndim != 1 or self.normal.shape != self.values.shape or self.normal.size < 2:
@@ -54,19 +51,6 @@ class EmpiricalDistribution:
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x : (as normal) at standard normal scores g."""
         return np.interp(normal, self.normal, self.values)
-
-    @gate
-    def quantile(self, probability: float | np.ndarray) -> np.ndarray:
-        """x : (as probability) value below which that share of the ensemble lies."""
-        return self.from_gaussian(normal_score(probability))
-
-    @gate
-    def cdf(self, value: float | np.ndarray) -> np.ndarray:
-        """F : (as value) [-] probability of lying below the value, the exact inverse of the quantile."""
-        x = np.asarray(value, dtype=float)
-        if np.isnan(x).any():
-            raise ParameterError(f"{np.count_nonzero(np.isnan(x))} of {x.size} values are NaN: leave them out")
-        return ndtr(np.interp(x, self.values, self.normal, left=-math.inf, right=math.inf))
 
 
 @gate
@@ -91,13 +75,15 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     deviation = float(np.std(x)) if standard_deviation is None else standard_deviation
     positive("standard_deviation", deviation)
     if x.size < 10 * LEAST_BEYOND:
-        raise IllPosedError(f"{x.size} values make no distribution; use {10 * LEAST_BEYOND} or a parametric family")
+        raise IllPosedError(
+            f"{x.size} values make no distribution; take at least {10 * LEAST_BEYOND}, or Gaussian heights"
+        )
     values, counts = _ties(x)
     shared = max(counts[0], counts[-1]) / x.size
     if shared > MOST_SHARED:
         raise IllPosedError(
             f"{100.0 * shared:.2g} % of the values are equal to the lowest or highest one, as in a clipped or coarsely "
-            f"digitised scan; remove those points or use a parametric family; scene key: roughness.scan.marginal"
+            f"digitised scan; remove those points or take Gaussian heights; scene key: roughness.scan.marginal"
         )
     score = ndtri((np.cumsum(counts) - 0.5 * counts) / x.size)
     spacing = x.size**-0.2
@@ -124,7 +110,7 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
         if lost >= 1.0 - MOST_STRETCH:
             break
     table *= deviation / float(np.std(x)) * min(max(lost, 1.0 - MOST_STRETCH), 1.0 + MOST_STRETCH)
-    return EmpiricalDistribution(normal, table, float(ndtr(inner[0])))
+    return EmpiricalDistribution(normal, table)
 
 
 def _ties(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -140,20 +126,6 @@ def _moment(normal: np.ndarray, values: np.ndarray, order: int) -> float:
     """E x^order of x linear in g between the nodes, by the trapezoidal rule with a normal weight."""
     density = np.exp(-0.5 * normal**2) / math.sqrt(2.0 * math.pi)
     return float(np.trapezoid(density * values**order, normal))
-
-
-@gate
-def fit_distribution(values: np.ndarray, family: str) -> FamilyDistribution:
-    """The distribution of a family with the moments of the values: rms, skewness and, for a beta, kurtosis.
-
-    values : (any shape) [unit of x]
-
-    Raises ParameterError for values that are not finite, IllPosedError for constant ones or moments outside the family.
-    """
-    x = checked_values(values)
-    mean, rms = float(np.mean(x)), float(np.std(x))
-    score = (x - mean) / rms
-    return distribution_of_moments(family, rms, float(np.mean(score**3)), float(np.mean(score**4)) - 3.0)
 
 
 def checked_values(values: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ def wilson_interval(successes: np.ndarray | float, trials: np.ndarray | float) -
 
     Returns (low, high) : (...) [-]. Raises ParameterError.
 
-    Method: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
+    Method: E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209. `scipy.stats.binomtest` takes one pair of whole numbers.
     """
     k, n = np.asarray(successes, dtype=np.float64), np.asarray(trials, dtype=np.float64)
     if not (np.isfinite(n).all() and np.all((k >= 0) & (k <= n))):

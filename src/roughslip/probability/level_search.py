@@ -1,4 +1,6 @@
-"""Where the probability of an event crosses a level along one parameter, with the same random paths at every value.
+"""Where an answer changes along one parameter, and where the probability of an event crosses a level.
+
+A probability is that of the same random paths at every value.
 
 K(x) of n independent paths show the event at the value x. At the true crossing K is binomial with the level as its
 probability. So the values about the crossing of K / n at which K lies within the central 95 % of that distribution are
@@ -9,13 +11,14 @@ a 95 % interval. Where every path changes once, its ends are order statistics of
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import bdtr, ndtri
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
 from roughslip.probability.estimate import TAILS
 
 ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level,
@@ -24,7 +27,37 @@ END_ACCURACY = 0.5  # of the step that holds an end of the interval, as a share 
 STEPS = 8  # from the start to either end of the search; a probability that crosses a level twice between is missed
 LADDER = 0.49, 4.0, 32.0  # distances of values that are tried from a hint, in units of ACCURACY
 PROBES = 12  # paths that look for the step with a crossing
+RANGE_STEPS = 24  # between the start and the end of the search for another answer
+RANGE_ACCURACY = 1e-6  # relative, of the value where it changes
 Occurs = Callable[[float, range], np.ndarray]
+
+
+def first_change(
+    answer: Callable[[float], Hashable | None], start: float, reach: float, accuracy: float = RANGE_ACCURACY
+) -> tuple[float, float | None]:
+    """Two neighbouring values from `start` towards `reach`, both positive, between which the answer changes.
+
+    answer : of a value; None where it is unknown
+    accuracy : relative, of both values
+
+    Returns the last value before, and the first whose answer is known to be another: None where it never changes up to
+    `reach`. A search outwards in steps, then bisection. Between two steps an answer is taken to change once at most.
+    Raises ParameterError where the answer at the start is unknown, or where start and reach are not finite and
+    positive.
+    """
+    if not all(math.isfinite(value) and value > 0.0 for value in (real("start", start), real("reach", reach))):
+        raise ParameterError(f"a range is searched between finite positive numbers, not from {start} to {reach}")
+    own = answer(start)
+    if own is None:
+        raise ParameterError(f"the answer at the start value {start:g} is unknown, so no range begins there")
+    for inside, outside in pairwise([start, *map(float, np.geomspace(start, reach, RANGE_STEPS + 1)[1:])]):
+        if answer(outside) in (None, own):
+            continue
+        while abs(outside / inside - 1.0) > accuracy:
+            middle = math.sqrt(inside * outside)
+            inside, outside = (middle, outside) if answer(middle) in (None, own) else (inside, middle)
+        return inside, outside
+    return reach, None
 
 
 @dataclass(frozen=True)

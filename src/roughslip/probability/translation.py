@@ -19,7 +19,6 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.validation import finite, gate, reals
 
 TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies a probability of 2e-17
-BOUNDED_EDGE = 6.0  # up to which the error of the table is bounded; beyond lies 2e-9
 MOST_TERMS = 120
 NEGLIGIBLE_REMAINDER = 1e-12  # share of the variance at which the series ends
 LEFT_OUT = 1e-4  # share of the variance that the series may leave out at most
@@ -45,18 +44,14 @@ class Translation:
     """A distribution as a table over normal scores, and its Hermite series.
 
     normal, values : (nodes,) [-] standard normal g, equally spaced, and [unit of x] x(g) less its mean
-    table_error : [unit of x] bound of the error of linear interpolation for |g| < 6
     shares : (N,) [-] w_1, w_2, ..., which sum to one
     left_out : [-] share of the variance that the series leaves out; rho_x errs by no more than twice as much
-    quadrature_error : [-] largest change of a share from the quadrature with half the nodes
     """
 
     normal: np.ndarray
     values: np.ndarray
-    table_error: float
     shares: np.ndarray
     left_out: float
-    quadrature_error: float
 
     @gate
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
@@ -130,7 +125,7 @@ class Translation:
 
 @gate
 def translate(distribution: Distribution) -> Translation:
-    """The translation to a distribution, with the errors of its table and of its series.
+    """The translation to a distribution.
 
     Raises IllPosedError where 120 terms leave out 1e-4 of the variance.
     """
@@ -164,23 +159,19 @@ def tabulate(
         raise ParameterError("the quantile function of the distribution must be finite and increase")
     variance = None if standard_deviation is None else standard_deviation**2
     shares = _hermite_shares(normal, values, variance, most_terms, negligible_remainder)
-    coarse = _hermite_shares(normal[::2], values[::2], variance, most_terms, negligible_remainder)
     carried = sum(shares)
     if not abs(1.0 - carried) < LEFT_OUT:
         raise IllPosedError(
             f"the Hermite series leaves out {1.0 - carried:.1e} of the variance after {len(shares)} terms: the "
             "distribution is too close to steps, as of few values, or its tail too long, as of outliers: leave these "
-            "out, or take a fitted family in place of measured values, of a Beta one with larger shapes"
+            "out, or take a Beta distribution of larger shapes"
         )
     append = standard_deviation is not None and carried < 1.0
-    bends = np.abs(np.diff(values, 2))[np.abs(normal[1:-1]) < BOUNDED_EDGE]
     return Translation(
         normal=normal,
         values=scale * values,
-        table_error=scale * float(np.max(bends)) / 8.0,
         shares=np.append(shares, 1.0 - carried) if append else np.array(shares) / carried,
         left_out=1.0 - carried,
-        quadrature_error=max(abs(fine - halved) for fine, halved in zip(shares, coarse, strict=False)),
     )
 
 

@@ -11,13 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.probability import (
-    EmpiricalDistribution,
-    Estimate,
-    FamilyDistribution,
-    empirical_distribution,
-    fit_distribution,
-)
+from roughslip.probability import EmpiricalDistribution, Estimate, empirical_distribution
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
@@ -144,13 +138,6 @@ def _root_mean_square(parts: SubAreas, field: np.ndarray) -> Estimate:
 
 
 @gate
-def fitted_marginal(
-    family: str, scan: Topography, rms_height_m: float
-) -> FamilyDistribution | EmpiricalDistribution | None:
-    """The distribution of the measured heights: of a family, "empirical", or None for "gaussian"."""
-    heights = scan.heights[scan.measured]
-    if family == "gaussian":
-        return None
-    if family == "empirical":
-        return empirical_distribution(heights, rms_height_m)
-    return fit_distribution(heights, family)
+def fitted_marginal(marginal: str, scan: Topography, rms_height_m: float) -> EmpiricalDistribution | None:
+    """The distribution of the measured heights, "empirical", or None for "gaussian"."""
+    return None if marginal == "gaussian" else empirical_distribution(scan.heights[scan.measured], rms_height_m)

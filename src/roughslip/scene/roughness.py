@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
 from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, refused
@@ -34,7 +34,6 @@ def _literals(model: ast.ClassDef) -> dict[str, Any]:
 
 
 COVARIANCES = covariance_shapes()
-Family = Literal["beta", "weibull", "lognormal"]
 Form = Literal["mean", "plane", "quadratic"]
 Axis = Literal["x", "y"]
 HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
@@ -44,15 +43,12 @@ HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
 class Marginal(Section):
     """Distribution of the heights where it is not Gaussian, shifted to zero mean and scaled to rms_height_m."""
 
-    family: Family = choice(
-        "Family of distributions; weibull and lognormal have a long upper tail, mirrored ones a long lower tail", Family
-    )
-    shapes: tuple[float, ...] = many(
-        "Shape parameters: a and b of beta, k of weibull, the deviation of the logarithm s of lognormal",
-        number("A shape parameter", minimum=0.02, maximum=10000),
+    beta: tuple[float, ...] = many(
+        "Shapes a and b of a Beta distribution; with a above b valleys hang below a plateau",
+        number("A shape", minimum=0.02, maximum=10000),
+        minimum=2,
         maximum=2,
     )
-    mirrored: bool = flag("Whether heights are turned upside down: valleys below a plateau", default=False)
     correct_correlation: bool = flag(
         "Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, "
         "and the transformation changes it a little",
@@ -122,8 +118,8 @@ class Scan(Section):
         ("best", "measured", *COVARIANCES),
     )
     marginal: str = choice(
-        "Distribution of the heights, fitted by its moments; empirical is the measured one",
-        ("gaussian", *get_args(Family), "empirical"),
+        "Distribution of the heights; empirical is the measured one",
+        ("gaussian", "empirical"),
     )
     correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
     outliers: Literal["keep", "missing"] | None = choice(
@@ -198,8 +194,6 @@ SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
 # The keys that each form may have.
 FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
-# Of each family of distributions: the names of its shapes, and their limits.
-FAMILIES = {"beta": ("a, b", 0.02, 1e4), "weibull": ("k", 0.2, 50.0), "lognormal": ("s", 0.02, 1.5)}
 STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 
 _REPLACES = {
@@ -208,7 +202,6 @@ _REPLACES = {
     "covariance": ("fractal", "scan", *SHAPES),
     "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
     "scan": (*FORMS["covariance"], "fractal"),
-    "marginal.family": ("marginal.shapes", "marginal.mirrored"),
     "scan.marginal": ("scan.correct_correlation",),
 }
 REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
@@ -282,13 +275,6 @@ def _field_mistakes(field: Values) -> Iterator[Mistake]:
             yield missing(f"roughness.covariance = {kind} needs it", *keys)
     if "lay_rad" in field and "correlation_length_across_m" not in field:
         yield missing("goes with roughness.lay_rad", "roughness.correlation_length_across_m", "roughness.lay_rad")
-    marginal = field.get("marginal") or {}
-    family, shapes = marginal.get("family"), marginal.get("shapes")
-    if family is not None and shapes is not None:
-        names, minimum, maximum = FAMILIES[family]
-        if len(shapes) != len(names.split(", ")) or not all(minimum <= shape <= maximum for shape in shapes):
-            allowed = f"[{names}] of {family}, each {minimum:g} to {maximum:g}"
-            yield refused(shapes, allowed, "roughness.marginal.shapes", "roughness.marginal.family")
 
 
 def _scan_mistakes(scan: Values) -> Iterator[Mistake]:

@@ -11,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.probability import EmpiricalDistribution, FamilyDistribution, translate
+from roughslip.probability import EmpiricalDistribution, translate
 from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
@@ -51,7 +51,7 @@ def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:
 
 def best_sampled(
     fits: Sequence[CovarianceFit],
-    marginal: FamilyDistribution | EmpiricalDistribution | None,
+    marginal: EmpiricalDistribution | None,
     correct_correlation: bool,
     on: dict[str, Grid],
     endless: int | None = None,
@@ -126,7 +126,7 @@ def fitted_model(
     job: Job,
     scan: Topography,
     statistics: ScanStatistics,
-    marginal: FamilyDistribution | EmpiricalDistribution | None,
+    marginal: EmpiricalDistribution | None,
 ) -> tuple[dict[str, store.Variable], dict[str, str], str]:
     """The stored model of a scan, its variables and attributes, and what it is in words.
 
@@ -157,15 +157,13 @@ def fitted_model(
     ), words
 
 
-def translated_marginal(
-    family: str, scan: Topography, rms_height_m: float
-) -> FamilyDistribution | EmpiricalDistribution | None:
+def translated_marginal(kind: str, scan: Topography, rms_height_m: float) -> EmpiricalDistribution | None:
     """The law of the heights, None for "gaussian".
 
     Raises IllPosedError where a Gaussian field has no translation to it, without the advice of `translate`, which is
-    for those who choose the shapes of a family.
+    for those who choose shapes.
     """
-    marginal = fitted_marginal(family, scan, rms_height_m)
+    marginal = fitted_marginal(kind, scan, rms_height_m)
     try:
         if marginal is not None:
             translate(marginal)

@@ -4,14 +4,13 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.probability import EmpiricalDistribution, FamilyDistribution
+from roughslip.probability import BetaDistribution, EmpiricalDistribution
 from roughslip.scene.roughness import Fractal, Scan
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
@@ -45,7 +44,8 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
     law = roughness.marginal
     if law is None:
         return GaussianModel(field, field.axis_lengths_m)
-    marginal = FamilyDistribution(law.family, field.rms_height_m, tuple(law.shapes), law.mirrored)
+    a, b = law.beta
+    marginal = BetaDistribution.of_moments(a, b, 0.0, field.rms_height_m)
     correct = law.correct_correlation
     return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
 
@@ -86,7 +86,7 @@ def with_lay(model: GaussianModel, endless: int | None, length_m: float) -> Gaus
 
 def stored_model(
     covariance: Covariance | None,
-    marginal: FamilyDistribution | EmpiricalDistribution | None,
+    marginal: EmpiricalDistribution | None,
     correct_correlation: bool,
     rms_height_m: float,
     endless: int | None = None,
@@ -97,18 +97,13 @@ def stored_model(
     endless : axis of a lay that is taken as infinitely long, of which the covariance is that of the profile across
     """
     variables = {}
-    law: dict[str, Any] | None = None
-    if isinstance(marginal, EmpiricalDistribution):
-        law = {"tail_share": marginal.tail_share}
+    if marginal is not None:
         score = ("score",)
         variables["marginal_score"] = store.Variable(score, marginal.normal, "1", "standard normal score")
         variables["marginal_height"] = store.Variable(score, marginal.values, "m", "height at that score")
-    elif marginal is not None:
-        law = asdict(marginal)
     model = {
         "covariance": None if covariance is None else {"kind": covariance.kind, **asdict(covariance)},
         "rms_height_m": rms_height_m,
-        "marginal": law,
         "correct_correlation": correct_correlation,
         "endless_lay": endless,
     }
@@ -132,12 +127,9 @@ def restored_model(result: store.Result) -> GaussianModel:
     if "no_model" in result.attributes:
         raise IllPosedError(f"the scan has no model: {result.attributes['no_model']}")
     model = json.loads(result.attributes["model"])
-    law = model["marginal"]
-    marginal: FamilyDistribution | EmpiricalDistribution | None = None
-    if law is not None and "tail_share" in law:
-        marginal = EmpiricalDistribution(result["marginal_score"], result["marginal_height"], law["tail_share"])
-    elif law is not None:
-        marginal = FamilyDistribution(**{**law, "shapes": tuple(law["shapes"])})
+    marginal: EmpiricalDistribution | None = None
+    if "marginal_score" in result:
+        marginal = EmpiricalDistribution(result["marginal_score"], result["marginal_height"])
     correct, endless = model["correct_correlation"], model["endless_lay"]
     edge = 1.0 if endless is None else float(result["points"][endless] * result["spacing"][endless])
     if (field := fitted_covariance(result)) is not None:

@@ -25,7 +25,8 @@ from roughslip.oscillator.budget import Machine
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
-from roughslip.probability import NORMAL_95, Source
+from roughslip.probability import Source
+from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, mass_on_belt, variation
 from roughslip.stages.from_scene.surface_model import gaussian_model

@@ -227,6 +227,8 @@ def test_a_number_at_a_level_is_that_of_the_level_and_between_two_on_the_curve()
     assert between(np.array([50.0]), np.array([0.3]), 50.0) == 0.3
     with pytest.raises(ParameterError, match="between the levels"):
         between(LEVELS, values, 99.0)
+    with pytest.raises(IllPosedError, match="at least two levels"):
+        curve_over_penetration(LEVELS[:1], levels[:1], LEVELS[:1])
 
 
 def test_trend_of_a_line_is_its_change_and_pairing_removes_common_noise() -> None:

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
+from roughslip.errors import IllPosedError
 from roughslip.friction.pad import (
     POWERS,
     WINDOWS,
@@ -166,3 +167,12 @@ def test_autocorrelation_of_a_pad_in_closed_form():
 
     sums = [antiderivative(lag + length) - 2 * antiderivative(lag) + antiderivative(lag - length) for lag in lags]
     np.testing.assert_allclose(means[:, 0], np.array(sums) / 2 / length**2 * of_edge(width, scale), rtol=1e-4)
+
+
+def test_strips_that_show_no_scatter_are_refused():
+    surface, weights = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT)), np.ones((41, 3), dtype=int)
+    with pytest.raises(IllPosedError, match="no block carries force"):
+        influence_covariance(np.ones((3, 4)), np.zeros((3, 4)), weights)
+    for parts, adjacent in ((np.zeros((2, 5)), np.ones(2)), (np.eye(1, 5).repeat(2, 0), np.zeros(2))):
+        with pytest.raises(IllPosedError, match="has no scatter to find"):
+            pad_scatter(parts, adjacent, surface, 1.0, 1.0, 4.0)

@@ -210,6 +210,8 @@ def test_ratio_of_sums_counts_windows_without_mu() -> None:
 
 def test_strips_too_few_or_without_scatter_are_ill_posed() -> None:
     mu, valid = skewed_windows(4)
+    with pytest.raises(IllPosedError, match="1 strip"):
+        strip_weights(1, 40, np.random.default_rng(2))
     weights = strip_weights(len(mu), 40, np.random.default_rng(2))
     with pytest.raises(IllPosedError, match="no scatter"):
         window_statistics(np.full(mu.shape, 0.2), valid, weights)

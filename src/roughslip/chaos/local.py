@@ -13,7 +13,6 @@ one surface are dependent, so errors are found by leaving out whole groups of su
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -21,27 +20,17 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
-from roughslip.chaos.left_out import (
-    ResidualScatter,
-    group_sums,
-    left_out_predictions,
-    lowest_in_contact,
-    numbered,
-    residual_scatter,
-    without_one,
-    without_two,
-)
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.regression import Fit, least_squares
+from roughslip.chaos.regression import Fit, Regression
 from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION
 from roughslip.chaos.sampling import sobol_places
+from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
-SCORED = 32  # quantiles by which a predicted distribution is scored
-UNIFORM = (np.arange(SCORED) + 0.5) / SCORED
+UNIFORM = (np.arange(32) + 0.5) / 32  # quantiles of the scatter over which a mean is taken
 BLOCK = 20_000  # draws evaluated at a time
 
 
@@ -82,7 +71,9 @@ class Samples:
     def group(self) -> np.ndarray:
         """Group number : (K,) of each surface, below GROUPS; copies of a surface share it, so as not to be predicted
         from each other."""
-        return numbered(self.variables.reshape(len(self.variables), -1)) % GROUPS
+        rows = self.variables.reshape(len(self.variables), -1)
+        first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
+        return np.argsort(np.argsort(first))[number.ravel()] % GROUPS
 
 
 @dataclass(frozen=True)
@@ -113,10 +104,7 @@ class LocalExpansion:
     without : for each group of surfaces, the fit to the others
     lowest : [target] predictions below are out of contact
     target : how the target gives the pressure
-    fit : quality of the regression; its leave-one-out error treats the nodes of a surface as independent
-    cross_validated : [-] share of the weighted variance of the target that predictions of left-out surfaces miss
-    scores : (groups,) [-] contribution of each left-out group to `score`
-    residual : (K, nodes) weighted targets minus their predictions from the other groups, 0 below `lowest`
+    fit : the regression; its left-out predictions are those without the group of each surface
     """
 
     indices: np.ndarray
@@ -125,17 +113,9 @@ class LocalExpansion:
     lowest: float
     target: PressureTarget
     fit: Fit
-    cross_validated: float
-    scores: np.ndarray
-    residual: np.ndarray
-
-    @property
-    def score(self) -> float:
-        """Continuous ranked probability score of the pressure at left-out surfaces, over the mean pressure [-]."""
-        return float(self.scores.sum())
 
     @gate
-    def mean_pressure_at(self, variables: np.ndarray) -> np.ndarray:
+    def pressure(self, variables: np.ndarray) -> np.ndarray:
         """p : (n,) [Pa] at variables : (n, v), of the target without its scatter."""
         predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
         return self.target.pressure(self.whole.scatter.centre(predicted))
@@ -161,24 +141,6 @@ class LocalExpansion:
                 near = np.flatnonzero(predicted > self.lowest)
                 row[first + near] = member.draw(predicted[near], block[near, 0], self.target)
         return pressure if left_out else pressure[0]
-
-    @gate
-    def draw_with_variables(self, generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Random surfaces that the expansion finds in contact: their variables : (n, v) and pressures : (n,) [Pa].
-
-        count : surfaces drawn, of which n are in contact; draws as of `draw`
-        """
-        places = sobol_places(generator, count, 1 + self.indices.shape[1])
-        in_contact = []
-        for block in np.array_split(places, -(-count // BLOCK)):
-            variables = ndtri(block[:, 1:])
-            predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
-            near = np.flatnonzero(predicted > self.lowest)
-            pressure = self.whole.draw(predicted[near], block[near, 0], self.target)
-            contact = pressure > 0
-            in_contact.append((variables[near[contact]], pressure[contact]))
-        variables, pressures = zip(*in_contact, strict=True)
-        return np.concatenate(variables), np.concatenate(pressures)
 
 
 def jackknife_deviations(values: np.ndarray) -> np.ndarray:
@@ -210,32 +172,24 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         target = replace(target, gap_stiffness=best_gap_stiffness(basis, group, pressure, gap, target.gap_stiffness))
     values = target.values(pressure, gap)
     weights = target.weights(values)
-    fit = least_squares(basis, values, weights)
-    without = without_two(*group_sums(basis, weights, weights * values, group, GROUPS))
-    predicted = left_out_predictions(basis, without, group)
-    missed = _share_missed(values, predicted[0], weights, basis.shape[1])
-    lowest = lowest_in_contact(predicted[0], values, pressure > 0)
-    coefficients = np.vstack([fit.coefficients, without[0, 1:]])  # of all surfaces, and without each one group
-    fitted = coefficients @ basis.T
+    regression = Regression(basis, weights, group)
+    fit, without = regression.fit(values), regression.without_pairs(values)
+    if not fit.leave_one_out <= 1.0:
+        raise IllPosedError(
+            f"{basis.shape[1]} terms predict left-out surfaces worse than a mean does, they miss "
+            f"{fit.leave_one_out:.2g} variances: {FEWER_TERMS}"
+        )
+    lowest = lowest_in_contact(fit.predicted, values, pressure > 0)
     members = []
-    for number, own in enumerate(coefficients):  # number 0 has all surfaces, number 1 + g all but group g
-        known = group != number - 1
-        near = known & (predicted[number] >= lowest)
-        scatter = residual_scatter(predicted[number, near], values[near])
-        balance = _balance(scatter, fitted[number, known], lowest, target, pressure[known])
+    for left_out in range(1 + GROUPS):  # 0 for the fit to all surfaces, 1 + g for that without group g
+        others, own = without[left_out, 1:], without[0, left_out]
+        predicted = np.einsum("kp,kp->k", basis, others[group])
+        known = group != left_out - 1
+        near = known & (predicted >= lowest)
+        scatter = residual_scatter(predicted[near], values[near])
+        balance = _balance(scatter, basis[known] @ own, lowest, target, pressure[known])
         members.append(Member(own[: len(indices)], scatter, balance))
-    residual = np.where(predicted[0] >= lowest, weights * (values - predicted[0]), 0.0)
-    return LocalExpansion(
-        indices=indices,
-        whole=members[0],
-        without=tuple(members[1:]),
-        lowest=lowest,
-        target=target,
-        fit=fit,
-        cross_validated=missed,
-        scores=_scores(members[1:], lowest, target, predicted[1:], group, pressure),
-        residual=residual.reshape(samples.pressure.shape),
-    )
+    return LocalExpansion(indices, members[0], tuple(members[1:]), lowest, target, fit)
 
 
 def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
@@ -260,18 +214,6 @@ def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
     return indices, basis
 
 
-def _share_missed(values: np.ndarray, predicted: np.ndarray, weights: np.ndarray, terms: int) -> float:
-    """Share of the weighted variance that left-out predictions miss; IllPosedError where it is more than all."""
-    missed = np.average((values - predicted) ** 2, weights=weights)
-    variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
-    if not missed <= variance:
-        raise IllPosedError(
-            f"{terms} terms predict left-out surfaces worse than a mean does, they miss {missed / variance:.2g} "
-            f"variances: {FEWER_TERMS}"
-        )
-    return float(missed / variance)
-
-
 def _balance(
     scatter: ResidualScatter, fitted: np.ndarray, lowest: float, target: PressureTarget, pressure: np.ndarray
 ) -> float:
@@ -286,34 +228,7 @@ def _balance(
     expected = float(target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM)).sum())
     if not expected > 0:
         raise IllPosedError(f"the expansion is nowhere in contact: {MORE_CONTACT}")
-    return float(pressure.sum() / (expected / SCORED))
-
-
-def _scores(
-    members: Sequence[Member],
-    lowest: float,
-    target: PressureTarget,
-    predicted: np.ndarray,
-    group: np.ndarray,
-    pressure: np.ndarray,
-) -> np.ndarray:
-    """Contribution : (GROUPS,) [-] of each left-out group to the ranked probability score of the pressure.
-
-    members, predicted : for each group, the fit without it, and predictions : (n,) of that fit
-
-    The score rewards predictions that are sharp, and distributions as wide as the errors of the predictions (Gneiting
-    and Raftery, J. Am. Stat. Assoc. 102 (2007) 359). It is an integral over quantiles (Laio and Tamea, Hydrol. Earth
-    Syst. Sci. 11 (2007) 1267).
-    """
-    shares = np.empty(GROUPS)
-    for g, member in enumerate(members):
-        own = np.flatnonzero(group == g)
-        s, p = predicted[g, own], pressure[own, None]
-        near = s > lowest
-        quantiles = np.zeros((len(s), SCORED))
-        quantiles[near] = member.draw(s[near, None], UNIFORM, target)
-        shares[g] = 2 / SCORED * float(np.sum(((p < quantiles) - UNIFORM) * (quantiles - p)))
-    return shares / float(pressure.sum())
+    return float(pressure.sum() / (expected / len(UNIFORM)))
 
 
 def best_gap_stiffness(
@@ -333,10 +248,8 @@ def best_gap_stiffness(
     errors of cross-validated predictions. These are linear in the target, so the ratio has two quadratics in k. Raises
     IllPosedError where pressure and gap are the same on every sample.
     """
-    errors, ones = [], np.ones(len(pressure))
-    for values in (pressure, guess * gap):
-        without = without_one(*group_sums(basis, ones, values, group, GROUPS))
-        errors.append(values - left_out_predictions(basis, without, group))
+    regression = Regression(basis, group=group)
+    errors = [values - regression.predicted(values) for values in (pressure, guess * gap)]
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
     if not variance[0] > 0 and not variance[2] > 0:

@@ -1,4 +1,10 @@
-"""Regression for expansion coefficients: weighted least squares."""
+"""Weighted least squares of expansion coefficients, and predictions of samples that a fit has not seen.
+
+Samples of one group, such as copies of a point or nodes of the same surfaces, are dependent and are left out together.
+With Q the orthonormal columns of the weighted basis, c the coefficients in them and e the residuals, the fit without
+the groups g and h has c - (1 - Q_g' Q_g - Q_h' Q_h)^-1 (Q_g' e_g + Q_h' e_h). Of a group of one sample the left-out
+residual is e over 1 - leverage (PRESS: Allen, Technometrics 16 (1974) 125).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from roughslip.chaos.left_out import numbered
 from roughslip.chaos.remedies import FEWER_TERMS, OTHER_PENETRATION
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.short_repr import short_repr
@@ -30,103 +35,143 @@ class Fit:
 
     coefficients : (P,) in the unit of the target
     condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
-    samples : K, number of distinct points
-    effective_samples : [-] (sum w)^2 / sum w^2 (Kish 1965); K for equal weights
-    leave_one_out : [-] share that remains when each sample is predicted from the others
+    samples : number of distinct points
+    effective_samples : [-] (sum w)^2 / sum w^2 over the points (Kish 1965); their number for equal weights
+    predicted : (K,) target of each sample, predicted from the other groups
+    leave_one_out : [-] share that these predictions miss
     """
 
     coefficients: np.ndarray
     condition_number: float
     samples: int
     effective_samples: float
+    predicted: np.ndarray
     leave_one_out: float
 
 
 @gate
-def least_squares(basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None) -> Fit:
+def least_squares(
+    basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None = None, group: np.ndarray | None = None
+) -> Fit:
     """Coefficients that minimise the weighted sum of squares: eq. (10) with weights.
 
     basis : (K, P) terms at the samples
     target : (K,) the expanded quantity
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
+    group : (K,) whole numbers; samples of one number are left out together, by default those that agree in all terms
 
-    Samples that agree in all terms count as one, with their mean target and the sum of their weights, and are left
-    out together. Otherwise each would predict the others, and leave-one-out errors would be too small. The scatter of
-    the targets at one point counts as error.
-
-    Returns the fit. Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as
-    `factorised`, for effective samples that are not more than the terms, and for a constant target.
-
-    Method: QR of the weighted basis with unit columns. Residuals of left-out samples follow from the leverages without
-    refits (PRESS: Allen, Technometrics 16 (1974) 125; for expansions Blatman and Sudret, J. Comput. Phys. 230 (2011)
-    2345).
+    Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as `Regression`, and
+    for a constant target.
     """
-    basis, target, weights, within = _distinct_samples(basis, target, weights)
-    samples, terms = basis.shape
-    effective = float(weights.sum() ** 2 / np.sum(weights**2))
-    if min(samples, effective) <= terms:
-        raise IllPosedError(
-            f"{samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: {FEWER_TERMS}"
-        )
-    root = np.sqrt(weights)
-    factor = factorised(root[:, None] * basis)
-    q, r, norms = factor.q, factor.r, factor.norms
-    projected = q.T @ (root * target)
-    residual = root * target - q @ projected
-    variance = float(np.average((target - np.average(target, weights=weights)) ** 2, weights=weights)) + within
-    if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-        raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}")
-    left_out = float(np.sum((residual / factor.freedom) ** 2) / weights.sum()) + within
-    return Fit(
-        coefficients=scipy.linalg.solve_triangular(r, projected, check_finite=False) / norms,
-        condition_number=factor.condition,
-        samples=samples,
-        effective_samples=effective,
-        leave_one_out=left_out / variance,
-    )
+    return Regression(basis, weights, group).fit(target)
 
 
-@dataclass(frozen=True)
-class Factor:
-    """QR factors of a basis with unit columns, shared by all regressions on its samples.
+class Regression:
+    """The factors of a weighted basis, from which fits of any target follow; arguments as of `least_squares`.
 
-    q, r : (K, P), (P, P)
-    norms : (P,) of the columns
-    condition : [-] ratio of the extreme singular values of the unit columns
-    freedom : (K,) [-] 1 - leverage; a residual divided by it is the residual of the left-out sample
+    q, r : (K, P), (P, P) of the weighted basis with unit columns
+    condition : [-] ratio of the extreme singular values of that
+
+    Raises IllPosedError where points, or effective samples, are not more than the terms, a column vanishes, the
+    condition number exceeds WORST_CONDITION, or a single group determines a coefficient.
     """
 
-    q: np.ndarray
-    r: np.ndarray
-    norms: np.ndarray
-    condition: float
-    freedom: np.ndarray
+    def __init__(self, basis: np.ndarray, weights: np.ndarray | None = None, group: np.ndarray | None = None) -> None:
+        self.basis = basis = finite("basis of a regression", basis, 2)
+        weights = np.ones(len(basis)) if weights is None else finite("weights of a regression", weights, 1)
+        if len(weights) != len(basis):
+            raise ParameterError(f"a regression needs a weight for each of {len(basis)} samples, not {len(weights)}")
+        if np.any(weights < 0) or not np.any(weights > 0):
+            raise ParameterError("weights of a regression must be non-negative and not all zero")
+        self.weights = weights / weights.max()
+        self._root = np.sqrt(self.weights)
+        point = point_numbers(basis)
+        of_point = np.bincount(point, self.weights)
+        self.samples, terms = int(np.count_nonzero(of_point)), basis.shape[1]
+        self.effective = float(of_point.sum() ** 2 / np.sum(of_point**2))
+        if min(self.samples, self.effective) <= terms:
+            raise IllPosedError(
+                f"{self.samples} samples ({self.effective:.0f} effective) are too few for {terms} coefficients: "
+                f"{FEWER_TERMS}"
+            )
+        columns = self._root[:, None] * basis
+        self._norms = np.linalg.norm(columns, axis=0)
+        if not np.all(self._norms > 0):
+            raise IllPosedError(f"a term of the basis vanishes on every sample: {FEWER_TERMS}")
+        self.q, self.r = orthonormal(columns / self._norms)
+        singular = scipy.linalg.svdvals(self.r, check_finite=False)
+        self.condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+        if self.condition > WORST_CONDITION:
+            raise IllPosedError(
+                f"condition number {self.condition:.1e} of {self.samples} samples for {terms} terms, more than "
+                f"{WORST_CONDITION:.0e}: {FEWER_TERMS}"
+            )
+        number = point if group is None else np.unique(group, return_inverse=True)[1]
+        sizes = np.bincount(number)
+        self._groups = [np.flatnonzero(number == g) for g in np.flatnonzero(sizes > (group is None))]
+        grouped = np.isin(np.arange(len(basis)), np.concatenate([[-1], *self._groups]))
+        self._leverage = np.where(grouped, 0.0, np.einsum("kp,kp->k", self.q, self.q))
+        if np.max(self._leverage) > 1.0 - LEAST_FREEDOM:
+            worst = np.argmax(self._leverage)
+            raise IllPosedError(f"without sample {worst} a coefficient is undetermined: {FEWER_TERMS}")
 
+    def fit(self, target: np.ndarray) -> Fit:
+        """The fit of a target : (K,). Raises IllPosedError for a constant one."""
+        target = finite("target of a regression", target, 1)
+        if len(target) != len(self.basis):
+            raise ParameterError(f"a regression needs a target for each of {len(self.basis)} rows, not {len(target)}")
+        variance = np.average((target - np.average(target, weights=self.weights)) ** 2, weights=self.weights)
+        if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
+            raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}")
+        predicted = self.predicted(target)
+        missed = np.average((target - predicted) ** 2, weights=self.weights)
+        coefficients = self._natural(self.q.T @ (self._root * target))
+        return Fit(coefficients, self.condition, self.samples, self.effective, predicted, float(missed / variance))
 
-def factorised(basis: np.ndarray, remedy: str = FEWER_TERMS) -> Factor:
-    """Factorise a (weighted) basis : (K, P). remedy : what an error says to try
+    def predicted(self, target: np.ndarray) -> np.ndarray:
+        """A target : (K,), predicted at each sample from the other groups."""
+        projected = self.q.T @ (self._root * target)
+        residual = self._root * target - self.q @ projected
+        own = np.divide(residual, self._root, out=np.zeros(len(target)), where=self._root > 0)
+        predicted = self.basis @ self._natural(projected) - self._leverage / (1.0 - self._leverage) * own
+        for members in self._groups:
+            q = self.q[members]
+            coefficients = projected - self._solve(np.eye(len(projected)) - q.T @ q, q.T @ residual[members])
+            predicted[members] = self.basis[members] @ self._natural(coefficients)
+        return predicted
 
-    Raises IllPosedError where the samples are not more than the terms, a column vanishes, the condition number exceeds
-    WORST_CONDITION, or a single sample determines a coefficient.
-    """
-    samples, terms = basis.shape
-    if samples <= terms:
-        raise IllPosedError(f"{samples} samples are too few for {terms} coefficients: {remedy}")
-    norms = np.linalg.norm(basis, axis=0)
-    if not np.all(norms > 0):
-        raise IllPosedError(f"a term of the basis vanishes on every sample: {remedy}")
-    q, r = orthonormal(basis / norms)
-    singular = scipy.linalg.svdvals(r, check_finite=False)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    if condition > WORST_CONDITION:
-        raise IllPosedError(
-            f"condition number {condition:.1e} of {samples} samples for {terms} terms, more than "
-            f"{WORST_CONDITION:.0e}: {remedy}"
-        )
-    freedom = 1.0 - np.einsum("kp,kp->k", q, q)
-    if np.min(freedom) < LEAST_FREEDOM:
-        raise IllPosedError(f"without sample {np.argmin(freedom)} a coefficient is undetermined: {remedy}")
-    return Factor(q, r, norms, condition, freedom)
+    def without_pairs(self, target: np.ndarray) -> np.ndarray:
+        """Coefficients : (1 + G, 1 + G, P) of a target : (K,) without each pair of the groups that were given.
+
+        c[g, h] is without groups g - 1 and h - 1, where index 0 stands for no group.
+        """
+        projected = self.q.T @ (self._root * target)
+        residual = self._root * target - self.q @ projected
+        count, terms = 1 + len(self._groups), len(projected)
+        grams, sides = np.zeros((count, terms, terms)), np.zeros((count, terms))
+        for g, members in enumerate(self._groups, start=1):
+            q = self.q[members]
+            grams[g], sides[g] = q.T @ q, q.T @ residual[members]
+        coefficients = np.empty((count, count, terms))
+        for g in range(count):
+            for h in range(g, count):
+                gram, side = (grams[g], sides[g]) if g == h else (grams[g] + grams[h], sides[g] + sides[h])
+                solution = projected - self._solve(np.eye(terms) - gram, side)
+                coefficients[g, h] = coefficients[h, g] = self._natural(solution)
+        return coefficients
+
+    def _natural(self, coefficients: np.ndarray) -> np.ndarray:
+        """Coefficients of the terms from those of the orthonormal columns."""
+        return scipy.linalg.solve_triangular(self.r, coefficients, check_finite=False) / self._norms
+
+    def _solve(self, matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
+        try:
+            factor = scipy.linalg.cho_factor(matrix, check_finite=False)
+            if np.min(np.diag(factor[0])) ** 2 < LEAST_FREEDOM:
+                raise np.linalg.LinAlgError
+        except np.linalg.LinAlgError as error:
+            raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}") from error
+        return np.asarray(scipy.linalg.cho_solve(factor, side, check_finite=False))
 
 
 def orthonormal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -142,68 +187,13 @@ def orthonormal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return scipy.linalg.qr(columns, mode="economic", check_finite=False)
 
 
-def wild_coefficients(basis: np.ndarray, values: np.ndarray, weights: np.ndarray, signs: np.ndarray) -> np.ndarray:
-    """Coefficients : (P, R) of refits to the fitted values plus the residuals times signs : (K, R).
-
-    Every refit keeps all samples. Resampling would leave out more than a third of them; with four samples per
-    coefficient, as eq. (8) has, its refits were 1.6 times as far from the truth as the fit.
-
-    Method: wild bootstrap of residuals over sqrt(1 - leverage) (Wu, Ann. Stat. 14 (1986) 1261; Liu, Ann. Stat. 16
-    (1988) 1696).
-    """
-    root = np.sqrt(weights)
-    q, r = scipy.linalg.qr(root[:, None] * basis, mode="economic")
-    projected = q.T @ (root * values)
-    residual = (root * values - q @ projected) / np.sqrt(1.0 - np.einsum("kp,kp->k", q, q))
-    return scipy.linalg.solve_triangular(r, projected[:, None] + q.T @ (residual[:, None] * signs))
-
-
-def _checked(basis: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    basis, target = finite("basis of a regression", basis, 2), finite("target of a regression", target, 1)
-    if target.shape != basis.shape[:1]:
-        raise ParameterError(f"a regression needs a target for each row of its basis: {target.shape}, {basis.shape}")
-    return basis, target
-
-
-def _distinct_samples(
-    basis: np.ndarray, target: np.ndarray, weights: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Check the input of a regression and merge the samples that lie at one point.
-
-    basis, target, weights : as in `least_squares`
-
-    Returns them with one row for each point of positive weight, in order of first appearance, with a largest weight of
-    1. The last value is the mean square of the target about the mean of its point. Raises ParameterError for input that
-    is not finite or of the wrong shape.
-    """
-    basis, target = _checked(basis, target)
-    weights = np.ones(len(basis)) if weights is None else finite("weights of a regression", weights)
-    if weights.shape != target.shape:
-        raise ParameterError(f"a regression needs a weight for each target, not {weights.shape} for {target.shape}")
-    if np.any(weights < 0) or not np.any(weights > 0):
-        raise ParameterError("weights of a regression must be non-negative and not all zero")
-    kept = weights > 0
-    basis, target, weights = basis[kept], target[kept], weights[kept] / weights.max()
-    point = _point_numbers(basis) if basis.shape[1] > 1 else np.arange(len(basis))  # a constant cannot separate samples
-    count = int(point.max()) + 1
-    if count == len(basis):
-        return basis, target, weights, 0.0
-    sums = np.bincount(point, weights)
-    share = weights / sums[point]
-    # Relative to one sample of the point, so that the mean of equal numbers is exactly that number.
-    first = np.unique(point, return_index=True)[1]
-    mean = target[first] + np.bincount(point, share * (target - target[first[point]]))
-    terms = basis[first]
-    np.add.at(terms, point, share[:, None] * (basis - basis[first[point]]))
-    within = float(np.average((target - mean[point]) ** 2, weights=weights))
-    return terms, mean, sums / sums.max(), within
-
-
-def _point_numbers(basis: np.ndarray) -> np.ndarray:
-    """Number : (K,) of the point of each sample, counted in order of first appearance.
+def point_numbers(basis: np.ndarray) -> np.ndarray:
+    """Number : (K,) of the point of each sample, for a basis : (K, P); a constant cannot separate samples.
 
     Samples at one point are neighbours in the order along any direction; a fixed random direction is taken.
     """
+    if basis.shape[1] == 1:
+        return np.arange(len(basis))
     size = np.sqrt(np.mean(basis**2, axis=0))
     direction = np.random.default_rng(0).standard_normal(basis.shape[1])
     along = basis @ np.divide(direction, size, out=np.zeros_like(size), where=size > 0)
@@ -214,4 +204,4 @@ def _point_numbers(basis: np.ndarray) -> np.ndarray:
     apart[near] = np.any(difference > SAME_POINT * size, axis=1)
     point = np.empty(len(basis), dtype=np.int64)
     point[order] = np.cumsum(apart) - 1
-    return numbered(point)
+    return point

@@ -3,7 +3,7 @@
 The field is stationary along the strip, so all nodes of a row share the coefficients. The rows differ, because their
 distances from the border differ. The variables are the local functionals of the heights, whitened row by row. They do
 not depend on the penetration, so one basis is enough for all penetrations. Contact probability and mean
-pressure are tables over the predicted target, from its distribution at left-out strips (`left_out`).
+pressure are tables over the predicted target, from its distribution at left-out strips (`scatter`).
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 
 from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
-from roughslip.chaos.left_out import group_sums, left_out_predictions, lowest_in_contact, residual_scatter, without_one
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
+from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.short_repr import short_repr
@@ -86,6 +86,7 @@ def fit_strip(
     stencil: Stencil,
     target: PressureTarget,
     odd: np.ndarray = NO_SYMMETRY,
+    strip: np.ndarray | None = None,
 ) -> tuple[StripExpansion, dict[str, np.ndarray]]:
     """Fit the expansion row by row and penetration by penetration.
 
@@ -95,27 +96,30 @@ def fit_strip(
     stencil : the boxes of the functionals
     odd : (8, symmetries) 1 for a functional that changes sign under a symmetry of the strip that keeps every row, else
         0; terms that change sign are left out
+    strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups. Where not given, nodes
+        are left out one by one. Neighbours are correlated, so their leave_one_out is then too small
 
-    Returns the expansion and, as (ny, levels) arrays, its QUALITY. Neighbouring nodes are correlated, so the
-    leave-one-out error is too small. Raises ParameterError for arrays that do not match,
+    Returns the expansion and arrays (ny, levels) of its QUALITY by name, with (ny, levels, K) `predicted`, the target
+    at each node from the other strips. Raises ParameterError for arrays that do not match and for a single strip,
     IllPosedError as the whitening and the regression.
     """
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
     _, rows, variables = functionals.shape
-    levels = target_values.shape[2]
+    nodes, levels = len(functionals), target_values.shape[2]
+    group = None if strip is None else _groups(strip)
     indices = even_terms(multi_indices(variables, degree), odd)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))
-    quality = {name: np.empty((rows, levels)) for name in QUALITY}
+    quality = {name: np.empty((rows, levels)) for name in QUALITY} | {"predicted": np.empty((rows, levels, nodes))}
     for row in range(rows):
         whiten[row] = whitening(functionals[:, row], odd)
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
         for level in range(levels):
             values = target_values[:, row, level]
             try:
-                fit = least_squares(basis, values, target.weights(values))
+                fit = least_squares(basis, values, target.weights(values), group)
             except IllPosedError as error:
                 where = f"row {row} of the strip, penetration {level} (both from 0 on)"
                 raise IllPosedError(f"{where}: {error}") from error
@@ -125,35 +129,15 @@ def fit_strip(
     return StripExpansion(indices, whiten, coefficients, stencil, target), quality
 
 
-def predictions_of_left_out_strips(
-    expansion: StripExpansion, functionals: np.ndarray, target_values: np.ndarray, strip: np.ndarray
-) -> np.ndarray:
-    """The target at the training nodes, predicted from other strips.
-
-    expansion, functionals, target_values : result and arguments of `fit_strip`
-    strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups
-
-    Returns s : (levels, K, ny). Raises ParameterError for fewer than two strips, IllPosedError where the other strips
-    do not determine a coefficient.
-    """
-    strips = len(np.unique(strip))
+def _groups(strip: np.ndarray) -> np.ndarray:
+    """Number : (K,) of the group of strips of each node."""
+    number, strips = np.unique(strip, return_inverse=True)[1], len(np.unique(strip))
     if strips < 2:
         raise ParameterError(
             f"at least two training strips are needed to leave strips out, not {strips}: train with more; scene key: "
             "strip.training_samples"
         )
-    groups = min(GROUPS, strips)
-    group = np.unique(strip, return_inverse=True)[1] % groups
-    _, rows, levels = target_values.shape
-    predictions = np.empty((levels, len(strip), rows))
-    for row in range(rows):
-        basis = hermite_basis(functionals[:, row] @ expansion.whiten[row].T, expansion.indices)
-        for level in range(levels):
-            values = target_values[:, row, level]
-            weights = expansion.target.weights(values)
-            without = without_one(*group_sums(basis, weights, weights * values, group, groups))
-            predictions[level, :, row] = left_out_predictions(basis, without, group)
-    return predictions
+    return np.asarray(number % min(GROUPS, strips))
 
 
 def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,6 @@ from roughslip.chaos.strip import (
     conditional_means,
     fit_strip,
     on_all_rows,
-    predictions_of_left_out_strips,
     turned_to_half,
 )
 from roughslip.scene.declarations import Stage
@@ -52,11 +51,13 @@ def work(job: Job) -> None:
         functionals = np.concatenate([_functionals(field, columns, lattice.spacing, stencil) for field in fields])
         values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
         training, values = turned_to_half(functionals, values)
-        half, quality = fit_strip(training, values, degree, stencil, target, expansion.mirrored_along(model))
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
-        predicted = predictions_of_left_out_strips(half, training, values, strip)
-        levels = len(predicted)
-        means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
+        mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
+        half, quality = fit_strip(training, values, degree, stencil, target, mirrored, strip)
+        by_level = (
+            part.reshape(levels, -1) for part in (quality["predicted"].transpose(1, 2, 0), values.transpose(2, 0, 1))
+        )
+        means = conditional_means(*by_level, target)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
     terms = skip_reasons.forbidden_terms(half.indices, degree)

@@ -1,10 +1,4 @@
-"""Predictions of samples that a fit has not seen, and the distribution of a target given its prediction.
-
-Samples of one group (nodes of the same surfaces) are dependent and are left out together. The fit without group h
-predicts the samples of h as new ones. For jackknife errors of results that use such predictions, the predictions are
-repeated without another group g, from fits that have seen neither g nor h. If the first predictions were kept, the
-distribution of the target given its prediction would not follow the fit without g, and errors would come out doubled.
-"""
+"""The distribution of a target given its prediction, estimated from samples that the fit has not seen."""
 
 from __future__ import annotations
 
@@ -13,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT
+from roughslip.chaos.remedies import MORE_CONTACT
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 
@@ -24,84 +18,6 @@ LEAST_NEIGHBOURS = 40
 QUANTILES = 201  # stored quantiles of e, from its least to its largest value
 LEAST_SAMPLES = 100
 REACH = 1.5  # times the mean target in contact: how far below zero a prediction may still be of a node in contact
-
-
-def numbered(rows: np.ndarray) -> np.ndarray:
-    """Number : (K,) of each of the rows : (K, ...), in order of first appearance; equal rows have the same number."""
-    first, number = np.unique(rows, axis=0, return_index=True, return_inverse=True)[1:]
-    return np.argsort(np.argsort(first))[number.ravel()]
-
-
-def without_one(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Solutions of normal equations with all groups, and without each group.
-
-    matrices : (G, P, P) contribution of each group to the matrix, symmetric
-    sides : (G, P) contribution of each group to the right-hand side
-
-    Returns c : (1 + G, P); c[0] with all groups, c[g] without group g - 1. Raises IllPosedError where a matrix is not
-    positive definite.
-    """
-    matrix, side = matrices.sum(axis=0), sides.sum(axis=0)
-    left_out = [solve_definite(matrix - m, side - s) for m, s in zip(matrices, sides, strict=True)]
-    return np.stack([solve_definite(matrix, side), *left_out])
-
-
-def without_two(matrices: np.ndarray, sides: np.ndarray) -> np.ndarray:
-    """Solutions of normal equations without each pair of groups.
-
-    matrices, sides : as in `without_one`
-
-    Returns c : (1 + G, 1 + G, P), symmetric. c[g, h] is without groups g - 1 and h - 1, where index 0 stands for no
-    group. Raises as `without_one`.
-    """
-    groups, terms = sides.shape
-    solutions = np.empty((1 + groups, 1 + groups, terms))
-    solutions[0] = solutions[:, 0] = without_one(matrices, sides)
-    for g in range(groups):
-        rest, right = matrices.sum(axis=0) - matrices[g], sides.sum(axis=0) - sides[g]
-        solutions[g + 1, g + 1] = solutions[0, g + 1]
-        for h in range(g + 1, groups):
-            solutions[g + 1, h + 1] = solutions[h + 1, g + 1] = solve_definite(rest - matrices[h], right - sides[h])
-    return solutions
-
-
-def solve_definite(matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """Solution : (P,) of symmetric equations, scaled to a unit diagonal; IllPosedError where they are not definite."""
-    norms = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    try:
-        if not np.all(norms > 0):
-            raise np.linalg.LinAlgError
-        factor = scipy.linalg.cho_factor(matrix / np.outer(norms, norms), check_finite=False)
-    except np.linalg.LinAlgError as error:
-        raise IllPosedError(f"the samples leave a coefficient undetermined: {FEWER_TERMS}") from error
-    return np.asarray(scipy.linalg.cho_solve(factor, side / norms, check_finite=False)) / norms
-
-
-def group_sums(
-    rows: np.ndarray, weights: np.ndarray, values: np.ndarray, group: np.ndarray, groups: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Contributions of each group to rows' W rows : (G, P, P) and to rows' values : (G, P).
-
-    rows : (K, P); weights, values : (K,); group : (K,) numbers below `groups`
-    """
-    members = [np.flatnonzero(group == g) for g in range(groups)]
-    matrices = np.stack([(rows[m].T * weights[m]) @ rows[m] for m in members])
-    return matrices, np.stack([values[m] @ rows[m] for m in members])
-
-
-def left_out_predictions(rows: np.ndarray, coefficients: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Predictions of each sample from the other groups.
-
-    rows : (K, P) terms at the samples
-    coefficients : (..., 1 + G, P) result of `without_one` or `without_two`
-
-    Returns s : (..., K) without the group of the sample; from `without_two`, s[g] is also without group g - 1.
-    """
-    predictions = np.empty((*coefficients.shape[:-2], len(rows)))
-    for h in range(coefficients.shape[-2] - 1):
-        members = np.flatnonzero(group == h)
-        predictions[..., members] = coefficients[..., h + 1, :] @ rows[members].T
-    return predictions
 
 
 def lowest_in_contact(predicted: np.ndarray, target: np.ndarray, contact: np.ndarray) -> float:
@@ -156,22 +72,6 @@ class ResidualScatter:
 
     def _between(self, place: np.ndarray, far: np.ndarray, rank: np.ndarray) -> np.ndarray:
         return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
-
-    def cumulative(self, predicted: np.ndarray, target: np.ndarray) -> np.ndarray:
-        """Cumulative distribution of the target given its prediction, the inverse of `draw`.
-
-        predicted : (n,)
-        target : (m,)
-
-        Returns F : (n, m) [-].
-        """
-        place, far = self._place(predicted)
-        e = target - self.centre(predicted)[:, None]
-        probabilities, cumulative = np.linspace(0, 1, QUANTILES), np.empty(e.shape)
-        for row in range(len(predicted)):
-            quantiles = (1 - far[row]) * self.quantiles[place[row] - 1] + far[row] * self.quantiles[place[row]]
-            cumulative[row] = np.interp(e[row], quantiles, probabilities, left=0.0, right=1.0)
-        return cumulative
 
     def _place(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Index of the place above each prediction, and the relative distance [-] from the place below."""

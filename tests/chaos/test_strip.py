@@ -1,6 +1,6 @@
 """The expansion along a strip: cubic targets are recovered for any whitening; tables of conditional means.
 
-Fits without one or two groups, against fits that never saw them; a known distribution given a prediction.
+A known distribution of the target given a prediction.
 """
 
 from functools import cache
@@ -13,27 +13,19 @@ from scipy.special import ndtri
 from scipy.stats import norm
 
 from roughslip.chaos.functionals import HALF_TURN, MIRRORED, Stencil, local_functionals
-from roughslip.chaos.left_out import (
-    NEIGHBOURS,
-    PLACES,
-    group_sums,
-    left_out_predictions,
-    residual_scatter,
-    without_one,
-    without_two,
-)
 from roughslip.chaos.pressure import PressureTarget
+from roughslip.chaos.scatter import NEIGHBOURS, PLACES, residual_scatter
 from roughslip.chaos.strip import (
     _interpolate,
     conditional_means,
     fit_strip,
     on_all_rows,
-    predictions_of_left_out_strips,
     turned_to_half,
 )
 from roughslip.errors import IllPosedError, ParameterError
 
 NODES, ROWS, STENCIL, UNIT = 800, 3, Stencil(near=(1, 1), far=(4, 4)), 1e-7
+
 TARGETS = [PressureTarget("trial_pressure", 1e17), PressureTarget("squared_pressure", 1e26, 2e8)]
 
 
@@ -110,18 +102,17 @@ def test_left_out_strips_are_predicted_by_the_others(most, monkeypatch):
     noise = 1e18 * np.random.default_rng(10).standard_normal((strips * nodes, ROWS, 2))
     values = cubic(heights, target).transpose(1, 2, 0) + noise
     number = np.repeat(np.arange(strips), nodes)
-    fit, _ = fit_strip(functionals, values, 1, STENCIL, target)
-    predictions = predictions_of_left_out_strips(fit, functionals, values, number)
-    assert predictions.shape == (2, strips * nodes, ROWS)
+    predictions = fit_strip(functionals, values, 1, STENCIL, target, strip=number)[1]["predicted"]
+    assert predictions.shape == (ROWS, 2, strips * nodes)
     for row, level, out in ((0, 1, 0), (2, 0, 3)):
         kept = number % min(most, strips) != out % min(most, strips)
         u = np.column_stack([np.ones(len(number)), functionals[:, row] / UNIT])
         root = np.sqrt(target.weights(values[:, row, level]))[kept]
         beta = np.linalg.lstsq(root[:, None] * u[kept], root * values[kept, row, level], rcond=None)[0]
         expected = (u @ beta)[~kept]
-        np.testing.assert_allclose(predictions[level, ~kept, row], expected, rtol=0, atol=1e-8 * np.abs(values).max())
+        np.testing.assert_allclose(predictions[row, level, ~kept], expected, rtol=0, atol=1e-8 * np.abs(values).max())
     with pytest.raises(ParameterError, match="at least two"):
-        predictions_of_left_out_strips(fit, functionals, values, np.zeros(len(number)))
+        fit_strip(functionals, values, 1, STENCIL, target, strip=0 * number)
 
 
 def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
@@ -145,7 +136,9 @@ def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
 
 
 TRIAL = PressureTarget("trial_pressure", 1.0)
+
 SQUARED = PressureTarget("squared_pressure", 1.0, 0.6)
+
 PLACES_SEEN = np.linspace(-1.0, 2.0, 13)
 
 
@@ -229,59 +222,7 @@ def test_unsuitable_strips_are_refused_with_their_place():
         conditional_means(*values, TRIAL).at(np.zeros((3, 4)))
 
 
-GROUPS = 5
 SAMPLES = 40_000
-
-
-def problem():
-    generator = np.random.default_rng(2001)
-    rows, values = generator.standard_normal((60, 4)), generator.standard_normal(60)
-    return rows, values, generator.uniform(0.2, 1.0, 60), np.arange(60) % GROUPS
-
-
-def refitted(rows, values, weights, keep):
-    root = np.sqrt(weights[keep])
-    return np.linalg.lstsq(root[:, None] * rows[keep], root * values[keep], rcond=None)[0]
-
-
-def test_fits_without_groups_are_fits_to_the_others():
-    rows, values, weights, group = problem()
-    sums = group_sums(rows, weights, weights * values, group, GROUPS)
-    one, two = without_one(*sums), without_two(*sums)
-    for g in range(1 + GROUPS):
-        np.testing.assert_allclose(one[g], refitted(rows, values, weights, group != g - 1), rtol=0, atol=1e-13)
-        for h in range(1 + GROUPS):
-            keep = (group != g - 1) & (group != h - 1)
-            np.testing.assert_allclose(two[g, h], refitted(rows, values, weights, keep), rtol=0, atol=1e-13)
-
-
-def test_predictions_have_not_seen_the_group_of_their_sample():
-    rows, values, weights, group = problem()
-    sums = group_sums(rows, weights, weights * values, group, GROUPS)
-    plain, nested = (left_out_predictions(rows, without(*sums), group) for without in (without_one, without_two))
-    np.testing.assert_allclose(nested[0], plain, atol=1e-14)
-    for k in (0, 17, 58):
-        np.testing.assert_allclose(plain[k], rows[k] @ refitted(rows, values, weights, group != group[k]), atol=1e-13)
-        keep = (group != group[k]) & (group != 3)
-        np.testing.assert_allclose(nested[4, k], rows[k] @ refitted(rows, values, weights, keep), atol=1e-13)
-
-
-def test_scales_of_terms_do_not_matter():
-    """Normal equations square a condition number, unless their columns are of one size."""
-    rows, values, weights, group = problem()
-    scale = np.array([1.0, 1e-12, 1e12, 1e3])
-    plain, scaled = (
-        without_one(*group_sums(r, weights, weights * values, group, GROUPS)) for r in (rows, rows * scale)
-    )
-    np.testing.assert_allclose(scaled * scale, plain, rtol=1e-11)
-
-
-@pytest.mark.parametrize("column", ["zero", "only in one group", "twice"])
-def test_undetermined_coefficients_are_refused(column):
-    rows, values, weights, group = problem()
-    extra = {"zero": 0 * values, "only in one group": np.where(group == 2, 1.0, 0.0), "twice": rows[:, 1]}[column]
-    with pytest.raises(IllPosedError, match="undetermined"):
-        without_one(*group_sums(np.column_stack([rows, extra]), weights, weights * values, group, GROUPS))
 
 
 def mean(s):

@@ -6,15 +6,21 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.chaos.sampling import latin_hypercube, monte_carlo
+from roughslip.chaos.sampling import latin_hypercube
 from roughslip.errors import IllPosedError, InputError
 from roughslip.scene.types import scene_of
-from roughslip.stages import contact_square, design, karhunen_loeve
+from roughslip.stages import contact_square, karhunen_loeve
+from roughslip.stages.from_scene.square import check_designs, latin_hypercubes, training_design, variables_of
 from roughslip.stages.from_scene.streams import Stream
 from tests.stages.scenes import CONTACT, changed
 
 SQ = 2e-7
-CONFIGURATION = changed(CONTACT, roughness={"correlation_length_m": 3e-5, "correlation_length_across_m": 1e-5})
+CONFIGURATION = changed(
+    CONTACT,
+    roughness={"correlation_length_m": 3e-5, "correlation_length_across_m": 1e-5},
+    square={"latin_hypercube_samples": 40},
+    expansion={"samples": 40},
+)
 CELL = 1e-5
 
 
@@ -40,6 +46,17 @@ DIAGONAL = 4 * CELL * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3*
 
 
 @pytest.fixture
+def design_of(monkeypatch):
+    """design_of(xi) makes xi the design of the paper's equations and of our expansion."""
+
+    def give(xi):
+        monkeypatch.setattr(contact_square, "training_design", lambda scene, modes: xi)
+        monkeypatch.setattr(contact_square, "latin_hypercubes", lambda scene, modes: iter([xi]))
+
+    return give
+
+
+@pytest.fixture
 def lifted(stored):
     modes = np.zeros((36, 6, 6))
     for mode, (i, j) in enumerate(CENTRAL):
@@ -59,14 +76,14 @@ def alone(result, row: int, height: float, node: int) -> None:
         np.testing.assert_allclose(result["gap"][row], PLANE - height * there, rtol=1e-12)
 
 
-def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
+def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, design_of, lifted):
     """Samples 1 to 5 of a design that lifts one central node each, at heights of 2, 3, 4 and 5 Sq, and one too low."""
     xi = np.zeros((7, 36))
     lifts = {1: (0, 2.0), 2: (1, 3.0), 3: (2, 4.0), 4: (3, 5.0), 5: (0, 0.5)}
     for sample, (mode, height) in lifts.items():
         xi[sample, mode] = height
-    designs = stored("design.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), xi))
-    arguments = {"surface": lifted, "designs": designs, "design": "expansion", "first": 1, "last": 6}
+    design_of(xi)
+    arguments = {"surface": lifted, "design": "expansion", "first": 1, "last": 6}
     result = run(contact_square, CONFIGURATION, **arguments)
     assert result["pressure"].shape == (5, 4)
     for sample, (mode, height) in lifts.items():
@@ -85,12 +102,12 @@ def test_a_node_alone_in_contact_bears_what_its_cell_bears(run, stored, lifted):
 
 
 @pytest.mark.parametrize(("contact_area", "like"), [("corrected", "point_pressure"), ("nodes", "pressure")])
-def test_pressures_of_samples_lack_the_mesh_error_where_the_scene_corrects_areas(run, stored, contact_area, like):
+def test_pressures_of_samples_lack_the_mesh_error_where_the_scene_corrects_areas(run, design_of, contact_area, like):
     """As of training samples at the same variables, which have both; where several differ."""
     scene = changed(CONFIGURATION, numerics={"contact_area": contact_area}, square={"penetration_percentile": 50.0})
     xi = np.random.default_rng(4).standard_normal((40, 36))
-    designs = stored("both.nc", latin_hypercube=(("sample", "mode"), xi), expansion=(("sample", "mode"), xi))
-    arguments = {"surface": run(karhunen_loeve, scene).path, "designs": designs, "first": 0, "last": 40}
+    design_of(xi)
+    arguments = {"surface": run(karhunen_loeve, scene).path, "first": 0, "last": 40}
     trained = run(contact_square, scene, "trained", design="expansion", **arguments)
     sampled = run(contact_square, scene, "sampled", design="latin_hypercube", **arguments)["pressure"]
     np.testing.assert_allclose(sampled, trained[like][:, :1], rtol=1e-8)
@@ -99,9 +116,9 @@ def test_pressures_of_samples_lack_the_mesh_error_where_the_scene_corrects_areas
 
 def test_a_sample_of_monte_carlo_is_drawn_by_its_number(run, lifted):
     """With one mode: its height is the first variable of the stream of that number."""
-    arguments = {"surface": lifted, "designs": None, "design": "monte_carlo", "first": 100, "last": 130}
+    arguments = {"surface": lifted, "design": "monte_carlo", "first": 100, "last": 130}
     result = run(contact_square, CONFIGURATION, **arguments)
-    drawn = np.array([monte_carlo([7, Stream.MONTE_CARLO, number], 36)[:4] for number in range(100, 130)])
+    drawn = np.array([variables_of(7, number, 36)[:4] for number in range(100, 130)])
     single = np.flatnonzero(np.count_nonzero(SQ * drawn > PLANE, axis=1) == 1)
     assert len(single) >= 8  # 4 0.2 0.8^3 of 30 are 12
     for row in single:
@@ -145,23 +162,15 @@ def test_a_share_that_takes_too_many_modes_is_refused_and_an_order_is_not(run):
 DESIGNS = {"seed": 7, "square": {"latin_hypercube_samples": 4000}, "expansion": {"samples": 200}}
 
 
-def test_designs_have_a_variable_a_mode_and_are_no_larger_than_memory(run):
-    """1e8 numbers are allowed; each design that is larger has a line."""
-    modes = modes_of(run, RESOLVED, 8, modes=11)
-    result = run(design, DESIGNS, surface=modes.path)
-    for name, samples, stream in (
-        ("latin_hypercube", 4000, Stream.LATIN_HYPERCUBE),
-        ("expansion", 200, Stream.EXPANSION_DESIGN),
-    ):
-        drawn = latin_hypercube(np.random.default_rng([7, stream]), samples, 11)
-        np.testing.assert_array_equal(result[name], drawn)
-    several = changed(DESIGNS, square={"latin_hypercube_samples": 8000})
-    again = run(design, several, "several", surface=modes.path)["latin_hypercube"]
-    np.testing.assert_array_equal(again[:4000], result["latin_hypercube"])  # the first as if it were the only one
-    other = latin_hypercube(np.random.default_rng([7, Stream.LATIN_HYPERCUBE, 1]), 4000, 11)
-    np.testing.assert_array_equal(again[4000:], other)
-    assert design.samples_of(scene_of(DESIGNS), 25_000) == {"latin_hypercube": 4000, "expansion": 200}
+def test_designs_have_streams_of_their_own_and_are_no_larger_than_memory():
+    """The first is the same if there are several; 1e8 numbers are allowed; each design that is larger has a line."""
+    scene = scene_of(changed(DESIGNS, square={"latin_hypercube_samples": 8000}))
+    drawn = [training_design(scene, 11), *latin_hypercubes(scene, 11)]
+    seeds = [7, Stream.EXPANSION_DESIGN], [7, Stream.LATIN_HYPERCUBE], [7, Stream.LATIN_HYPERCUBE, 1]
+    for xi, seed, samples in zip(drawn, seeds, (200, 4000, 4000), strict=True):
+        np.testing.assert_array_equal(xi, latin_hypercube(np.random.default_rng(seed), samples, 11))
+    check_designs(scene_of(DESIGNS), 25_000)
     for count, keys in ((25_001, ["square.latin"]), (500_001, ["square.latin", "expansion.sa"])):
         with pytest.raises(InputError) as caught:
-            design.samples_of(scene_of(DESIGNS), count)
+            check_designs(scene_of(DESIGNS), count)
         assert [line[:12] for line in caught.value.lines] == keys

@@ -22,7 +22,6 @@ def square():
         "method": np.array(METHODS),
         "fit": np.array(METHODS[2:]),
         "fit_samples": np.array([634, 634, 1000]),
-        "fit_distance_at_contact": np.array([0.04, 0.06, 0.01]),
         "captured_variance": np.array(0.95),
         "fit_positive_share": np.array([0.4, 1.0, 0.16]),
         **with_interval("distance_in_contact", [0.02] * 5, [0.01] * 5, [0.03] * 5),
@@ -34,10 +33,7 @@ def square():
         "given_surfaces": np.array(900),
         "given_tail_from": np.array(0.01),
         "given_positive_share": np.array([0.98, 1.0]),
-        "judged_distance": np.array([0.02, 0.02]),
-        "judged_chance": np.array([0.04, 0.04]),
         **with_interval("given_distance", [0.03, 0.04], [0.02, 0.03], [0.04, 0.05]),
-        **with_interval("given_tail_error", [0.1, 0.1], [0.05, 0.05], [0.2, 0.2]),
         **with_interval("given_tail_error_of_design", [0.1, 0.1], [0.05, 0.05], [0.2, 0.2]),
         **with_interval("given_between", 0.05, 0.04, 0.06),
     }

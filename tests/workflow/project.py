@@ -22,7 +22,7 @@ SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.l
 TINY = """\
 extends: paper
 description: "Every stage, as small as the rules allow"
-square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 4000}
+square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 8000}
 expansion: {variables: 3, degree: 2, samples: 200, draws: 2000}
 strip:
   cell_m: 5.0e-6

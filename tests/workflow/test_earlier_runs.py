@@ -179,7 +179,7 @@ def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path
     subprocess.run(["scancel", *left], check=True)
 
     run = login.start()
-    job = login.latest_job(run, made="results/store/design/*/surface/design.nc")
+    job = login.latest_job(run, made="results/store/karhunen_loeve/*/surface/modes.nc")
     subprocess.run(["scancel", "--signal=KILL", "--full", job], check=True)
     assert run.wait(timeout=1500) == 0, login.log.read_text()[-5000:]
     assert "Trying to restart job" in login.log.read_text()

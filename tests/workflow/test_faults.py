@@ -245,20 +245,20 @@ def test_one_new_run_mends_each_kind_of_fault(project, tmp_path, monkeypatch, nu
 
 def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkeypatch, capsys):
     """Its name says what it is made of. An edit that changes no syntax, of a comment, is none."""
-    source, scan = tmp_path / "roughslip" / "stages" / "design.py", tmp_path / "scan.txt"
+    source, scan = tmp_path / "roughslip" / "stages" / "scan.py", tmp_path / "scan.txt"
     source.parent.mkdir(parents=True)
     for package in ("roughslip", "roughslip/stages"):
         (tmp_path / package / "__init__.py").write_text("")
     source.write_text("old = 1\n")
     scan.write_text("1 2\n")
-    files = {"roughslip/stages/design.py": usage.checksum(source)}
-    sources = {"files": files, "closure": closure_hash("roughslip.stages.design", tmp_path)}
+    files = {"roughslip/stages/scan.py": usage.checksum(source)}
+    sources = {"files": files, "closure": closure_hash("roughslip.stages.scan", tmp_path)}
     key = {"configuration": {}, "code": "", "sources": sources, "scans": [usage.checksum(scan)]}
-    key["inputs"] = {"design": [str(scan)]}
+    key["inputs"] = {"scan": [str(scan)]}
     (tmp_path / "key.json").write_text(json.dumps(key))
     monkeypatch.setattr(command, "SOURCE", tmp_path)
     monkeypatch.setattr("sys.argv", ["stage", f"--key={tmp_path / 'key.json'}"])
-    stage, made = Stage(name="design", result="design.nc"), tmp_path / "usage" / "design.json"
+    stage, made = Stage(name="scan", result="scan.nc"), tmp_path / "usage" / "scan.json"
     command.execute(stage, lambda job: source.write_text("old = 1  # as before\n"))
     assert made.is_file()
     made.unlink()
@@ -273,16 +273,17 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
 
 def test_a_stage_that_fails_late_leaves_no_result(project):
     """Nor a temporary file; its message is shown once, without a traceback. What was made before is there to open."""
-    design = "src/roughslip/stages/design.py"
     project.edit(
-        design, "    store.write(", '    if variables:\n        raise store.StoreError("no luck")\n    store.write('
+        "src/roughslip/stages/chaos_square.py",
+        "    store.write(",
+        '    if results:\n        raise store.StoreError("no luck")\n    store.write(',
     )
-    run = project.snakemake("-j1", "results/tiny/surface/design.nc")
+    run = project.snakemake("-j1", "results/tiny/chaos/square.nc")
     said = run.stdout + run.stderr
     assert run.returncode == 1
-    (folder,) = re.findall(r"\[(results/store/design/\w+)/logs", said)
+    (folder,) = re.findall(r"\[(results/store/chaos_square/\w+)/logs", said)
     assert [line for line in said.splitlines() if "no luck" in line] == [
-        f"tiny: design: no luck [{folder}/logs/design.log]"
+        f"tiny: chaos_square: no luck [{folder}/logs/chaos_square.log]"
     ]
     assert "Traceback" not in said
     assert sorted(path.name for path in project.path(folder).iterdir()) == ["key.json", "logs"]

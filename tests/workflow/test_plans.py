@@ -34,7 +34,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
-SQUARE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
+SQUARE = {"karhunen_loeve": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
@@ -83,20 +83,20 @@ MAPPED = {"stick_slip_map": 1, "figure_map": 1}  # a scene that names no targets
 AFTER_FRICTION = {"answer": 1, **MAPPED, **AFTER_DAMPINGS}
 AFTER_SQUARE = {"chaos_square": 1, "figure2": 1, "figure2_traps": 1}
 CONTACT = {"contact_square": 3, **AFTER_SQUARE, **STRIP, **FIGURE3, **AFTER_FRICTION}
-SURFACE = {"karhunen_loeve": 1, "design": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
+SURFACE = {"karhunen_loeve": 1, "contact_square": 3, **AFTER_SQUARE, **CLAIMS}
 DRAWN = {"figure2": 1, "figure2_traps": 1, **FIGURE3, "figure5": 1, **CHAIN, "figure_map": 1}
 SCENE = "config/scenes/tiny.yaml"
 MARGINAL = "roughness: {marginal: {family: beta, shapes: [2.1, 5]}}\nsquare:"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
 EDITS = [
     (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", AFTER_DAMPINGS),
-    (SCENE, "square:", "seed: 1\nsquare:", {"design": 1, **CONTACT}),
+    (SCENE, "square:", "seed: 1\nsquare:", {**CONTACT}),
     (SCENE, "draws: 2000", "draws: 3000", {**AFTER_SQUARE, **CLAIMS}),
     (SCENE, "modes: 64", "variance_share: 0.2", SURFACE),
-    (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, "design": 1, **CONTACT}),
+    (SCENE, "square:", MARGINAL, {"karhunen_loeve": 1, **CONTACT}),
     (SCENE, "Every stage", "Each stage", {**DRAWN, **CLAIMS}),
     (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", CLAIMS),
-    ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, "design": 1, **CONTACT}),
+    ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, **CONTACT}),
     ("src/roughslip/figures/style.py", *ACTS, {**DRAWN, **COSTS}),
     ("src/roughslip/figures/stick_slip.py", *ACTS, {"figure_map": 1, **COSTS}),
     ("src/roughslip/surface/modes.py", *ACTS, SURFACE),
@@ -213,7 +213,7 @@ def test_a_job_of_a_cluster_asks_for_more_at_each_attempt_and_never_for_more_tha
 OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
-OF_SQUARE = {"design", "contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
+OF_SQUARE = {"contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
 FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
 OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 MADE_OF_MORE = {"claims", "costs", "report"}  # of all that a scene makes
@@ -227,11 +227,11 @@ def names_of(folder: Path, *words: str) -> Names:
 OVERLAYS = {
     "oscillator: {damping_ratio: 0.2}": OF_OSCILLATOR | OF_POINT,
     "ensemble: {damping_ratios: [0.17, 0.3]}": OF_OSCILLATOR,
-    "jobs: 2": FRICTION | OF_SQUARE - {"design"},  # other files
+    "jobs: 2": FRICTION | OF_SQUARE,  # other files
     "expansion: {draws: 3000}": {"chaos_square"},
     "strip: {expansion_samples: 24}": {"expansion_strip"} | {"friction"} | OF_OSCILLATOR | OF_POINT,
     "friction: {mean_at_median: 0.2}": {"friction"} | OF_OSCILLATOR | OF_POINT,
-    "material: {young_modulus_pa: 1.0e+9}": FRICTION | OF_SQUARE - {"design"},
+    "material: {young_modulus_pa: 1.0e+9}": FRICTION | OF_SQUARE,
     "seed: 7": FRICTION | OF_SQUARE,
     "description: Another": set(),
 }

@@ -21,10 +21,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from roughslip import store
-from roughslip.chaos.centre_distribution import Expansion, draw
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.centre_distribution import fit_equation
 from roughslip.chaos.local import Samples, fit_local
-from roughslip.chaos.sampling import latin_hypercube, monte_carlo, sobol_places
+from roughslip.chaos.sampling import latin_hypercube, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.scene.loader import load
@@ -105,7 +104,8 @@ class Square:
         """Return xi (count, M) of the design of this name, size and number; Sobol points are the first of 2^n."""
         seed, modes = [self.seed, STREAMS[name]], len(self.modes)
         if name == "monte_carlo":
-            return np.array([monte_carlo([*seed, count * number + sample], modes) for sample in range(count)])
+            generators = (np.random.default_rng([*seed, count * number + sample]) for sample in range(count))
+            return np.array([generator.standard_normal(modes) for generator in generators])
         if name == "latin_hypercube":
             return latin_hypercube(np.random.default_rng([*seed, count, number]), count, modes)
         return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
@@ -148,10 +148,8 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, stre
         pressure, gap = solved.pressure[:, level], solved.gap[:, level]
         samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
         return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), DRAWS)
-    indices = multi_indices(square.scene.expansion.variables, square.degree)
-    basis = hermite_basis(solved.xi @ square.directions[0].T, indices)
-    equation = Expansion(method, basis, solved.pressure[:, level, 0], indices)
-    return draw(equation, equation.fit().coefficients, DRAWS, seed)
+    variables, pressures = [solved.xi @ square.directions[0].T], [solved.pressure[:, level, 0]]
+    return fit_equation(variables, pressures, square.degree, logarithm=method == "equation_9").draw(seed)[0]
 
 
 def measure(_: bool) -> dict[str, Any]:

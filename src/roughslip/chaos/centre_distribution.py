@@ -1,118 +1,129 @@
 """Distributions of the pressure at the centre from samples and from expansions, each with its interval.
 
+The paper calls p_x "the pressure when contact occurs". It fits eqs. (8) and (9) to the samples in contact, and takes
+the probability of contact from K/K_t. So the variables of these expansions are those of surfaces in contact, and they
+are not Gaussian. Drawn over all surfaces, which are Gaussian, they fail.
+
 The distance of a sampled distribution F_n from a reference G has a 95 % interval from sampling alone. Its lower end
 follows from Kolmogorov's bound on sup |F_n - F|. Its upper end is the normal error at the pressure where |F - G| is
-largest, because the estimated distance is at least the one there. The interval of an expansion comes from its refits.
+largest, because the estimated distance is at least the one there. Intervals of eqs. (8) and (9) are Student's, of
+independent designs; those of our expansion come from the jackknife over groups of its surfaces.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.stats import ks_2samp
 
-from roughslip.chaos.hermite import hermite_basis
+from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
 from roughslip.chaos.pressure import fit_in_contact
-from roughslip.chaos.regression import Fit, wild_coefficients
-from roughslip.chaos.sampling import cumulative_given_contact, kolmogorov_distance
-from roughslip.errors import IllPosedError
+from roughslip.chaos.regression import Fit
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability.estimate import NORMAL_95, TAILS, student_95, wilson_interval
 
-SAMPLED = ("monte_carlo", "latin_hypercube")
-EXPANDED = ("equation_8", "equation_9", "roughslip")
-METHODS = (*SAMPLED, *EXPANDED)
 BLOCK = 20_000  # draws evaluated at a time
-REFIT_BLOCKS = 5  # on which refits are held against the fit: 16 draws in contact below a probability of 0.001
+BLOCKS = 5  # of draws of each design and of each left-out fit: 16 draws in contact below a probability of 0.001
 REPLICATES = 200
 KOLMOGOROV_975 = 1.480  # 97.5 % quantile of the Kolmogorov distribution: sqrt(n) sup |F_n - F|
 LARGEST_LOGARITHM = 300.0  # of p / Pa: the cubic of eq. (9) has no mean, and its exponential would overflow
 TAIL = (1e-3, 1e-1)  # what counts as low probabilities
 SETTLED = 200  # surfaces in contact below a pressure, whose probability is then known to 14 %
-ROWS = {
-    "cumulative": "distribution given contact",
-    "contact_probability": "probability of contact at the centre; that of an expansion has the scatter of its fit, not "
-    "the truncation of its series, for interval",
-    "distance_in_contact": "Kolmogorov distance given contact, of Latin hypercube from Monte Carlo and of an expansion "
-    "from both",
-    "tail_error": "largest |log10| of the ratio to these samples where they lie between tail_from and 0.1",
-}
+FEWEST_BELOW = 5  # samples in contact of one design below the least probability that is compared with it
+NOTHING = (np.nan, np.nan, np.nan)
 Row = tuple[Any, Any, Any]  # value, low, high
 
 
-@dataclass(frozen=True)
-class Expansion:
-    """Eq. (8) or (9) of the pressure at the centre, and the samples behind it.
+def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Distribution of the pressure given contact.
 
-    method : "equation_8" or "equation_9"
-    basis : (K, P) terms at its samples
-    pressure : (K,) [Pa] at the centre
-    indices : (P, variables) exponents
+    pressure : (...) [Pa] samples, zero out of contact
+    levels : (n,) [Pa]
+
+    Returns F : (n,) [-] share of the positive pressures up to each level. Raises ParameterError for NaN, IllPosedError
+    where no sample is in contact.
     """
-
-    method: str
-    basis: np.ndarray
-    pressure: np.ndarray
-    indices: np.ndarray
-
-    def fit(self) -> Fit:
-        """Coefficients. Raises IllPosedError as the regression does."""
-        return fit_in_contact(self.basis, self.pressure, logarithm=self.method == "equation_9")
-
-    def regression(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """basis, target and weights of the samples that enter the fit."""
-        contact = self.pressure > 0
-        values = self.pressure[contact]
-        return self.basis[contact], np.log(values) if self.method == "equation_9" else values, np.ones(len(values))
-
-    def at(self, basis: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
-        """p : (draws, ...) [Pa] from basis : (draws, P) and coefficients : (P, ...)."""
-        values = basis @ coefficients
-        if self.method == "equation_9":
-            return np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM))
-        return np.maximum(values, 0.0)
+    positive = _ascending(pressure)
+    return np.searchsorted(positive, levels, side="right") / len(positive)
 
 
-def draw(expansion: Expansion, coefficients: np.ndarray, count: int, seed: list[int]) -> np.ndarray:
-    """p : (count,) [Pa] at independent draws of the variables, block by block; the same draws for every expansion."""
-    return np.concatenate(
-        [
-            expansion.at(_block(expansion.indices, seed, number)[: count - first], coefficients)
-            for number, first in enumerate(range(0, count, BLOCK))
-        ]
-    )
+def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120) -> np.ndarray:
+    """Levels for the plot of a distribution, dense in both tails.
 
+    pressure : (...) [Pa] samples, finite, zero out of contact
+    lowest : [-] smallest probability, below 1/2; the largest is 1 - lowest
+    count : number of probabilities from `lowest` to 1/2
 
-def _block(indices: np.ndarray, seed: list[int], number: int) -> np.ndarray:
-    draws = np.random.default_rng([*seed, number]).standard_normal((BLOCK, indices.shape[1]))
-    return hermite_basis(draws, indices)
-
-
-def refits(expansion: Expansion, fit: Fit, levels: np.ndarray, seed: list[int], signs_seed: list[int]) -> np.ndarray:
-    """What the scatter of its samples does to an expansion: refits less the fit, on the same draws.
-
-    Returns the distribution given contact (R, levels). Expansions with the same samples and signs_seed have the same
-    signs. Raises IllPosedError where a refit is never in contact.
+    Returns levels : (2 count - 1,) [Pa] ascending quantiles of the positive pressures, fewer where some are equal.
+    Raises as `cumulative_given_contact`.
     """
-    basis, values, weights = expansion.regression()
-    signs = np.random.default_rng(signs_seed).choice([-1.0, 1.0], (len(values), REPLICATES))
-    coefficients = np.column_stack([fit.coefficients, wild_coefficients(basis, values, weights, signs)])
-    below, contacts = np.zeros((1 + REPLICATES, len(levels))), np.zeros(1 + REPLICATES)
-    for number in range(REFIT_BLOCKS):
-        pressures = np.sort(expansion.at(_block(expansion.indices, seed, number), coefficients), axis=0)
-        out_of_contact = BLOCK - np.count_nonzero(pressures, axis=0)
-        contacts += BLOCK - out_of_contact
-        for row, pressure in enumerate(pressures.T):
-            below[row] += np.searchsorted(pressure, levels, side="right") - out_of_contact[row]
-    if not contacts.all():
+    tail = np.geomspace(lowest, 0.5, count)
+    probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
+    return np.unique(np.quantile(_ascending(pressure), probabilities))
+
+
+def _ascending(pressure: np.ndarray) -> np.ndarray:
+    """Positive pressures in ascending order; an infinite one, of a poor fit of eq. (9), exceeds every level."""
+    if np.isnan(pressure).any():
+        raise ParameterError("pressures must not be NaN")
+    positive = pressure[pressure > 0]
+    if positive.size == 0:
         raise IllPosedError(
-            f"{expansion.method}: a refit to {len(values)} samples is never in contact: take more samples or a deeper "
-            "penetration; scene keys: square.latin_hypercube_samples, square.penetration_percentile"
+            "no sample is in contact, so there is no distribution given contact: take more samples or a deeper "
+            "penetration; scene keys: square.monte_carlo_samples, square.penetration_percentile"
         )
-    curves = below / contacts[:, None]
-    return curves[1:] - curves[0]
+    return np.sort(positive, axis=None)
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Eq. (8), or eq. (9) with a logarithm, fitted to the samples in contact of each design.
+
+    logarithm : whether log p is expanded
+    indices : (P, variables) exponents
+    fits : of the designs
+    """
+
+    logarithm: bool
+    indices: np.ndarray
+    fits: tuple[Fit, ...]
+
+    def pressure(self, variables: np.ndarray) -> np.ndarray:
+        """p : (designs, n) [Pa] at variables : (n, v)."""
+        values = hermite_basis(variables, self.indices) @ np.column_stack([fit.coefficients for fit in self.fits])
+        if self.logarithm:
+            return np.ascontiguousarray(np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM)).T)
+        return np.ascontiguousarray(np.maximum(values, 0.0).T)
+
+    def draw(self, seed: list[int]) -> np.ndarray:
+        """p : (designs, BLOCKS BLOCK) [Pa] at independent draws of the variables, the same for every expansion."""
+        shape = BLOCK, self.indices.shape[1]
+        draws = (np.random.default_rng([*seed, number]).standard_normal(shape) for number in range(BLOCKS))
+        return np.concatenate([self.pressure(block) for block in draws], axis=1)
+
+
+def fit_equation(
+    variables: Sequence[np.ndarray], pressures: Sequence[np.ndarray], degree: int, *, logarithm: bool
+) -> Equation:
+    """Fit eq. (8), or eq. (9) with `logarithm`, to each design.
+
+    variables, pressures : of each design (K, v) [-] and (K,) [Pa] at the centre
+    degree : total degree of the expansion
+
+    Raises IllPosedError as `fit_in_contact`, with the number of the design.
+    """
+    indices, fits = multi_indices(variables[0].shape[1], degree), []
+    for number, (xi, pressure) in enumerate(zip(variables, pressures, strict=True), start=1):
+        try:
+            fits.append(fit_in_contact(hermite_basis(xi, indices), pressure, logarithm=logarithm))
+        except IllPosedError as error:
+            raise IllPosedError(f"design {number} of {len(variables)}: {error}") from error
+    return Equation(logarithm, indices, tuple(fits))
 
 
 @dataclass(frozen=True)
@@ -141,35 +152,6 @@ class EdgeCorrection:
         cells, points = (np.sort(pressures, axis=None)[-count:] for pressures in (self.cells, self.points))
         moved = pressure + np.interp(pressure, cells, points - cells)
         return np.where(pressure > 0, np.maximum(moved, 0.0), 0.0)
-
-    def contact(self) -> Row:
-        """Contact probability of points over that of cells, with its 95 % interval from the scatter over surfaces."""
-        cells, points = (np.count_nonzero(pressures, axis=1) for pressures in (self.cells, self.points))
-        ratio = float(points.sum() / cells.sum())
-        half = NORMAL_95 * float(np.sqrt(np.sum((points - ratio * cells) ** 2.0)) / cells.sum())
-        return ratio, ratio - half, ratio + half
-
-    def distance(self) -> float:
-        """Kolmogorov distance given contact of points from cells."""
-        return kolmogorov_distance(self.points[self.points > 0], self.cells[self.cells > 0])
-
-
-def moved_local(
-    expansion: LocalExpansion, levels: np.ndarray, seed: list[int], edges: EdgeCorrection
-) -> tuple[np.ndarray, float]:
-    """Changes of the local expansion, with the mesh error at edges taken off, by the scatter of its samples.
-
-    Returns the distribution given contact of REPLICATES simulated refits minus that of the fit (R, levels), and the
-    standard error of its contact probability. Both are from the jackknife, with groups multiplied by normal numbers.
-    Raises IllPosedError where the expansion without one of the groups is never in contact.
-    Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
-    """
-    drawn = expansion.draw(np.random.default_rng(seed), REFIT_BLOCKS * BLOCK, left_out=True)
-    pressures = np.stack([edges.without(group).apply(row) for group, row in enumerate(drawn[1:])])
-    curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
-    multipliers = np.random.default_rng([*seed, REFIT_BLOCKS]).standard_normal((REPLICATES, len(pressures)))
-    shares = jackknife_deviations(np.mean(pressures > 0, axis=1))
-    return multipliers @ jackknife_deviations(curves), float(np.sqrt(np.sum(shares**2)))
 
 
 @dataclass(frozen=True)
@@ -202,7 +184,7 @@ class Reference:
 
     def distance(self, pressure: np.ndarray) -> float:
         """Kolmogorov distance given contact of p : (n,) [Pa]."""
-        return kolmogorov_distance(pressure[pressure > 0], self.pressure[self.pressure > 0])
+        return distance_given_contact(pressure, self.pressure)
 
     def tail_error(self, first: np.ndarray, second: np.ndarray) -> float:
         """Largest |log10 F_1 / F_2| where the reference lies between tail_from and 0.1; NaN where it resolves none.
@@ -212,6 +194,11 @@ class Reference:
         tail = (self.cumulative >= self.tail_from) & (self.cumulative <= TAIL[1])
         first_tail, second_tail = (np.maximum(curve[tail], 1 / BLOCK) for curve in (first, second))
         return float(np.max(np.abs(np.log10(first_tail / second_tail)))) if tail.any() else float("nan")
+
+
+def distance_given_contact(first: np.ndarray, second: np.ndarray) -> float:
+    """Kolmogorov distance of the positive ones of two samples of pressures."""
+    return float(ks_2samp(first[first > 0], second[second > 0], method="asymp").statistic)
 
 
 def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:
@@ -234,15 +221,19 @@ def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -
     }
 
 
-def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, reference: Reference) -> dict[str, Row]:
-    """The rows of an expansion.
+def expanded_rows(
+    expansion: LocalExpansion, pressure: np.ndarray, edges: EdgeCorrection, seed: list[int], reference: Reference
+) -> dict[str, Row]:
+    """The rows of our expansion.
 
-    moved : (R, levels) changes of its distribution by refits
+    pressure : (n,) [Pa] drawn from it, with the mesh error at edges taken off
+    edges : of that error
 
     By the triangle inequality, a refit changes a distance by at most its own distance from the fit (Bickel and Krieger
     1989). The interval extends to either side by the 95 % quantile of that, and by the error of the reference.
     """
-    curve = cumulative_given_contact(pressure, reference.levels)
+    moved, share_error = changes_by_refits(expansion, edges, seed, reference.levels)
+    curve, share = cumulative_given_contact(pressure, reference.levels), float(np.mean(pressure > 0))
     curves = np.clip(curve + moved, 0.0, 1.0)
     distance, tail = reference.distance(pressure), reference.tail_error(curve, reference.cumulative)
     error = NORMAL_95 / np.sqrt(reference.contacts)
@@ -251,21 +242,32 @@ def expanded_rows(pressure: np.ndarray, moved: np.ndarray, probability: Row, ref
     far_tail += error / np.log(10) / np.sqrt(reference.tail_from)
     return {
         "cumulative": (curve, *np.quantile(curves, TAILS, axis=0)),
-        "contact_probability": probability,
+        "contact_probability": (share, share - NORMAL_95 * share_error, share + NORMAL_95 * share_error),
         "distance_in_contact": (distance, max(distance - far, 0.0), min(distance + far, 1.0)),
         "tail_error": (tail, max(tail - far_tail, 0.0), tail + far_tail),
     }
 
 
-def design_pressures(designs: list[Expansion], fits: list[Fit], seed: list[int]) -> np.ndarray:
-    """p : (designs, REFIT_BLOCKS BLOCK) [Pa] of the fit to each design, at the same draws of the variables."""
-    coefficients = np.column_stack([fit.coefficients for fit in fits])
-    blocks = [designs[0].at(_block(designs[0].indices, seed, number), coefficients).T for number in range(REFIT_BLOCKS)]
-    return np.concatenate(blocks, axis=1)
+def changes_by_refits(
+    expansion: LocalExpansion, edges: EdgeCorrection, seed: list[int], levels: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Changes of our expansion, with the mesh error at edges taken off, by the scatter of its samples.
+
+    Returns the distribution given contact of REPLICATES simulated refits minus that of the fit (R, levels), and the
+    standard error of its contact probability. Both are from the jackknife, with groups multiplied by normal numbers.
+    Raises IllPosedError where the expansion without one of the groups is never in contact.
+    Method: Kline and Santos, J. Econom. Methods 1 (2012) 23.
+    """
+    drawn = expansion.draw(np.random.default_rng(seed), BLOCKS * BLOCK, left_out=True)
+    pressures = np.stack([edges.without(group).apply(row) for group, row in enumerate(drawn[1:])])
+    curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
+    multipliers = np.random.default_rng([*seed, BLOCKS]).standard_normal((REPLICATES, len(pressures)))
+    shares = jackknife_deviations(np.mean(pressures > 0, axis=1))
+    return multipliers @ jackknife_deviations(curves), float(np.sqrt(np.sum(shares**2)))
 
 
-def designed_rows(pressures: np.ndarray, probability: Row, reference: Reference) -> dict[str, Row]:
-    """The rows of an expansion that was fitted to several independent designs.
+def drawn_rows(pressures: np.ndarray, reference: Reference) -> dict[str, Row]:
+    """The rows of an equation that was drawn over all surfaces; they lack the probability of contact, which is K/K_t.
 
     pressures : (designs, draws) [Pa]
 
@@ -278,29 +280,57 @@ def designed_rows(pressures: np.ndarray, probability: Row, reference: Reference)
     distances = np.array([reference.distance(pressure) for pressure in pressures])
     return {
         "cumulative": (curves[0], curves.min(axis=0), curves.max(axis=0)),
-        "contact_probability": probability,
         "distance_in_contact": mean_over_designs(distances, error / 2),
         "tail_error": mean_over_designs(tails, error / np.log(10) / np.sqrt(reference.tail_from)),
     }
 
 
+def given_rows(
+    pressures: np.ndarray, designs: Sequence[np.ndarray], solved: Reference, tail_from: float
+) -> dict[str, Row]:
+    """The rows of an equation at solved surfaces in contact that no fit has seen.
+
+    pressures : (designs, surfaces) [Pa] of the fit to each design
+    designs : (samples,) [Pa] that were fitted, of each design
+    tail_from : least of the low probabilities, from `resolved_by_designs`
+    """
+    surfaces = pressures.shape[1]
+    curves = np.array([cumulative_given_contact(pressure, solved.levels) for pressure in pressures])
+    ratios = []
+    for curve, design in zip(curves, designs, strict=True):
+        sampled = cumulative_given_contact(design, solved.levels)
+        low = (sampled >= tail_from) & (sampled <= TAIL[1])
+        ratio = np.log10(np.maximum(curve[low], 0.5 / surfaces) / sampled[low])
+        ratios.append(np.max(np.abs(ratio), initial=0.0) if low.any() else np.nan)
+    distances = np.array([solved.distance(pressure) for pressure in pressures])
+    error = NORMAL_95 / 2 * np.sqrt(1 / solved.contacts + 1 / surfaces)
+    error_in_tail = NORMAL_95 / np.log(10) / np.sqrt(tail_from * surfaces)
+    return {
+        "cumulative": (curves[0], curves.min(axis=0), curves.max(axis=0)),
+        "distance": mean_over_designs(distances, float(error)),
+        "tail_error_of_design": mean_over_designs(np.array(ratios), float(error_in_tail)),
+    }
+
+
+def resolved_by_designs(designs: Sequence[np.ndarray]) -> float:
+    """The least of the low probabilities that are compared: that which FEWEST_BELOW samples of one design give."""
+    return max(TAIL[0], FEWEST_BELOW / min(np.count_nonzero(pressure) for pressure in designs))
+
+
+def between(pressures: Mapping[str, np.ndarray], error: float = 0.0) -> Row:
+    """Kolmogorov distance given contact of two equations at the same variables; NaN where one of them was refused.
+
+    pressures : (designs, n) [Pa] by name
+    """
+    if len(pressures) != 2:
+        return NOTHING
+    pairs = zip(*pressures.values(), strict=True)
+    return mean_over_designs(np.array([distance_given_contact(*pair) for pair in pairs]), error)
+
+
 def mean_over_designs(values: np.ndarray, error: float = 0.0) -> Row:
-    """Mean of a number over independent designs with its 95 % interval, which an independent error widens."""
+    """Mean of a number over two or more designs with its 95 % interval, which an independent error widens."""
     mean = float(values.mean())
     half = float(student_95(len(values))) * float(values.std(ddof=1)) / np.sqrt(len(values))
     half = float(np.hypot(half, error))
     return mean, max(mean - half, 0.0), mean + half
-
-
-def refused_rows(levels: np.ndarray, probability: Row) -> dict[str, Row]:
-    """The rows of an expansion whose fit is ill-posed: NaN, as it has no distribution."""
-    nothing = np.full(len(levels), np.nan)
-    rows = {"cumulative": (nothing, nothing, nothing), "contact_probability": probability}
-    return rows | dict.fromkeys(("distance_in_contact", "tail_error"), (np.nan, np.nan, np.nan))
-
-
-def apart(first: np.ndarray, second: np.ndarray, moved: dict[str, np.ndarray]) -> Row:
-    """Kolmogorov distance of eqs. (8) and (9) given contact, from their pressures and refits to the same samples."""
-    distance = kolmogorov_distance(first[first > 0], second[second > 0])
-    far = float(np.quantile(np.max(np.abs(moved["equation_8"] - moved["equation_9"]), axis=1), 0.95))
-    return distance, max(distance - far, 0.0), min(distance + far, 1.0)

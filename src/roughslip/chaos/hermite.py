@@ -224,25 +224,18 @@ def _add_terms(
 
 
 @gate
-def sobol_indices(
-    indices: np.ndarray, coefficients: np.ndarray | Fit, directions: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sobol' indices of the normal variables xi for an expansion in rotated variables u = D xi.
+def sobol_indices(indices: np.ndarray, coefficients: np.ndarray | Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Sobol' indices of the variables of an expansion.
 
     indices : (P, v) exponents, each term once
     coefficients : (P,) of the terms, or their fit
-    directions : (v, M) D, orthonormal rows; the unit matrix, for the variables themselves, where not given
 
-    Returns first, total : (M,) [-], shares of the variance that a variable explains alone, and with all others. Warns
+    Returns first, total : (v,) [-], shares of the variance that a variable explains alone, and with all others. Warns
     with InaccurateWarning where left-out samples of the fit miss more than WORTHLESS of the variance. Raises
-    ParameterError for coefficients that are not finite or do not match, or rows that are not orthonormal; IllPosedError
-    for a constant.
+    ParameterError for coefficients that are not finite or do not match, IllPosedError for a constant.
 
     Method: squares of coefficients are shares of the variance (Sobol', Math. Comput. Simul. 55 (2001) 271; Sudret,
-    Reliab. Eng. Syst. Saf. 93 (2008) 964). Only the part of u along d = D e_j, column j, depends on xi_j. The variables
-    are rotated so that d lies along the first axis, which keeps the total degree. Then
-    u_1 = |d| xi_j + (1 - |d|^2)^(1/2) eta with an independent normal eta. He_n(u_1) has the mean |d|^n He_n(xi_j) given
-    xi_j, and (1 - |d|^2)^(n/2) He_n(eta) given all others.
+    Reliab. Eng. Syst. Saf. 93 (2008) 964).
     """
     if isinstance(coefficients, Fit):
         missed = coefficients.leave_one_out
@@ -252,33 +245,16 @@ def sobol_indices(
             warnings.warn(text, InaccurateWarning, stacklevel=3)
         coefficients = coefficients.coefficients
     coefficients = finite("coefficients", coefficients, 1)
-    directions = np.eye(indices.shape[1]) if directions is None else directions
     if coefficients.shape != indices.shape[:1]:
         raise ParameterError(
             f"a coefficient for each term is needed, not {coefficients.shape} for exponents {indices.shape}"
         )
-    if not np.allclose(directions @ directions.T, np.eye(indices.shape[1]), atol=1e-9):
-        raise ParameterError("directions must be orthonormal rows")
-    size = np.max(np.abs(coefficients), initial=0.0)
-    variance = float(np.where(indices.any(axis=1), (coefficients / (size or 1.0)) ** 2, 0.0).sum()) * float(size) ** 2
-    if variance == 0:
+    present = indices > 0
+    varying = np.where(present.any(axis=1), coefficients, 0.0)
+    size = np.max(np.abs(varying), initial=0.0)
+    if size == 0:
         raise IllPosedError("the expansion is constant, without a variance to share: take one that varies")
-    complete = multi_indices(indices.shape[1], int(indices.sum(axis=1).max()))
-    points = np.random.default_rng(0).standard_normal((4 * len(complete), indices.shape[1]))
-    to_coefficients = np.linalg.pinv(hermite_basis(points, complete))
-    first, total = np.empty((2, directions.shape[1]))
-    for mode, d in enumerate(directions.T):
-        length = min(float(np.linalg.norm(d)), 1.0)
-        rotated = to_coefficients @ (hermite_basis(points @ _first_along(d), indices) @ coefficients)
-        squares, powers = rotated[1:] ** 2, complete[1:, 0]
-        alone = powers == complete[1:].sum(axis=1)
-        first[mode] = np.sum(squares[alone] * length ** (2.0 * powers[alone]))
-        total[mode] = np.sum(squares * (1.0 - (1.0 - length**2) ** powers))
-    return first / variance, total / variance
-
-
-def _first_along(d: np.ndarray) -> np.ndarray:
-    """An orthogonal matrix whose first row is along d : (v,); the unit matrix where d vanishes."""
-    mirror = d / (np.linalg.norm(d) or 1.0) - np.eye(len(d))[0]
-    square = mirror @ mirror
-    return np.eye(len(d)) - (2.0 / square * np.outer(mirror, mirror) if np.any(d) and square > 0 else 0.0)
+    shares = (varying / size) ** 2
+    shares /= shares.sum()
+    alone = present & (np.count_nonzero(present, axis=1) == 1)[:, None]
+    return shares @ alone, shares @ present

@@ -107,32 +107,24 @@ def pressure_target(
     *,
     influence_diagonal: float,
     plane_strain_modulus_pa: float,
-    summit_curvature_per_m: float,
+    rms_height_m: float,
+    correlation_length_m: float,
     hardness_pa: float = math.inf,
 ) -> PressureTarget:
     """The target of a kind for a mesh, a material and a surface.
 
     influence_diagonal : [m/Pa] B_00, displacement of a cell under its own unit pressure; positive
     plane_strain_modulus_pa : [Pa] E*
-    summit_curvature_per_m : [1/m] kappa
+    rms_height_m, correlation_length_m : [m] Sq and l, which give the curvature of summits, CURVATURE Sq / l^2
     hardness_pa : [Pa] H
 
     Raises ParameterError as PressureTarget does.
     """
     if kind == "trial_pressure":
         return PressureTarget(kind, 1.0 / influence_diagonal, hardness_pa=hardness_pa)
-    stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature_per_m
+    summit_curvature = CURVATURE * rms_height_m / correlation_length_m**2
+    stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature
     return PressureTarget(kind, stiffness, stiffness * influence_diagonal, hardness_pa)
-
-
-@gate
-def summit_curvature(rms_height_m: float, correlation_length_m: float) -> float:
-    """Summit curvature kappa [1/m] of a Gaussian field with correlation exp(-(r/l)^2): 10 Sq / l^2.
-
-    At a stationary point of height z the mean curvature is 2 z / l^2 on either axis. The constant was measured, see
-    CURVATURE.
-    """
-    return CURVATURE * rms_height_m / correlation_length_m**2
 
 
 @gate

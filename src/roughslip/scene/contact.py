@@ -65,8 +65,9 @@ class Square(Section):
     monte_carlo_samples: int = integer("Surfaces of the Monte Carlo reference", minimum=100, maximum=5_000_000)
     latin_hypercube_samples: int = integer(
         "Surfaces of the Latin hypercube designs. Each full 4000 are a design of their own, to which eqs. (8) and (9) "
-        "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration",
-        minimum=4000,
+        "of the paper are fitted, on the samples in contact alone; with fewer it breaks down at median penetration. "
+        "Two designs or more give an interval",
+        minimum=8000,
         maximum=1_000_000,
     )
 

@@ -54,10 +54,8 @@ def work(job: Job) -> None:
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
         mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
         half, quality = fit_strip(training, values, degree, stencil, target, mirrored, strip)
-        by_level = (
-            part.reshape(levels, -1) for part in (quality["predicted"].transpose(1, 2, 0), values.transpose(2, 0, 1))
-        )
-        means = conditional_means(*by_level, target)
+        predicted, true = quality["predicted"].transpose(1, 2, 0), values.transpose(2, 0, 1)
+        means = conditional_means(predicted.reshape(levels, -1), true.reshape(levels, -1), target)
         fitted = on_all_rows(half, grid.ny)
     job.usage.count(fits=quality["leave_one_out"].size)
     terms = skip_reasons.forbidden_terms(half.indices, degree)

@@ -66,8 +66,8 @@ def square_represented(modes: store.Result, scene: Scene) -> list[str]:
 
 def score_of_variables(result: store.Result) -> str:
     """How many variables the expansion of the square takes, and how well they predict."""
-    number, score = result.attributes["variables"], result["score"]
-    return f"Our expansion takes {number} variables; they score {score:.4f} at left-out surfaces."
+    number, missed = result.attributes["variables"], float(result["fit_leave_one_out"][-1])
+    return f"Our expansion takes {number} variables and misses {missed:.1%} of the variance of left-out surfaces."
 
 
 def strips_represented(scene: Scene, scan: Path | None) -> list[str]:

@@ -1,7 +1,6 @@
 """From a stage's slice of the scene to what the pressure expansion expands, and in which variables."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,41 +12,12 @@ from roughslip.chaos.functionals import (
     local_functionals,
     orthonormal_directions,
 )
-from roughslip.chaos.local import Samples
-from roughslip.chaos.pressure import PressureTarget, pressure_target, summit_curvature
+from roughslip.chaos.pressure import PressureTarget, pressure_target
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic
 from roughslip.stages.from_scene.geometry import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel
-
-
-@dataclass(frozen=True)
-class Variables:
-    """What an expansion takes as its variables.
-
-    directions : (nodes, v, M) orthonormal rows at each node that trains it, in terms of the variables of the modes
-    distance2 : (nodes,) [-] of the nodes, as in `Samples`
-    odd : (v, symmetries) as in `Samples`
-    """
-
-    directions: np.ndarray
-    distance2: np.ndarray
-    odd: np.ndarray
-
-    def samples(self, xi: np.ndarray, pressure: np.ndarray, gap: np.ndarray) -> Samples:
-        """Surfaces xi : (K, M) with pressure [Pa] and gap [m] : (K, training nodes) in these variables."""
-        variables = np.einsum("km,nvm->knv", xi, self.directions)
-        return Samples(variables, self.distance2, pressure, gap, self.odd)
-
-
-def variables_of(scene: Scene, surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes) -> Variables:
-    """As many local functionals of the heights around each training node as the scene asks for.
-
-    modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
-    """
-    chosen, odd = directions(surface, grid, modes, nodes, scene.expansion.variables)
-    return Variables(chosen, nodes.distance2, odd)
 
 
 def directions(
@@ -87,7 +57,8 @@ def target(scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:
         scene.expansion.target,
         influence_diagonal=elastic.influence(scene, grid).diagonal,
         plane_strain_modulus_pa=elastic.material(scene).plane_strain_modulus_pa,
-        summit_curvature_per_m=summit_curvature(surface.rms_height_m, math.sqrt(math.prod(surface.lengths_m))),
+        rms_height_m=surface.rms_height_m,
+        correlation_length_m=math.sqrt(math.prod(surface.lengths_m)),
         hardness_pa=elastic.hardness_pa(scene),
     )
 

@@ -1,4 +1,4 @@
-"""Contact of samples of the square with the plane, at one penetration."""
+"""Samples of the square, and their contact with the plane at one penetration."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -7,13 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip import store
+from roughslip.chaos.sampling import latin_hypercube
 from roughslip.contact.at_nodes import NodePressures, solve_at
 from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import SMALL, ContactSolution, solve
+from roughslip.contact.solve import SMALL, solve
+from roughslip.errors import InputError
 from roughslip.grid import Grid
+from roughslip.limits import MOST_NUMBERS, designs_of
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes
+from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
@@ -46,6 +51,45 @@ class Square:
     hardness_pa: float
 
 
+def variables_of(seed: int, number: int, modes: int) -> np.ndarray:
+    """xi : (modes,) of a Monte Carlo sample by its number."""
+    return np.random.default_rng([seed, Stream.MONTE_CARLO, number]).standard_normal(modes)
+
+
+def latin_hypercubes(scene: Scene, modes: int) -> Iterator[np.ndarray]:
+    """xi : (samples, modes) of each of the designs that the paper's equations are fitted to, the first as if alone."""
+    seed = [scene.seed, Stream.LATIN_HYPERCUBE]
+    for number, part in enumerate(designs_of(scene.square.latin_hypercube_samples)):
+        generator = np.random.default_rng([*seed, number] if number else seed)
+        yield latin_hypercube(generator, part.stop - part.start, modes)
+
+
+def training_design(scene: Scene, modes: int) -> np.ndarray:
+    """xi : (samples, modes) of the design that our expansion is fitted to."""
+    generator = np.random.default_rng([scene.seed, Stream.EXPANSION_DESIGN])
+    return latin_hypercube(generator, scene.expansion.samples, modes)
+
+
+def check_designs(scene: Scene, modes: int) -> None:
+    """Raise InputError with a line for each design too large for memory.
+
+    The rules of scenes cannot check this, because stage karhunen_loeve finds the number of modes that a share of the
+    variance takes.
+    """
+    counts = {
+        "square.latin_hypercube_samples": scene.square.latin_hypercube_samples,
+        "expansion.samples": scene.expansion.samples,
+    }
+    lines = [
+        f"{key}: {samples} is not allowed; samples times the {modes} modes of the square at most {MOST_NUMBERS} "
+        "(0.8 GB of memory): fewer samples, or a lower square.variance_share"
+        for key, samples in counts.items()
+        if samples * modes > MOST_NUMBERS
+    ]
+    if lines:
+        raise InputError(lines)
+
+
 def square(job: Job) -> Square:
     """The square of a stage that was given the modes as --surface."""
     scene = job.scene
@@ -61,32 +105,22 @@ def square(job: Job) -> Square:
     )
 
 
-def solutions(problem: Square, xi: Iterable[np.ndarray], count: int, job: Job) -> Iterator[ContactSolution]:
-    """The contact of every sample with the plane.
-
-    xi : `count` samples (M,) of the variables of the modes
-    """
-    skipped = elastic.empty_skip_counts()
-    for number, variables in enumerate(xi):
-        rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
-        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
-        elastic.count_solve(skipped, solution)
-        yield solution
-        job.usage.progress(number + 1, count)
-    job.usage.count(solves=count)
-    job.usage.skip(skipped)
-
-
 def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
     """Pressure, with the mesh error at edges and without it, and gap at some nodes of every sample.
 
     xi : `count` samples (M,) of the variables of the modes
     """
     pressure, point, gap = np.empty((3, count, len(nodes.x)))
-    kept = nodes.x, nodes.y
-    for row, solution in enumerate(solutions(problem, xi, count, job)):
+    kept, skipped = (nodes.x, nodes.y), elastic.empty_skip_counts()
+    for row, variables in enumerate(xi):
+        rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
+        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+        elastic.count_solve(skipped, solution)
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
         point[row] = point_pressures(solution.pressure, kept)
+        job.usage.progress(row + 1, count)
+    job.usage.count(solves=count)
+    job.usage.skip(skipped)
     gap[(pressure == 0) & (gap < 0)] = 0.0  # within the tolerance of a solve a gap may lie below zero
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),

@@ -1,0 +1,201 @@
+"""Local functionals, exact on polynomials inside and at the border; the variables made of them; their designs."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ndtr, ndtri
+from scipy.stats import norm
+
+from roughslip.chaos.functionals import (
+    MIRRORED,
+    NAMES,
+    Stencil,
+    local_functionals,
+    orthonormal_directions,
+    whitening,
+)
+from roughslip.chaos.sampling import latin_hypercube, sobol_places
+from roughslip.errors import IllPosedError
+
+STENCIL = Stencil(near=(1, 2), far=(3, 2))
+_, SLOPE_X, SLOPE_Y, XX, YY, XY, NEAR, FAR = range(8)
+
+
+def nodes(nx=11, ny=9):
+    return np.meshgrid(np.arange(nx, dtype=float), np.arange(ny, dtype=float), indexing="ij")
+
+
+def box_means(heights, half_x, half_y):
+    nx, ny = heights.shape
+    return np.array(
+        [
+            [
+                np.mean(heights[max(i - half_x, 0) : i + half_x + 1, max(j - half_y, 0) : j + half_y + 1])
+                for j in range(ny)
+            ]
+            for i in range(nx)
+        ]
+    )
+
+
+def test_quadratics_inside_the_mesh():
+    """Central differences are exact, and the mean of x^2 over 2h + 1 nodes exceeds x^2 by h (h + 1) / 3."""
+    x, y = nodes()
+    heights = 3 + 2 * x - y + 0.5 * x**2 - 0.25 * y**2 + 0.125 * x * y
+    functionals = local_functionals(heights, STENCIL)
+    inside = (slice(3, -3), slice(2, -2))
+    excess = [0.5 * hx * (hx + 1) / 3 - 0.25 * hy * (hy + 1) / 3 for hx, hy in (STENCIL.near, STENCIL.far)]
+    slope_x, slope_y = 2 + x + 0.125 * y, -1 - 0.5 * y + 0.125 * x
+    exact = [
+        heights,
+        slope_x,
+        slope_y,
+        1 + 0 * x,
+        -0.5 + 0 * x,
+        0.125 + 0 * x,
+        heights + excess[0],
+        heights + excess[1],
+    ]
+    for name, ours, expected in zip(NAMES, functionals, exact, strict=True):
+        np.testing.assert_allclose(ours[inside], expected[inside], atol=1e-12, err_msg=name)  # heights up to 80
+
+
+def test_border():
+    """Slopes are one-sided: exact for planes. Curvatures are exact for quadratics; the mixed one for x y."""
+    x, y = nodes()
+    plane = local_functionals(3 + 2 * x - y, STENCIL)
+    np.testing.assert_allclose(plane[SLOPE_X], 2.0, rtol=1e-14)
+    np.testing.assert_allclose(plane[SLOPE_Y], -1.0, rtol=1e-14)
+    bent = local_functionals(0.5 * x**2 - 0.25 * y**2 + 0.125 * x * y, STENCIL)
+    np.testing.assert_allclose(bent[XX], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(bent[YY], -0.5, rtol=1e-12)
+    np.testing.assert_allclose(bent[XY], 0.125, rtol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(11, 9), (1, 9), (11, 1), (1, 1), (4, 2)])
+def test_boxes_are_cut_at_the_border(shape):
+    heights = np.random.default_rng(1).standard_normal(shape)
+    functionals = local_functionals(heights, STENCIL)
+    np.testing.assert_allclose(functionals[NEAR], box_means(heights, *STENCIL.near), atol=1e-14)
+    np.testing.assert_allclose(functionals[FAR], box_means(heights, *STENCIL.far), atol=1e-14)
+
+
+def test_strips_too_narrow_for_a_difference_have_none():
+    line = np.random.default_rng(5).standard_normal(12)
+    wide = local_functionals(np.repeat(line[:, None], 5, axis=1), STENCIL)
+    for heights in (line[:, None], np.repeat(line[:, None], 2, axis=1)):
+        functionals = local_functionals(heights, STENCIL)
+        assert not functionals[[SLOPE_Y, YY, XY]].any()
+        np.testing.assert_allclose(functionals, wide[:, :, : heights.shape[1]], atol=1e-14)
+    along = local_functionals(line[None, :], STENCIL)
+    assert not along[[SLOPE_X, XX, XY]].any()
+    np.testing.assert_array_equal(along[SLOPE_Y, 0], np.gradient(line))
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-5])
+def test_directions_are_orthonormal_and_keep_the_order_of_the_candidates(apart):
+    """Also of nearly dependent candidates: one sweep of Gram-Schmidt would leave 1e-16 / 1e-5."""
+    candidates = np.random.default_rng(6).standard_normal((5, 30)) * 1e-8  # metres
+    candidates[1] = candidates[0] + apart * candidates[4]
+    directions = orthonormal_directions(candidates, 4)
+    np.testing.assert_allclose(directions @ directions.T, np.eye(4), atol=1e-15 * 30)
+    coordinates = candidates[:4] @ directions.T / 1e-8
+    np.testing.assert_allclose(coordinates, np.tril(coordinates), atol=1e-15 * 30 / apart)
+    assert np.all(np.diag(coordinates) > 0)
+
+
+def test_dependent_candidates_are_passed_over():
+    first, second, third = np.random.default_rng(8).standard_normal((3, 10))
+    candidates = np.array([0 * first, first, -3 * first, second, first + second, third])
+    expected = orthonormal_directions(np.array([first, second, third]), 3)
+    np.testing.assert_allclose(orthonormal_directions(candidates, 3), expected, atol=1e-14)
+    with pytest.raises(IllPosedError, match="only 3 of the 4"):
+        orthonormal_directions(candidates, 4)
+
+
+def correlated_samples():
+    rng = np.random.default_rng(9)
+    return rng.standard_normal((200, 4)) @ rng.standard_normal((4, 4)) * np.array([1e-7, 1e-9, 1e-8, 3.0])
+
+
+@pytest.mark.parametrize("odd", [np.zeros((4, 0)), np.array([[0], [1], [0], [1]])])
+def test_whitened_functionals_have_unit_covariance(odd):
+    """With a symmetry that changes columns 1 and 3 as if each sample came with its image: mixed moments cancel."""
+    samples = correlated_samples()
+    whiten = whitening(samples, odd)
+    both = np.concatenate([samples, *(samples * sign for sign in (-1.0) ** odd.T)])
+    xi = both @ whiten.T
+    np.testing.assert_allclose(xi.T @ xi / len(xi), np.eye(4), atol=1e-12)  # 200 eps times the condition, below 100
+    assert np.array_equal(whiten, np.tril(whiten))
+    np.testing.assert_array_equal(whiten[np.any(odd[:, None] != odd, axis=2)], 0.0)
+
+
+@pytest.mark.parametrize(("factors", "message"), [([1, 1, 0, 1], "slope y vanishes"), ([1, 1, 1, 0], "depend on each")])
+def test_dependent_functionals_cannot_be_whitened(factors, message):
+    """Of the second case the last column is one of the others, to 1e-10."""
+    samples = correlated_samples() * factors
+    if factors[3] == 0:
+        samples[:, 3] = 7 * samples[:, 1] * (1 + 1e-10 * np.arange(len(samples)))
+    with pytest.raises(IllPosedError, match=message):
+        whitening(samples, np.zeros((4, 0)))
+
+
+@pytest.mark.parametrize(("axis", "symmetry"), [(0, 0), (1, 1)])
+def test_functionals_of_mirrored_surfaces_have_the_stated_signs(axis, symmetry):
+    heights = np.random.default_rng(12).standard_normal((9, 8))
+    stencil = Stencil((1, 1), (2, 3))
+    mirrored = np.flip(local_functionals(np.flip(heights, axis), stencil), 1 + axis)
+    signs = (-1.0) ** MIRRORED[:, symmetry]
+    np.testing.assert_allclose(mirrored, local_functionals(heights, stencil) * signs[:, None, None], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("samples", [1, 2, 1024])
+def test_each_stratum_of_each_variable_holds_one_sample(samples):
+    generator = np.random.default_rng(1)
+    for places in (ndtr(latin_hypercube(generator, samples, 101)), sobol_places(generator, samples, 101)):
+        strata = np.floor(samples * places).astype(int)
+        np.testing.assert_array_equal(np.sort(strata, axis=0), np.tile(np.arange(samples)[:, None], 101))
+
+
+@pytest.mark.parametrize("place", [0.0, 0.5, 1.0 - 2.0**-53])
+@pytest.mark.parametrize("samples", [1, 1000, 4096])
+def test_extreme_draws_stay_finite_and_in_their_stratum(samples, place):
+    """0 and 1 - 2^-53 are the extremes of Generator.random: added to a stratum, the latter rounds into the next."""
+
+    class Extreme(np.random.Generator):
+        def permutation(self, n):
+            return np.arange(n)
+
+        def random(self, shape):
+            return np.full(shape, place)
+
+    xi = latin_hypercube(Extreme(np.random.PCG64()), samples, 1)[:, 0]
+    edges = ndtri(np.arange(samples + 1) / samples)
+    assert np.isfinite(xi).all()
+    assert np.all((edges[:-1] < xi) & (xi < edges[1:]))
+
+
+def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
+    """Var = (variables / n^2) times the sum over the strata of the variance of a normal within (a, b).
+    This variance is 1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2.
+    A variance of R nearly normal means errs by sqrt(2 / R). Variables not paired at random add to it."""
+    n, variables, designs = 20, 3, 2000
+    edges = ndtri(np.arange(n + 1) / n)
+    density = norm.pdf(edges)
+    moment = np.pad(edges[1:-1] * density[1:-1], 1)  # x phi(x) vanishes at infinity
+    within = 1 - n * np.diff(moment) - (n * np.diff(density)) ** 2
+    exact = variables * within.sum() / n**2
+    rng = np.random.default_rng(3)
+    means = [latin_hypercube(rng, n, variables).sum(axis=1).mean() for _ in range(designs)]
+    assert np.var(means) == pytest.approx(exact, rel=4 * math.sqrt(2 / designs))
+    assert exact < 0.06 * variables / n  # independent samples have variables / n
+
+
+def test_two_variables_of_a_sobol_sequence_fill_every_box_of_its_net():
+    """The first two dimensions are a (0, 2)-sequence: 2^8 points, one in each of the boxes 2^-k by 2^-(8 - k)."""
+    places = sobol_places(np.random.default_rng(7), 256, 2)
+    for k in range(9):
+        boxes = np.floor(places * [2**k, 2 ** (8 - k)]).astype(int) @ [2 ** (8 - k), 1]
+        assert np.array_equal(np.sort(boxes), np.arange(256))
+    assert np.array_equal(sobol_places(np.random.default_rng(7), 100, 2), places[:100])

@@ -2,7 +2,7 @@
 
 Strips are numbered as in contact_strip and drawn from the same streams. The first are the solved strips, for
 which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
-given its prediction (`chaos/left_out.py`), at a plane that far contacts move (`contact/influence.py`).
+given its prediction (`chaos/scatter.py`), at a plane that far contacts move (`contact/influence.py`).
 """
 
 import math

@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 
 from roughslip import Grid
-from roughslip.contact import HertzSphere, Influence, Material, SineWave, solve, solve_load
+from roughslip.contact import HertzSphere, Influence, Material, solve, solve_load
 from roughslip.surface import covariance_of, gaussian_model
 
 steel = Material(young_modulus_pa=2.1e11, poisson_ratio=0.3).plane_strain_modulus_pa
@@ -20,12 +20,13 @@ print(f"ball: force {force:.5f} N, Hertz {ball.force_n:.5f} N")
 print(f"ball: peak {pressed.pressure.max() / 1e6:.1f} MPa, Hertz {ball.peak_pressure_pa / 1e6:.1f} MPa")
 
 # A wavy surface, one wavelength of it, at half of the pressure that flattens it.
-half = np.pi * steel * 2e-7 / 3e-5 / 2
-wave = SineWave(amplitude_m=2e-7, wavelength_m=3e-5, plane_strain_modulus_pa=steel, mean_pressure_pa=half)
-line = Grid(nx=256, ny=1, dx=wave.wavelength_m / 256, dy=wave.wavelength_m / 256)
-crests = wave.amplitude_m * np.cos(2 * np.pi * line.x() / wave.wavelength_m)[:, None]
-wavy = solve_load(Influence(line, steel, periodic=True), crests, mean_pressure_pa=wave.mean_pressure_pa)
-print(f"wave: {wavy.area_fraction:.4f} of it in contact, Westergaard {wave.area_fraction:.4f}")
+amplitude, wavelength, share = 2e-7, 3e-5, 0.5
+line = Grid(nx=256, ny=1, dx=wavelength / 256, dy=wavelength / 256)
+crests = amplitude * np.cos(2 * np.pi * line.x() / wavelength)[:, None]
+full = np.pi * steel * amplitude / wavelength
+wavy = solve_load(Influence(line, steel, periodic=True), crests, mean_pressure_pa=share * full)
+westergaard = 2 / np.pi * np.arcsin(np.sqrt(share))
+print(f"wave: {wavy.area_fraction:.4f} of it in contact, Westergaard {westergaard:.4f}")
 
 # A rough surface under 50 MPa, next to Tamaas where that is installed: the same equations, solved by others.
 rough = gaussian_model(covariance_of("gaussian", rms_height_m=5e-8, correlation_length_m=3e-6))

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from roughslip.contact.influence import Influence
-from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
+from roughslip.contact.solve import solve_loads
 from roughslip.friction import scatter_law
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance

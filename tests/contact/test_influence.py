@@ -87,14 +87,6 @@ def test_apply_is_the_matrix_product(shape: tuple[int, int], limit: int, monkeyp
 
 
 @pytest.mark.parametrize("aspect", [0.01, 0.2, 1.0, 30.0])
-def test_matrix_is_positive_definite(aspect: float) -> None:
-    """The least eigenvalue seen over all aspects is 0.18 B_00; from the proof only its sign is known."""
-    influence = Influence(Grid(12, 12, 1.0, aspect), 1.0)
-    i, j = (index.ravel() for index in np.indices((12, 12)))
-    assert np.linalg.eigvalsh(gathered(influence.coefficients, i, j))[0] > 0.15 * influence.diagonal
-
-
-@pytest.mark.parametrize("aspect", [0.01, 0.2, 1.0, 30.0])
 def test_approximate_inverse(aspect: float) -> None:
     """The pressures lift one cell of the patch alone, and as a stencil are diagonally dominant."""
     influence = Influence(Grid(2, 2, 1.0, aspect), 2.0)

@@ -10,28 +10,27 @@ import numpy as np
 import pytest
 
 from roughslip.contact import blocks, conjugate_gradients, solve_loads
-from roughslip.contact.closed_forms import CrossedWaves, SineWave
 from roughslip.contact.influence import Influence, love_coefficients
 from roughslip.contact.periodic import cell_heights, periodic_symbol
 from roughslip.contact.solve import ContactSolution, solve_load
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
+from tests.contact.closed_forms import SineWave, light_area, open_area
 
 MODULUS = 7e10
 
 
 def sine_wave(load: float) -> SineWave:
-    return SineWave(2e-7, 3e-5, MODULUS, load * math.pi * MODULUS * 2e-7 / 3e-5)
+    return SineWave(2e-7, 3e-5, load, MODULUS)
 
 
 def press_wave(wave: SineWave, n: int, shift: float) -> tuple[ContactSolution, np.ndarray]:
     """n cells a wavelength along x, the crest a shift [cells] off the middle between two nodes; pressures on the
     nodes."""
-    grid = Grid(n, 1, wave.wavelength_m / n, wave.wavelength_m / n)
-    x = grid.x() - wave.wavelength_m / 2 - shift * grid.dx
-    heights = wave.amplitude_m * np.cos(2 * np.pi * x / wave.wavelength_m)
-    solution = solve_load(Influence(grid, MODULUS, periodic=True), heights[:, None], wave.mean_pressure_pa)
-    return solution, wave.pressure_pa(x)
+    grid = Grid(n, 1, wave.wavelength / n, wave.wavelength / n)
+    x = grid.x() - wave.wavelength / 2 - shift * grid.dx
+    solution = solve_load(Influence(grid, MODULUS, periodic=True), wave.heights(x)[:, None], wave.mean_pressure)
+    return solution, wave.pressure(x)
 
 
 def relative_l2(field: np.ndarray, exact: np.ndarray) -> float:
@@ -47,11 +46,11 @@ def test_sine_wave() -> None:
     solution, exact = press_wave(wave, 256, 0.0)
     assert relative_l2(solution.pressure[:, 0], exact) < 1.2e-3
     assert solution.area_fraction == pytest.approx(wave.area_fraction, rel=1e-14)
-    assert solution.pressure.mean() == pytest.approx(wave.mean_pressure_pa, rel=1e-9)
-    assert solution.plane == pytest.approx(wave.plane_m, abs=2e-5 * wave.amplitude_m)
-    influence = Influence(Grid(256, 1, wave.wavelength_m / 256, wave.wavelength_m / 256), MODULUS, periodic=True)
+    assert solution.pressure.mean() == pytest.approx(wave.mean_pressure, rel=1e-9)
+    assert solution.plane == pytest.approx(wave.plane, abs=2e-5 * wave.amplitude)
+    influence = Influence(Grid(256, 1, wave.wavelength / 256, wave.wavelength / 256), MODULUS, periodic=True)
     energy = 0.5 * np.mean(solution.pressure * influence.apply(solution.pressure))
-    assert energy == pytest.approx(wave.elastic_energy_j_m2, rel=1e-4)
+    assert energy == pytest.approx(wave.energy, rel=1e-4)
 
 
 @pytest.mark.parametrize("load", [0.3, 0.5, 0.8])
@@ -64,7 +63,7 @@ def test_sine_wave_orders_of_convergence(load: float) -> None:
     for n in (32, 64, 128, 256):
         pressed = [press_wave(wave, n, (k + 0.5) / 16) for k in range(16)]
         squares = [relative_l2(solution.pressure[:, 0], exact) ** 2 for solution, exact in pressed]
-        planes = [solution.plane - wave.plane_m for solution, _ in pressed]
+        planes = [solution.plane - wave.plane for solution, _ in pressed]
         errors.append((math.sqrt(np.mean(squares)), np.mean(planes)))
     halvings = np.log2(errors)
     assert (halvings[0, 0] - halvings[-1, 0]) / 3 == pytest.approx(1.0, abs=0.15)
@@ -74,14 +73,14 @@ def test_sine_wave_orders_of_convergence(load: float) -> None:
 def test_full_contact() -> None:
     """Beyond p* the pressure is p + p* cos(q x) but for the symbol's (q h)^2 / 24 = 2.5e-5 at 256 cells."""
     wave = sine_wave(1.0)
-    grid = Grid(256, 1, wave.wavelength_m / 256, 1e-6)
-    phase = 2 * np.pi * grid.x()[:, None] / wave.wavelength_m
-    mean = 1.5 * wave.full_contact_pressure_pa
-    solution = solve_load(Influence(grid, MODULUS, periodic=True), wave.amplitude_m * np.cos(phase), mean)
-    exact = mean + wave.full_contact_pressure_pa * np.cos(phase)
+    grid = Grid(256, 1, wave.wavelength / 256, 1e-6)
+    phase = 2 * np.pi * grid.x()[:, None] / wave.wavelength
+    mean = 1.5 * wave.full_pressure
+    solution = solve_load(Influence(grid, MODULUS, periodic=True), wave.amplitude * np.cos(phase), mean)
+    exact = mean + wave.full_pressure * np.cos(phase)
     assert solution.area_fraction == 1
-    np.testing.assert_allclose(solution.pressure, exact, rtol=0, atol=3e-5 * wave.full_contact_pressure_pa)
-    assert abs(solution.plane) < 1e-9 * wave.amplitude_m
+    np.testing.assert_allclose(solution.pressure, exact, rtol=0, atol=3e-5 * wave.full_pressure)
+    assert abs(solution.plane) < 1e-9 * wave.amplitude
 
 
 @pytest.mark.parametrize("shape", [(24, 40), (15, 9), (32, 1)])
@@ -104,12 +103,12 @@ def test_smooth_heights_have_exact_pressures_in_full_contact(shape: tuple[int, i
 
 def press_crossed_waves(n: int, load: float, shift: tuple[float, float]) -> float:
     """Share of the area in contact, on one cell of D/2 (cos x' + cos y'): the crossed waves turned by 45 degrees."""
-    waves = CrossedWaves(1e-6, math.sqrt(2) * 1e-4, MODULUS)
+    amplitude, full = 1e-6, math.pi * MODULUS * 1e-2  # sqrt(2) pi E* D / l with l = sqrt(2) 1e-4
     grid = Grid(n, n, 1e-4 / n, 1e-4 / n)
     x, y = ((np.arange(n) + offset) * 2 * np.pi / n for offset in shift)
-    heights = waves.amplitude_m / 2 * (np.cos(x)[:, None] + np.cos(y))
+    heights = amplitude / 2 * (np.cos(x)[:, None] + np.cos(y))
     influence = Influence(grid, MODULUS, periodic=True)
-    return solve_load(influence, heights, load * waves.full_contact_pressure_pa, 1e-8).shares.mean()
+    return solve_load(influence, heights, load * full, 1e-8).shares.mean()
 
 
 def mean_area(n: int, load: float) -> float:
@@ -122,8 +121,7 @@ def test_light_contact_of_crossed_waves(load: float) -> None:
     follows from the next order of the crest, -D k^4 r^4 / 64 on average over directions, with k = 2 pi / l'. A body c_2
     r^2 - c_4 r^4 carries 4/3 E* a^3 / R (1 - (k a)^2 / 10) (Sneddon). Neighbours act from order a^3, that is p, on. A
     circle of shares is right to 0.01 cells here, for which 0.03 are allowed; one of nodes is too large by 0.12."""
-    n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
-    limit = waves.light_area_fraction(load * waves.full_contact_pressure_pa)
+    n, limit = 256, light_area(load)
     radius_in_cells = n * math.sqrt(limit / math.pi)
     expected = limit * (1 + 4 * math.pi / 15 * limit)
     assert mean_area(n, load) == pytest.approx(expected, rel=2 * 0.03 / radius_in_cells + load)
@@ -135,8 +133,7 @@ def test_nearly_full_contact_of_crossed_waves(load: float) -> None:
     The second term follows from the next order of the wave. A crack of radius b that closes under it has
     1 - p/p* = (k b)^2 / 6 - (k b)^4 / 120. Other cracks act from order b^3 on. 0.06 cells
     are allowed for the edge."""
-    n, waves = 256, CrossedWaves(1.0, 1.0, 1.0)
-    limit = waves.open_fraction(load * waves.full_contact_pressure_pa)
+    n, limit = 256, open_area(load)
     radius_in_cells = n * math.sqrt(limit / math.pi)
     expected = limit * (1 + 4 * math.pi / 20 * limit)
     tolerance = 2 * 0.06 / radius_in_cells + (1 - load) ** 1.5
@@ -226,48 +223,6 @@ def test_inverse_has_negative_off_diagonal_entries(aspect: float) -> None:
     assert np.all(entries[1:] < 0)
 
 
-def nearest(trial: np.ndarray, cap: float, mean: float) -> np.ndarray:
-    """The pressures between zero and the cap, of the given mean, that are nearest to a trial: by bisection."""
-    cap = min(cap, mean * trial.size)  # no node bears more than all
-    low, high = -trial.max(), cap - trial.min()
-    for _ in range(100):
-        shift = (low + high) / 2
-        low, high = (shift, high) if np.clip(trial + shift, 0, cap).mean() < mean else (low, shift)
-    return np.clip(trial + shift, 0, cap)
-
-
-def projected_gradient(influence: Influence, heights: np.ndarray, cap: float, mean: float) -> np.ndarray:
-    """The plain method: p'Bp / 2 - p'z falls along its gradient, with the momentum of Beck and Teboulle (2009)."""
-    displacements = np.fft.rfft2(influence.coefficients)  # of the periodic cell: no product of the solver
-    pressure = trial = np.full(heights.shape, mean)
-    t = 1.0
-    for _ in range(4000):
-        gradient = np.fft.irfft2(displacements * np.fft.rfft2(trial), heights.shape) - heights
-        step = nearest(trial - gradient / influence.largest_eigenvalue, cap, mean)
-        if np.sum((trial - step) * (step - pressure)) > 0:  # restart, O'Donoghue and Candes (2015)
-            t = 1.0
-        t, before = (1 + math.sqrt(1 + 4 * t * t)) / 2, t
-        change = np.abs(step - pressure).max()
-        trial, pressure = step + (before - 1) / t * (step - pressure), step
-        if change < 1e-13 * mean:
-            return pressure
-    raise AssertionError("the plain method has not converged")
-
-
-@pytest.mark.parametrize(
-    ("load", "hardness"), [(0.02, math.inf), (0.3, math.inf), (0.02, 0.2), (0.3, 0.5), (0.3, 0.32)]
-)
-def test_against_projected_gradients(surface, load: float, hardness: float) -> None:
-    """Slopes of 0.5: yielded shares from nothing to nearly all. Both reach 1e-11 of the largest pressure."""
-    grid = Grid(20, 14, 1.0, 0.8)
-    influence, heights = Influence(grid, 1.0, periodic=True), 1.4 * surface((20, 14), 4.0, 7)
-    found = solve_load(influence, heights, load, 1e-12, hardness_pa=hardness)
-    plain = projected_gradient(influence, heights, hardness, load)
-    np.testing.assert_allclose(found.pressure, plain, rtol=0, atol=1e-9 * plain.max())
-    assert found.pressure.mean() == pytest.approx(load, rel=1e-11)
-    assert np.any(found.plastic_displacement) == (plain.max() >= hardness)
-
-
 @pytest.mark.parametrize("load", [0.01, 0.1, 0.5, 0.9])
 def test_area_of_a_fully_plastic_contact_is_load_over_hardness(surface, load: float) -> None:
     """At E* h' / H = 3000. Shares count a cell by p / H at least, so that only edges with less than their share of H
@@ -292,23 +247,6 @@ def test_plastic_area_falls_to_the_elastic_one_with_the_hardness(surface) -> Non
     assert areas[-1] == solve_load(influence, heights, 0.01, 1e-8).shares.mean()
 
 
-@pytest.mark.parametrize("hardness", [math.inf, 2.5])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
-def test_gap_error_bounds_the_errors_of_plane_and_gap(surface, hardness: float, tolerance: float) -> None:
-    """From light to full contact, against solutions to 1e-12. The bound is no more than twice the residual times its
-    scale, which is relative to the largest pressure."""
-    influence, heights = Influence(Grid(48, 40, 1.0, 1.0), 1.0, periodic=True), 3 * surface((48, 40), 5.0, 2)
-    for load in (0.02, 0.3, 0.8, 1.5, 2.2):
-        found = solve_load(influence, heights, load, tolerance, hardness_pa=hardness)
-        exact = solve_load(influence, heights, load, 1e-12, hardness_pa=hardness)
-        assert abs(found.plane - exact.plane) <= found.gap_error
-        assert np.abs(found.signed_gap - exact.signed_gap).max() <= 2 * found.gap_error
-        scale = max(
-            np.linalg.norm(np.maximum(heights - found.plane, 0)), influence.diagonal * np.linalg.norm(found.pressure)
-        )
-        assert 0 < found.gap_error <= 2 * found.residual * scale
-
-
 @pytest.mark.parametrize(("shape", "hardness"), [((40, 36), math.inf), ((80, 72), 0.6)])
 def test_several_loads(surface, contact_conditions, shape: tuple[int, int], hardness: float) -> None:
     """In any order and repeated, with bits that do not depend on it, and equal to single solves to the tolerance.
@@ -325,7 +263,6 @@ def test_several_loads(surface, contact_conditions, shape: tuple[int, int], hard
     np.testing.assert_allclose(found.mean_pressure, loads, rtol=1e-11)
     assert found.area.tolist() == [one.shares.mean() for one in found]
     assert (np.diff(found.area[np.argsort(loads)]) >= 0).all()
-    assert found.pressure.shape == (len(loads), *shape)
     assert found.residual.max() <= 1e-9
     again = solve_loads(influence, heights, np.array(sorted(loads)), 1e-9, hardness)
     for one, other in zip(sorted(found, key=lambda s: s.mean_pressure), again, strict=True):

@@ -10,8 +10,8 @@ import pytest
 import scipy
 
 from roughslip.contact.influence import Influence
-from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
+from roughslip.contact.solve import solve_loads
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import autocorrelation_of_friction, scatter_of_friction
 from roughslip.friction.bowden_tabor import window_sums

@@ -9,11 +9,10 @@
 - contact_shares: the contact area, less the error of the mesh
 - cell_heights: heights that give a mesh of a periodic cell the pressures of a smooth surface
 - point_pressures: pressures at nodes, less that error
-- relative_residual: how far pressures and gaps are from the conditions of contact
-- HertzSphere, SineWave and others: contact problems with known answers
+- HertzSphere: a contact problem with a known answer
 
 `__init__.pyi` lists all public names and their modules. Numerical methods: dense_solver for few nodes,
-conjugate_gradients with nested meshes for many, convolution for B p; far_field for distant contacts along a strip.
+conjugate_gradients with nested meshes for many, convolution for B p.
 """
 
 from roughslip.contact.solve import solve  # noqa: F401 - at once, because its module has the same name

@@ -23,10 +23,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.contact import conjugate_gradients, kernels, nested
-from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact import conjugate_gradients, kernels
 from roughslip.contact.edge import check_nodes, point_pressures
 from roughslip.contact.influence import Influence
+from roughslip.contact.problem import Problem
 from roughslip.contact.solve import dense_pays, solve
 from roughslip.errors import ParameterError
 from roughslip.short_repr import short_repr
@@ -97,7 +97,7 @@ def solve_at(
         return _bounded(pressure, gap, hardness_pa, stiffness, at, precision, low, high)
 
     problem = Problem(influence, interference, hardness_pa)
-    iterate = conjugate_gradients.solve(problem, tolerance, nested.guess(problem), enough)
+    iterate = conjugate_gradients.solve(problem, tolerance, conjugate_gradients.guess(problem), enough)
     decided = enough(iterate.pressure, iterate.gap)
     pressure = point_pressures(iterate.pressure, nodes) if points else iterate.pressure[nodes]
     pressure = np.where(high > 0, pressure, 0.0)

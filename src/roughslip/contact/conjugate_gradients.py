@@ -21,13 +21,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.contact import blocks, kernels
 from roughslip.contact.influence import Influence
+from roughslip.contact.problem import Problem, nearest, shifted, with_sum
 from roughslip.errors import ConvergenceError
 
 # Nearly full contact of a rough surface of 256 x 256 nodes takes some 70 at 1e-10.
@@ -52,38 +53,11 @@ LEAST_SINGLE = 1e-18
 ROUNDING = 1e-6
 REFRESH = 1e-5
 
+# Meshes up to COARSEST nodes start from zero, because coarser meshes would cost more than they save.
+COARSEST = 64 * 64
 
-@dataclass(frozen=True)
-class Problem:
-    """Find 0 <= p <= cap of least energy p'Bp/2 - p'u_bar; with a sum of pressures, among those of that sum.
-
-    influence : B of the mesh
-    interference : (nx, ny) [m] u_bar; finite, and positive somewhere unless a sum is given
-    cap : highest pressure [Pa], or infinity
-    pressure_sum : sum of p over the nodes [Pa], which is the force over the area of a cell; None for a fixed plane
-    """
-
-    influence: Influence
-    interference: np.ndarray
-    cap: float = math.inf
-    pressure_sum: float | None = None
-
-    def plane(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """Height [m] of the plane for which the mean gap of the nodes between the bounds is zero."""
-        if self.pressure_sum is None:
-            return 0.0
-        mean, between, _, _ = kernels.sums(pressure, gap, self.cap)
-        if between:
-            return -mean
-        pressed = pressure > 0  # all at the cap and with the given sum: any plane that reaches these and no others
-        if not pressed.any():
-            return math.nan  # the load is lost in the rounding of the heights
-        return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
-
-    @cached_property
-    def scale(self) -> float:
-        """The scale of residuals [m] at a given plane, ||max(u_bar, 0)||."""
-        return math.sqrt(kernels.positive_square(self.interference, 0.0))
+# Residual of a guess on the coarser meshes. A smaller one gains nothing, because the error of the mesh dominates.
+COARSE_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -156,17 +130,95 @@ def approximate(problem: Problem, tolerance: float, guess: np.ndarray | None) ->
     return iteration.pressure
 
 
+def guess(problem: Problem) -> np.ndarray | None:
+    """Pressures (nx, ny) [Pa] to start from, or None where zero is the better start.
+
+    They are the solution on cells of twice the edge, which starts in the same way.
+    """
+    u_bar, influence = problem.interference, problem.influence
+    if u_bar.size <= COARSEST:
+        return None
+    coarser = influence.coarser
+    coarse_u_bar = u_bar
+    for axis in (0, 1):
+        if coarser.grid.shape[axis] < u_bar.shape[axis]:
+            coarse_u_bar = _pair_means(coarse_u_bar, axis)
+    pressure_sum = None if problem.pressure_sum is None else problem.pressure_sum * coarse_u_bar.size / u_bar.size
+    if pressure_sum is None and not (coarse_u_bar > 0).any():
+        return None
+    coarse = Problem(coarser, coarse_u_bar, problem.cap, pressure_sum)
+    try:
+        pressure = approximate(coarse, COARSE_TOLERANCE, guess(coarse))
+    except ConvergenceError:  # the solve on the fine mesh may still succeed
+        return None
+    for axis in (0, 1):
+        if coarser.grid.shape[axis] < u_bar.shape[axis]:
+            pressure = np.repeat(pressure, 2, axis).take(range(u_bar.shape[axis]), axis)
+    return pressure if pressure_sum is not None else np.where(u_bar > 0, pressure, 0.0)
+
+
+def _pair_means(field: np.ndarray, axis: int) -> np.ndarray:
+    """Means of neighbours, first and second, third and fourth; an odd one at the end stays as it is."""
+    first, second = (np.take(field, range(start, field.shape[axis], 2), axis) for start in (0, 1))
+    if first.shape != second.shape:
+        second = np.concatenate((second, np.take(first, [-1], axis)), axis)
+    return (first + second) / 2
+
+
+class _Workspace(NamedTuple):
+    """What a step is made of; compiled code takes it whole and writes into it.
+
+    stencil : (5, 5) M, in the precision of misfits
+    misfit, descent, product : (nx, ny) r, s, B t, in single precision where possible
+    levelled : (nx, ny) P r of a belt, else r
+    padded : (nx + 4, ny + 4) r between two rows and columns of zeros
+    step : (nx, ny) t, in single precision at a fixed plane; a step in double precision keeps the sum
+    trial : (nx, ny) [Pa] p + lambda d
+    free : (nx, ny) whether a node may move
+    along, across, exchange : edges of blocks, and C between them at a share of free nodes
+    """
+
+    stencil: np.ndarray
+    misfit: np.ndarray
+    descent: np.ndarray
+    product: np.ndarray
+    levelled: np.ndarray
+    padded: np.ndarray
+    step: np.ndarray
+    trial: np.ndarray
+    free: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
+    exchange: np.ndarray
+
+
+def _workspace(influence: Influence, precision: type[np.floating], given: bool) -> _Workspace:
+    """given : whether the sum of the pressures is given"""
+    nx, ny = influence.grid.shape
+    along, across = blocks.block_edges(influence)
+    misfit: np.ndarray = np.zeros((nx, ny), precision)
+    is_belt = given and max(along.size, across.size) > 2
+    return _Workspace(
+        stencil=influence.approximate_inverse.astype(precision),
+        misfit=misfit,
+        descent=np.zeros((nx, ny), precision),
+        product=np.zeros((nx, ny), precision),
+        levelled=np.zeros((nx, ny), precision) if is_belt else misfit,
+        padded=np.zeros((nx + 4, ny + 4), precision),
+        step=np.zeros((nx, ny), np.float64 if given else precision),
+        trial=np.empty((nx, ny)),
+        free=np.zeros((nx, ny), dtype=np.bool_),
+        along=along,
+        across=across,
+        exchange=np.zeros((1, 1)),
+    )
+
+
 class _Iteration:
     """Fields of a solve, and the steps that change them.
 
     pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
-    misfit, descent, product : (nx, ny) r, s, B t, in single precision; `levelled` is P r of a belt
-    stencil : (5, 5) M, in the same precision
-    padded : (nx + 4, ny + 4) r between two rows and columns of zeros
-    along, across, exchange : edges of blocks, and C between them at a share of free nodes
-    step : (nx, ny) t, in single precision at a fixed plane; a step in double precision keeps the sum
-    trial : (nx, ny) [Pa] p + lambda d
-    free : (nx, ny) whether a node may move
+    work : arrays of the steps
     sum, share : of the pressures [Pa], and of nodes between the bounds, where a sum is given
     length, usual_length : lambda, and lambda of the last step that was not short
     short_steps : number of short steps in turn
@@ -179,20 +231,10 @@ class _Iteration:
         self.plane, self.sum, self.share, self.exchange_share = 0.0, 0.0, 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
-        shape, given = self.gap.shape, problem.pressure_sum is not None
+        given = problem.pressure_sum is not None
         largest = problem.influence.diagonal * float(self.pressure.max())
         is_single = not given or LEAST_SINGLE < largest < 1 / LEAST_SINGLE
-        precision = np.float32 if is_single else np.float64
-        self.stencil = problem.influence.approximate_inverse.astype(precision)
-        self.misfit, self.descent, self.product = (np.zeros(shape, precision) for _ in range(3))
-        self.padded = np.zeros((shape[0] + 4, shape[1] + 4), precision)
-        self.along, self.across = blocks.block_edges(problem.influence)
-        self.exchange = np.zeros((1, 1))
-        belt = given and max(self.along.size, self.across.size) > 2
-        self.levelled = np.zeros(shape, precision) if belt else self.misfit
-        self.step = np.zeros(shape, np.float64 if given else precision)
-        self.trial = np.empty(shape)
-        self.free = np.zeros(shape, dtype=np.bool_)
+        self.work = _workspace(problem.influence, np.float32 if is_single else np.float64, given)
 
     def assess(self) -> float:
         """Find the plane, the misfit and the free nodes. Returns the relative residual.
@@ -208,8 +250,8 @@ class _Iteration:
             self.share = between / self.gap.size
             heights = kernels.positive_square(problem.interference, self.plane)
             scale = math.sqrt(max(heights, diagonal**2 * square))
-        fields = self.misfit, self.free
-        square = kernels.assess(self.pressure, self.gap, self.plane, diagonal, problem.cap, *fields)
+        fields = self.pressure, self.gap
+        square = kernels.assess(*fields, self.plane, diagonal, problem.cap, self.work.misfit, self.work.free)
         return math.sqrt(square) / scale if scale > 0 else math.nan
 
     def compute_gap(self) -> None:
@@ -225,10 +267,10 @@ class _Iteration:
         self.curvature = 0.0
         pressure = kernels.on_bounds(self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap)
         if pressure_sum is not None:
-            shifted = _shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
-            if shifted is None:
+            moved = shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
+            if moved is None:
                 return False
-            pressure = shifted
+            pressure = moved
         self.pressure = pressure
         self.compute_gap()
         return True
@@ -244,9 +286,10 @@ class _Iteration:
         if self.restore_sum():
             return
         slope, clipped = self.choose_step()
-        self._multiply(self.step, self.product, rounded=True)
+        step, product = self.work.step, self.work.product
+        self._multiply(step, product, rounded=True)
         state = self.pressure, self.gap, self.plane, self.problem.influence.diagonal, self.problem.cap
-        self.curvature, theta = kernels.take_step(*state, slope, clipped, self.step, self.product)
+        self.curvature, theta = kernels.take_step(*state, slope, clipped, step, product)
         if not theta > 0:
             raise _failure(tolerance, residual, self.products)
         if theta >= SHORT:
@@ -260,7 +303,7 @@ class _Iteration:
         wanted = self.problem.pressure_sum
         if wanted is None or abs(self.sum - wanted) <= SUM_ERROR * wanted:
             return False
-        self.pressure = _with_sum(self.problem, self.pressure, self.free & (self.pressure > 0))
+        self.pressure = with_sum(self.problem, self.pressure, self.work.free & (self.pressure > 0))
         self.curvature, self.length = 0.0, self.usual_length
         self.compute_gap()
         return True
@@ -270,23 +313,21 @@ class _Iteration:
 
         Returns the slope r' t, by which the energy falls per unit of theta, and whether the clip changed the step.
         """
-        problem = self.problem
-        if self.levelled is not self.misfit and not 0.9 < self.share / (self.exchange_share or math.inf) < 1.1:
+        problem, work = self.problem, self.work
+        if work.levelled is not work.misfit and not 0.9 < self.share / (self.exchange_share or math.inf) < 1.1:
             self.exchange_share = max(self.share, 1 / self.gap.size)
-            count = (self.along.size - 1) * (self.across.size - 1)
-            self.exchange = blocks.exchange(problem.influence, count, self.exchange_share)
+            count = (work.along.size - 1) * (work.across.size - 1)
+            work = self.work = work._replace(exchange=blocks.exchange(problem.influence, count, self.exchange_share))
         if self.short_steps < PATIENCE:
-            nodes = self.stencil, self.misfit, self.free, self.padded, self.descent
-            belt = self.along, self.across, self.exchange, self.levelled
-            before = self.step, self.product, self.curvature, self.pressure, self.length
-            slope, clipped = _search(*nodes, *belt, *before, problem.cap, problem.pressure_sum or 0.0, self.trial)
+            limits = problem.cap, problem.pressure_sum or 0.0
+            slope, clipped = _search(work, self.pressure, self.curvature, self.length, *limits)
             if slope > 0:
                 return slope, clipped > 0
         # The free nodes cannot carry the sum, so that further nodes must come into contact; or d is of no use.
         self.length, self.short_steps = self.usual_length, 0
         trial = self.pressure - self.gap / problem.influence.diagonal
-        self.step[:] = _nearest(problem, trial) - self.pressure
-        return -kernels.inner(self.gap + self.plane, self.step.astype(np.float64, copy=False)), True
+        work.step[:] = nearest(problem, trial) - self.pressure
+        return -kernels.inner(self.gap + self.plane, work.step.astype(np.float64, copy=False)), True
 
     def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""
@@ -297,7 +338,7 @@ class _Iteration:
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
             displacement = np.zeros_like(u_bar) if self.problem.influence.periodic else None
         pressure = np.minimum(np.maximum(guess, 0.0), cap)
-        pressure = _with_sum(self.problem, pressure, pressure > 0)
+        pressure = with_sum(self.problem, pressure, pressure > 0)
         if displacement is None or not np.array_equal(pressure, guess):
             displacement = self._multiply(pressure)
         energy = kernels.inner(pressure, displacement)
@@ -315,43 +356,30 @@ class _Iteration:
 
 @compiled()
 def _search(
-    stencil: np.ndarray,
-    misfit: np.ndarray,
-    free: np.ndarray,
-    padded: np.ndarray,
-    descent: np.ndarray,
-    along: np.ndarray,
-    across: np.ndarray,
-    exchange: np.ndarray,
-    levelled: np.ndarray,
-    step: np.ndarray,
-    product: np.ndarray,
-    curvature: float,
-    pressure: np.ndarray,
-    length: float,
-    cap: float,
-    pressure_sum: float,
-    trial: np.ndarray,
+    work: _Workspace, pressure: np.ndarray, curvature: float, length: float, cap: float, pressure_sum: float
 ) -> tuple[float, int]:
     """Write the next step t. Returns its slope r' t, zero where the free nodes cannot carry the sum, and its clips.
 
+    curvature : of the last step
+    length : lambda
     pressure_sum : [Pa] the given sum, zero for none
     """
+    misfit, descent, free, along, across = work.misfit, work.descent, work.free, work.along, work.across
     force, number = np.zeros(1), np.ones(1)
-    if exchange.size > 1:
+    if work.exchange.size > 1:
         force, number = blocks.block_sums(misfit, free, along, across)
-    if exchange.size > 1 and number.min() > blocks.LEAST_SHARE * number.mean():
-        blocks.add_to_blocks(misfit, -force / number, free, along, across, levelled)
-        kernels.stencil_product(stencil, levelled, free, padded, descent)
+    if work.exchange.size > 1 and number.min() > blocks.LEAST_SHARE * number.mean():
+        blocks.add_to_blocks(misfit, -force / number, free, along, across, work.levelled)
+        kernels.stencil_product(work.stencil, work.levelled, free, work.padded, descent)
         mean = blocks.block_sums(descent, free, along, across)[0] / number
-        blocks.add_to_blocks(descent, (exchange * force).sum(axis=1) - mean, free, along, across, descent)
+        blocks.add_to_blocks(descent, (work.exchange * force).sum(axis=1) - mean, free, along, across, descent)
     else:
-        kernels.stencil_product(stencil, misfit, free, padded, descent)
+        kernels.stencil_product(work.stencil, misfit, free, work.padded, descent)
     given, shift, met = pressure_sum > 0, 0.0, True
-    kernels.trials(pressure, length, descent, step, product, curvature, free, given, trial)
+    kernels.trials(pressure, length, descent, work.step, work.product, curvature, free, given, work.trial)
     if given:
-        shift, met = kernels.shift_to_sum(trial, cap, pressure_sum, False)
-    return kernels.clipped_step(pressure, trial, shift, cap, misfit, step) if met else (0.0, 0)
+        shift, met = kernels.shift_to_sum(work.trial, cap, pressure_sum, False)
+    return kernels.clipped_step(pressure, work.trial, shift, cap, misfit, work.step) if met else (0.0, 0)
 
 
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
@@ -366,29 +394,3 @@ def _failure(tolerance: float, residual: float, products: int) -> ConvergenceErr
         residual,
         products,
     )
-
-
-def _shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, pressure_sum: float) -> np.ndarray | None:
-    """Pressures shifted at the nodes, where they are positive, until the sum is as wanted; None where it cannot be.
-
-    Elsewhere pressures are zero or the cap.
-    """
-    trial = np.where(nodes | (pressure == 0), pressure, np.inf)
-    shift, met = kernels.shift_to_sum(trial, cap, pressure_sum, False)
-    return np.where(nodes, np.minimum(np.maximum(pressure + shift, 0.0), cap), pressure) if met else None
-
-
-def _with_sum(problem: Problem, pressure: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Pressures of the given sum: shifted at the nodes, or the allowed ones nearest, where these cannot carry it."""
-    if problem.pressure_sum is None:
-        return pressure
-    shifted = _shifted(pressure, nodes, problem.cap, problem.pressure_sum)
-    return _nearest(problem, pressure) if shifted is None else shifted
-
-
-def _nearest(problem: Problem, trial: np.ndarray) -> np.ndarray:
-    """The allowed pressures nearest to a trial."""
-    shift = 0.0
-    if problem.pressure_sum is not None:
-        shift, _ = kernels.shift_to_sum(trial, problem.cap, problem.pressure_sum, True)
-    return np.minimum(np.maximum(trial + shift, 0.0), problem.cap)

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.contact.influence import Influence, direct_sum, gathered
-from roughslip.contact.kernels import relative_residual, square_ratio
+from roughslip.contact.kernels import square_ratio
 from roughslip.errors import ConvergenceError
 
 # Projected Gauss-Seidel sweeps before the first factor at most. Without them the first factors have far too many nodes,
@@ -33,7 +33,7 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, i
     pressure, factors, is_solved = _pressures(influence.coefficients, interference)
     if not is_solved:
         gap = influence.apply(pressure) - interference
-        raise _failure(relative_residual(gap, pressure, influence.diagonal, interference), factors)
+        raise _failure(square_ratio(gap, pressure, influence.diagonal, interference, math.inf), factors)
     return pressure, factors
 
 
@@ -45,15 +45,15 @@ def solve_small(influence: Influence, interference: np.ndarray) -> tuple[np.ndar
     """
     pressure, gap, square, factors, nodes, is_solved = _small(influence.mirrored, influence.coefficients, interference)
     if not is_solved:
-        raise _failure(math.sqrt(square), factors)
+        raise _failure(square, factors)
     return pressure, gap, math.sqrt(square), factors, nodes
 
 
-def _failure(residual: float, factors: int) -> ConvergenceError:
+def _failure(square: float, factors: int) -> ConvergenceError:
     return ConvergenceError(
         "no set of pressed nodes has pressures and gaps of the right sign: try other heights, such as these with a "
         "rounding error added; scene key: seed",
-        residual,
+        math.sqrt(square),
         factors,
     )
 

@@ -119,7 +119,6 @@ class Influence:
     modulus : E* [Pa]
     coefficients : (nx, ny) [m/Pa] B by the offset of two nodes, along and across
     diagonal : B_00 [m/Pa], the displacement of a cell under its own unit pressure
-    largest_eigenvalue : upper bound of the eigenvalues of B [m/Pa], from the circulant matrix that contains it
     mirrored : (nx, 2 ny - 1) [m/Pa] the same by offsets of either sign across
     approximate_inverse : (5, 5) [Pa/m] the pressures on a patch of cells that lift its centre by one metre and no other
         cell. B^-1 decays as 1/r^3, so these 25 values are most of it. For all aspect ratios tried, the values off the
@@ -156,7 +155,6 @@ class Influence:
             symbol = _embedding_symbol(coefficients, torus)
         self.grid, self.coefficients = grid, coefficients
         self.diagonal = float(coefficients[0, 0])
-        self.largest_eigenvalue = float(symbol.max())
         self._convolution = convolution(symbol, grid.shape, torus)
         self._rounded_convolution = convolution(symbol, grid.shape, torus, np.float32)
         self.mirrored = np.hstack((coefficients[:, :0:-1], coefficients))

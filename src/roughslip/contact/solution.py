@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.contact.edge import contact_shares
-from roughslip.contact.kernels import gap_errors
 from roughslip.short_repr import short_repr
 
 
@@ -22,7 +21,7 @@ class ContactSolution:
     gap : (nx, ny) [m] between the deformed surface and the plane, zero in contact up to the residual
     plastic_displacement : (nx, ny) [m] u_plastic, the permanent displacement; zero below the hardness
     plane : [m] height of the plane relative to the heights of the surface; zero where interferences were given
-    residual : [-] relative_residual of these fields, with gap - u_plastic = B p - u_bar computed anew
+    residual : [-] relative, of these fields, with gap - u_plastic = B p - u_bar computed anew
     work : Cholesky factors ("dense") or products with B ("fft")
     method : "none" (no contact), "dense" or "fft"
     nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
@@ -59,15 +58,6 @@ class ContactSolution:
         return np.count_nonzero(self.pressure) / self.pressure.size
 
     @property
-    def gap_error(self) -> float:
-        """e [m], the largest gap in contact and the largest overlap: zero at the solution only.
-
-        Since the inverse of B is an M-matrix, the pressures lie between those of planes lower and higher by e. So the
-        plane of a load errs by e at most, and gaps by 2 e; at a given plane gaps err by e.
-        """
-        return max(gap_errors(self.pressure, self.signed_gap, self.hardness_pa))
-
-    @property
     def shares(self) -> np.ndarray:
         """(nx, ny) [-] share of each cell in contact, `contact_shares`; their mean is the area without mesh error."""
         return contact_shares(self.pressure, self.hardness_pa, self.periodic)
@@ -100,11 +90,6 @@ class ContactSweep:
     area: np.ndarray
     residual: np.ndarray
     solutions: tuple[ContactSolution, ...]
-
-    @property
-    def pressure(self) -> np.ndarray:
-        """(k, nx, ny) [Pa] pressures."""
-        return np.stack([np.asarray(one.pressure) for one in self.solutions])
 
     def __len__(self) -> int:
         return len(self.solutions)

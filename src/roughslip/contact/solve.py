@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from roughslip.contact import conjugate_gradients, dense_solver, nested
-from roughslip.contact.conjugate_gradients import Problem
+from roughslip.contact import conjugate_gradients, dense_solver
 from roughslip.contact.influence import Influence
 from roughslip.contact.kernels import square_ratio
+from roughslip.contact.problem import Problem
 from roughslip.contact.solution import ContactSolution, ContactSweep, curve_of
 from roughslip.errors import ConvergenceError, ParameterError, real
 from roughslip.validation import Field, finite, gate
@@ -25,6 +25,10 @@ DENSE_LIMIT = 900
 # Nodes up to which the dense method always pays; pressures, gap and residual then come from one compiled call, which
 # saves a third of the time at 100.
 SMALL = 256
+
+# A start from the loads below takes 0.5 to 0.6 of the time of one from coarser meshes where loads grow by 12 %, as much
+# where they grow by 47 %, and more on meshes of 512 x 512 nodes. Meshes that have no coarser ones always gain.
+CLOSE = 1.25
 
 # A load that displaces the node that bears it by less [m], or more than the inverse, is beyond doubles when squared.
 LEAST_DISPLACEMENT = 1e-140
@@ -260,11 +264,47 @@ def _extrapolated(above: Sequence[ContactSolution], heights: np.ndarray, plane: 
     if not above:
         return _Start(None)
     fields = [(solution.pressure, solution.signed_gap + heights - solution.plane) for solution in above]
-    if len(above) == 1:
-        return _Start(*fields[0])
-    share = (above[1].plane - plane) / (above[0].plane - above[1].plane)
-    pressure, displacement = (lower + share * (lower - upper) for upper, lower in zip(*fields, strict=True))
+    planes = [solution.plane for solution in above]
+    pressure, displacement = (_on_line(planes, values, plane) for values in zip(*fields, strict=True))
     return _Start(np.maximum(pressure, 0.0), displacement if pressure.min() >= 0 else None)
+
+
+def _on_line(places: Sequence[float], fields: Sequence[np.ndarray], place: float) -> np.ndarray:
+    """A field at a place, on the line through those at two places, or that of one."""
+    if len(fields) == 1:
+        return fields[0]
+    share = (place - places[1]) / (places[1] - places[0])
+    return fields[1] + share * (fields[1] - fields[0])
+
+
+@gate
+def solve_loads(
+    influence: Influence,
+    heights: Field,
+    mean_pressures_pa: Sequence[float] | np.ndarray,
+    tolerance: float = 1e-10,
+    hardness_pa: float = math.inf,
+) -> ContactSweep:
+    """Solve one surface under several loads, each solve starting from the loads below where these are close.
+
+    influence : B of the mesh, a free half-space or a periodic cell
+    heights : (nx, ny) [m] z
+    mean_pressures_pa : (k,) [Pa] force per nominal area, in any order
+    tolerance, hardness_pa : as in solve_load
+
+    Returns the curve, with the k solutions in the order of the loads; they agree with single solves to the tolerance.
+    Raises as solve_load, and before anything is solved where one of the loads is refused.
+    """
+    for load in mean_pressures_pa:
+        sum_of_pressures(load, hardness_pa, influence)
+    solutions: dict[float, ContactSolution] = {}
+    for load in sorted({float(load) for load in mean_pressures_pa}):
+        below = list(solutions)[-2:]
+        start = None
+        if below and (load <= CLOSE * below[-1] or heights.size <= conjugate_gradients.COARSEST):
+            start = np.maximum(_on_line(below, [solutions[lower].pressure for lower in below], load), 0.0)
+        solutions[load] = solve_load(influence, heights, load, tolerance, start, hardness_pa)
+    return curve_of([solutions[float(load)] for load in mean_pressures_pa])
 
 
 def _iterate(problem: Problem, tolerance: float, start: _Start) -> tuple[conjugate_gradients.Solution, str]:
@@ -272,7 +312,7 @@ def _iterate(problem: Problem, tolerance: float, start: _Start) -> tuple[conjuga
     if start.pressure is not None and start.pressure.any():
         iterate = conjugate_gradients.solve(problem, tolerance, start.pressure, displacement=start.displacement)
         return iterate, "given"
-    guess = nested.guess(problem)
+    guess = conjugate_gradients.guess(problem)
     return conjugate_gradients.solve(problem, tolerance, guess), "zero" if guess is None else "nested"
 
 

@@ -18,9 +18,9 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.influence import Influence
-from roughslip.contact.loads import solve_loads
 from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solution import ContactSolution, ContactSweep
+from roughslip.contact.solve import solve_loads
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene

@@ -23,7 +23,7 @@ from roughslip.scene.loader import load
 from roughslip.scene.plan import stages_of_several_scenes
 from roughslip.scene.schema import describe_allowed, scene_schema
 from roughslip.scene.types import Scene, get
-from roughslip.verdicts.rules import STATEMENTS
+from roughslip.verdicts.statements import STATEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
@@ -198,10 +198,9 @@ def verdict_rules() -> str:
     for one in STATEMENTS:
         rows.append(f"`{one.id}`\n: **{one.text}.** In the paper: {one.paper}.\n")
         for reading in one.readings:
-            natural = f" *Natural*: {reading.natural}." if reading.natural else ""
-            rows.append(
-                f"  - `{reading.id}`: {reading.taken}.{natural} From {reading.place}. *Reproduced if* {reading.rule}.\n"
-            )
+            why = f" *Natural*: {reading.natural}." if reading.natural else ""
+            why += f" *Apart*: {reading.apart}." if reading.apart else ""
+            rows.append(f"  - `{reading.id}`: {reading.rule}. From {reading.place}.{why}\n")
     return "\n".join(rows)
 
 

@@ -51,6 +51,7 @@ ALLOWED = {
 LIGHT = ("roughslip.oscillator.friction_laws",)
 # The ceilings; a module of one subject is better at 100 to 300 lines.
 MODULE_LINES = 400
+TABLES = ("statements.py",)  # rows of text
 FUNCTION_LINES = 70
 # Import names whose packages are called otherwise.
 PACKAGES = {"yaml": "pyyaml", "netCDF4": "netcdf4", "SurfaceTopography": "surfacetopography"}
@@ -165,7 +166,9 @@ def test_pieces_stay_small_and_named_by_their_subject():
     wrong = []
     for file in [*MODULES.values(), *WORKFLOW]:
         source = file.read_text(encoding="utf-8")
-        if re.search(r"utils?|helpers?|misc", file.stem) or len(source.splitlines()) > MODULE_LINES:
+        if re.search(r"utils?|helpers?|misc", file.stem) or (
+            len(source.splitlines()) > MODULE_LINES and file.name not in TABLES
+        ):
             wrong.append(file.name)
         for node in nodes(file):
             if isinstance(node, functions) and node.end_lineno - node.lineno >= FUNCTION_LINES:

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from roughslip.verdicts.rules import STATEMENTS, claims
+from roughslip.verdicts.statements import STATEMENTS, claims
 
 READINGS = [(statement.id, reading) for statement in STATEMENTS for reading in statement.readings]
 METHODS = ("monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip")

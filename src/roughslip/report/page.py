@@ -19,17 +19,15 @@ from roughslip.report.budget import bars
 from roughslip.report.drawing import element, thumbnail
 from roughslip.report.machine import change_rows, facts, friction_curve, on_the_map, plots, verdict
 from roughslip.report.sections import (
-    HEADLINES,
     MARKS,
     SECTIONS,
     answers,
     by_chance,
-    hardness,
+    holding,
     in_brackets,
     our_number,
     rows,
     section,
-    under_which,
 )
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
@@ -160,7 +158,6 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         folded=[name for name in sections if name not in opened],
         answers=answers(readings),
         marks=MARKS,
-        headlines=HEADLINES,
         versions=versions,
         evidence=evidence or Evidence(),
     )
@@ -187,13 +184,12 @@ def environment() -> Environment:
         "plots": plots,
         "verdict": verdict,
         "counts": _counts,
-        "headlines": lambda claims: Counter(claim["headline"] for claim in claims).most_common(),
+        "verdicts": lambda claims: Counter(claim["verdict"] for claim in claims).most_common(),
         "stages_by_reason": _stages_by_reason,
         "section": section,
         "in_brackets": in_brackets,
         "number": our_number,
-        "under_which": under_which,
-        "hardness": hardness,
+        "holding": holding,
         "by_chance": by_chance,
         "rows": rows,
         "element": element,

@@ -7,18 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 Claim = Mapping[str, Any]
-MARKS = {"reproduced": "✓", "contradicted": "✗", "undecided": "?", "contradicts itself": "↯", "not tested": "–"}
-HEADLINES = {
-    "reproduced": "✓",
-    "holds under another reading": "≈",
-    "contradicted under every reading tried": "✗",
-    "undecided": "?",
-    "not tested": "–",
-}
+MARKS = {"reproduced": "✓", "contradicted": "✗", "undecided": "?", "not tested": "–"}
 BY_CHANCE = 0.025  # of verdicts by one end of a 95 % interval
 
 
@@ -28,14 +21,12 @@ class Section:
 
     title : its heading; seen : what the figure shows to the eye, for readers who do not see it
     paper : what the paper shows; why : where a difference comes from
-    numbers : what our number on a statement is, by the id of the statement
     """
 
     title: str
     seen: str
     paper: str = ""
     why: str = ""
-    numbers: Mapping[str, str] = field(default_factory=dict)
 
 
 SECTIONS = {
@@ -62,12 +53,6 @@ SECTIONS = {
         "Monte Carlo, Latin hypercube and both polynomial chaos variants, eqs. (8) and (9), lie on one curve.",
         "Eqs. (8) and (9) stand for the pressure when contact occurs, so they are evaluated at surfaces in contact. "
         "Few samples in contact remain for 165 terms, and most of the error is at low probabilities.",
-        {
-            "fig2-mcs-lhs": "distance of the distributions",
-            "fig2-pc-lhs": "distance of the distributions",
-            "fig2-pc-tail": "largest ratio of the probabilities",
-            "fig2-variants-agree": "distance of the distributions",
-        },
     ),
     "figure2_traps": Section(
         "Figure 2, drawn over all surfaces",
@@ -82,11 +67,6 @@ SECTIONS = {
         "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",
         "The paper's text gives no material, no roughness height and no values of the figure. So only the trends are "
         "compared. The shear strength is set for a mean of 0.3 at median penetration.",
-        {
-            "fig3-mean-decreases": "change of the mean",
-            "fig3-std-decreases": "change of the standard deviation",
-            "fig3-cov-decreases": "change of the coefficient of variation",
-        },
     ),
     "figure3_law": Section(
         "Distribution and correlation of friction",
@@ -97,15 +77,6 @@ SECTIONS = {
         "(0, 1) it follows Beta(2.1, 5) at every penetration.",
         "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
         "noise, and draws the distribution towards the normal one. Beta(2.1, 5) has negative excess kurtosis.",
-        {
-            "mu-correlation-exponential": "mean square distance to the exponential, less that to the triangle",
-            "mu-correlation-250um": "correlation length",
-            "mu-correlation-any-depth": "change of the length",
-            "mu-right-skewed": "skewness",
-            "mu-leptokurtic": "excess kurtosis",
-            "mu-beta-2.1-5": "distance of the distributions",
-            "mu-beta-any-depth": "largest distance of the distributions",
-        },
     ),
     "friction_against_load": Section(
         "Friction against load",
@@ -122,13 +93,6 @@ SECTIONS = {
         "sharp limit of damping, and with scatter there is a range where the mass can still move on it.",
         "With scatter the mass changes between stick-slip and sliding, on both sides of the limit. How much of the "
         "time it spends in stick-slip follows from the scatter of friction, which the paper does not give.",
-        {
-            "fig5-limit-cycle": "runs with a cycle in the closing periods",
-            "fig5-reattachment-nonnormal": "skewness of the point",
-            "fig5-sharp-limit": "damping ratio of the limit",
-            "fig5-range-beyond-limit": "time in stick-slip beyond the limit, of that of the undisturbed cycle,",
-            "own-fig5-under-load": "range over limit",
-        },
     ),
     "figure_map": Section(
         "Where stick-slip occurs",
@@ -141,8 +105,6 @@ SECTIONS = {
         "of friction. Then a panel for each limit of the cycle, of damping, belt velocity and normal force.",
     ),
 }
-
-NUMBERS = {name: text for section in SECTIONS.values() for name, text in section.numbers.items()}
 
 # The statements that answer the question of the study, in words that need no context.
 ASKED = {
@@ -165,47 +127,25 @@ def in_brackets(shown: str | None) -> str:
 
 def our_number(claim: Claim) -> str:
     """What our number is, and the number with its interval: `skewness 0.34 [0.28, 0.39]`."""
-    return f"{NUMBERS.get(claim['id'], '')} {in_brackets(claim['shown'])}".strip() if claim["shown"] else ""
+    return f"{claim['number']} {in_brackets(claim['shown'])}" if claim["shown"] else ""
 
 
-def rows(readings: Mapping[str, Sequence[Claim]], ids: Iterable[str] | None = None) -> list[dict[str, Claim]]:
-    """A row for each statement, the claims by scene. readings : claims by scene; ids : of the statements, or all"""
+def rows(readings: Mapping[str, Sequence[Claim]], figure: str = "", ids: Iterable[str] = ()) -> list[dict[str, Claim]]:
+    """A row for each statement, the claims by scene: those of a figure, those of some ids, or all.
+
+    readings : claims by scene
+    """
     by_id: dict[str, dict[str, Claim]] = {}
     for scene, claims in readings.items():
         for claim in claims:
-            if ids is None or claim["id"] in ids:
+            if claim["id"] in ids or (not ids and figure in ("", claim["figure"])):
                 by_id.setdefault(claim["id"], {})[scene] = claim
     return list(by_id.values())
 
 
-def under_which(claim: Claim) -> str:
-    """The first reading under which a statement holds, and how many do of those tried: `given contact (2 of 3)`.
-
-    One that was chosen with its number known does not count as one that holds.
-    """
-    if not claim["tried"]:
-        return ""
-    holds = [
-        reading["id"].replace("-", " ")
-        for reading in claim["readings"]
-        if reading["verdict"] == "reproduced" and not reading.get("chosen")
-    ]
-    return f"{holds[0] if holds else 'none'} ({len(holds)} of {claim['tried']})"
-
-
-def hardness(reading: Claim) -> str:
-    """Whether a verdict stands at half and at twice its threshold; empty for a rule without one."""
-    if not reading["at_half"]:
-        return ""
-    stands = [reading[name] == reading["verdict"] for name in ("at_half", "at_twice")]
-    if all(stands):
-        return "It stands at half and at twice the threshold"
-    parts = [
-        f"{reading[name]} at {text} the threshold"
-        for name, text in (("at_half", "half"), ("at_twice", "twice"))
-        if reading[name] != reading["verdict"]
-    ]
-    return f"It would be {' and '.join(parts)}"
+def holding(claim: Claim) -> str:
+    """How many readings hold, of those tried: `2 of 3`."""
+    return f"{claim['hold']} of {claim['tried']}" if claim["tried"] else ""
 
 
 def by_chance(claims: Sequence[Claim]) -> str:
@@ -225,15 +165,17 @@ def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
         return []
     parts = []
     for scene, claims in readings.items():
-        headlines = [claim["headline"] for claim in claims if not claim["id"].startswith("own-")]
-        counts = [f"{headlines.count(headline)} {headline}" for headline in HEADLINES if headline in headlines]
+        verdicts = [claim["verdict"] for claim in claims if not claim["id"].startswith("own-")]
+        counts = [f"{verdicts.count(verdict)} {verdict}" for verdict in MARKS if verdict in verdicts]
         parts.append(f"{', '.join(counts)} in scene {scene}")
     sentences = [f"The paper's statements: {'; '.join(parts)}."]
     for name, lead in ASKED.items():
-        for row in rows(readings, (name,)):
+        for row in rows(readings, ids=(name,)):
             tested = {scene: claim for scene, claim in row.items() if claim["shown"]}
             verdicts = [f"{claim['headline']} in {scene}" for scene, claim in tested.items()]
             numbers = [in_brackets(claim["shown"]) for claim in tested.values()]
             if tested:
-                sentences.append(f"{lead}: {', '.join(verdicts)} ({NUMBERS[name]} {' and '.join(numbers)}).")
+                sentences.append(
+                    f"{lead}: {', '.join(verdicts)} ({next(iter(row.values()))['number']} {' and '.join(numbers)})."
+                )
     return sentences

@@ -20,23 +20,19 @@ from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.store import table_rows
-
-Arrays = Mapping[str, np.ndarray]
+from roughslip.verdicts.found import Arrays, number
 
 KEPT = (*("figure_chain.png", "figure2.png", "figure3.png", "figure5.png"), "claims.json", "costs.json", "summary.csv")
 FAR = 4.0  # standard errors: of 22 numbers one lies beyond by chance once in 700 runs
-ENDS = ("_low", "_high")
+ROUNDING = 1e-5  # relative: a number of six digits may lie outside its own interval by that
 
 
 @dataclass(frozen=True)
 class Compared:
-    """A number, verdict or count of this run and the kept one.
+    """A number or verdict of this run and the kept one, as text.
 
-    name : of the number
-    ours, kept : of this run and of the kept one, as text
-    allowed : the range that agrees
+    allowed : the range that agrees; agrees : whether the difference is allowed
     moved : whether they differ at all; False for a Monte Carlo reference, which differs in every run
-    agrees : whether the difference is allowed
     """
 
     name: str
@@ -62,11 +58,10 @@ def compared_claims(ours: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[st
     of_run, of_kept = ({str(claim["id"]): claim for claim in claims} for claims in (ours, kept))
     rows = []
     for name in dict.fromkeys((*of_kept, *of_run)):
-        our_claim, kept_claim = of_run.get(name), of_kept.get(name)
-        verdicts = [str(claim["verdict"]) if claim else "missing" for claim in (our_claim, kept_claim)]
-        rows.append(_equal(f"{name}, verdict", *verdicts))
-        if our_claim and kept_claim:
-            rows.append(_within(name, our_claim["ours"], kept_claim["ours"], kept_claim["interval"]))
+        pair = of_run.get(name), of_kept.get(name)
+        rows.append(_equal(f"{name}, verdict", *(str(claim["verdict"]) if claim else "missing" for claim in pair)))
+        if pair[0] and pair[1]:
+            rows.append(_within(name, pair[0]["ours"], pair[1]["ours"], pair[1]["interval"]))
     return rows
 
 
@@ -83,13 +78,13 @@ def compared_summaries(ours: str, kept: str) -> list[Compared]:
         tables.append({row.pop("percentile"): row for row in rows})
     of_run, of_kept = tables
     compared = [_equal("penetrations", " ".join(of_run), " ".join(of_kept))]
-    for percentile in (percentile for percentile in of_kept if percentile in of_run):
-        row, other = of_run[percentile], of_kept[percentile]
-        for name in (name for name in other if not any(_is_end(name, end) for end in ENDS)):
-            title, value = f"{name} at {percentile} %", float(row.get(name, "nan"))
-            ends = [other.get(_end(name, end)) for end in ENDS]
-            interval = None if None in ends else [float(str(end)) for end in ends]
-            compared.append(_within(title, value, float(other[name]), interval))
+    for percentile, row in ((percentile, of_run[percentile]) for percentile in of_kept if percentile in of_run):
+        other = of_kept[percentile]
+        ends = {name: [_end(name, end) for end in ("_low", "_high")] for name in other}  # of `length_m` length_low_m
+        for name in (name for name in other if not name.removesuffix("_m").endswith(("_low", "_high"))):
+            interval = [float(other[end]) for end in ends[name]] if set(ends[name]) <= set(other) else None
+            value, expected = float(row.get(name, "nan")), float(other[name])
+            compared.append(_within(f"{name} at {percentile} %", value, expected, interval))
     return compared
 
 
@@ -107,22 +102,18 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
         at = int(np.flatnonzero(np.isclose(friction["percentile"], percentile))[0])
         for name in ("mean", "std"):
             on_cells = 1.0 + float(friction[f"mesh_change_of_{name}"][at])
-            value, low, high = (float(friction[f"combined_{name}{end}"][at]) / on_cells for end in ("", *ENDS))
-            expected = scale * float(reference[name][level])
+            value, (low, high) = number(friction, f"combined_{name}", at)
             of_reference = scale * float(reference[f"{name}_standard_error"][level])
-            error = math.hypot((high - low) / (2 * NORMAL_95), of_reference)
-            off = (value - expected) / error
-            texts = (f"{value:.6g}", f"{expected:.6g}", f"{FAR:g} standard errors, {off:+.2f} of them off")
+            error = math.hypot((high - low) / on_cells / (2 * NORMAL_95), of_reference)
+            expected = scale * float(reference[name][level])
+            off = (value / on_cells - expected) / error
+            allowed = f"{FAR:g} standard errors, {off:+.2f} of them off"
+            texts = (f"{value / on_cells:.6g}", f"{expected:.6g}", allowed)
             rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, False, abs(off) <= FAR))
     return rows
 
 
-def _is_end(name: str, end: str) -> bool:
-    return name.endswith((end, f"{end}_m"))
-
-
 def _end(name: str, end: str) -> str:
-    """The column of an end of the interval of a column; of `length_m` it is `length_low_m`."""
     return f"{name.removesuffix('_m')}{end}_m" if name.endswith("_m") else name + end
 
 
@@ -133,9 +124,8 @@ def _equal(name: str, ours: str, kept: str) -> Compared:
 def _within(name: str, ours: float | None, kept: float | None, interval: Sequence[float] | None) -> Compared:
     if ours is None or kept is None or interval is None or math.isnan(ours) or math.isnan(kept):
         return _equal(name, *("none" if value is None else f"{value:.6g}" for value in (ours, kept)))
-    # a number of six digits may lie outside its own interval by a rounding
-    rounding = 1e-5 * max(abs(ours), abs(kept))
+    rounding = ROUNDING * max(abs(ours), abs(kept))
     inside = interval[0] - rounding <= ours <= interval[1] + rounding
     moved = abs(ours - kept) > rounding
-    texts = (f"{ours:.6g}", f"{kept:.6g}", f"{interval[0]:.6g} to {interval[1]:.6g}")
-    return Compared(name, *texts, moved, inside or not moved)
+    allowed = f"{interval[0]:.6g} to {interval[1]:.6g}"
+    return Compared(name, f"{ours:.6g}", f"{kept:.6g}", allowed, moved, inside or not moved)

@@ -1,51 +1,11 @@
-"""Strips that decide statements on friction: closed forms of single numbers.
-
-Kept results: which files are kept, and which differences of a run are allowed."""
-
-import math
+"""Kept results: which files are kept, and which differences of a run are allowed."""
 
 import numpy as np
 import pytest
 
 from roughslip.errors import StoreError
-from roughslip.verdicts.finding import STEP, strips_that_decide
 from roughslip.verdicts.kept_results import KEPT as KEPT_FILES
 from roughslip.verdicts.kept_results import compared_claims, compared_friction, compared_summaries, keep
-from roughslip.verdicts.rules import BOUNDS
-from tests.verdicts.claimed import LEVELS, friction, with_interval
-
-SKEWED = "mu-right-skewed"
-
-
-def levels(name, value, half):
-    return with_interval(name, *(np.full(LEVELS, one) for one in (value, value - half, value + half)))
-
-
-@pytest.mark.parametrize(
-    ("statement", "numbers", "times"),
-    [
-        ("mu-correlation-250um", levels("combined_length_least_squares", 285e-6, 30e-6), (30 / 15) ** 2),
-        ("mu-correlation-250um", levels("combined_length_least_squares", 295e-6, 30e-6), None),  # 1.7 % from 300 µm
-        ("mu-correlation-250um", levels("combined_length_least_squares", 260e-6, 30e-6), None),  # decided
-        (SKEWED, levels("combined_skewness", 0.02, 0.06), (0.06 / 0.02) ** 2),
-        ("mu-beta-2.1-5", levels("beta_distance_standardised", 0.08, 0.04), (0.04 / 0.02) ** 2),
-        # both numbers of a rule: the farther from decided is 0.02 inside the lower end of the skewness, 0.28
-        (
-            "mu-beta-2.1-5",
-            levels("beta_distance_standardised", 0.08, 0.04) | levels("combined_skewness", 0.30, 0.06),
-            (0.06 / (0.30 - 0.5 * 0.5597)) ** 2,
-        ),
-        ("mu-leptokurtic", levels("combined_kurtosis", 0.02, 0.1), None),  # the paper contradicts itself
-    ],
-)
-def test_intervals_narrow_with_the_root_of_the_strips_until_a_rule_decides(statement, numbers, times):
-    """n = strips (half width / distance from the threshold)^2, up to one step of the search."""
-    strips = strips_that_decide(friction() | numbers, 100, BOUNDS)
-    if times is None:
-        assert statement not in strips
-    else:
-        assert 100 * times <= strips[statement] <= math.ceil(100 * times * STEP) + 1
-
 
 KEPT = [
     {"id": "one", "verdict": "reproduced", "ours": 1.0, "interval": [0.9, 1.2]},

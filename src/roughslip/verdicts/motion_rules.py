@@ -1,0 +1,191 @@
+"""Rules on Figure 5: the limit cycle, the reattachment point, the limits of damping; then on our own statement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from roughslip.friction.penetration import between
+from roughslip.verdicts.found import VISIBLE, Arrays, Found, Judge, inside, lies, number, shown
+
+NON_NORMAL = 0.1  # skewness or excess kurtosis
+CYCLING = 0.95  # share of the runs
+CAN_CYCLE = 0.05  # share of the runs
+SEEN_SHARE = 0.01  # of the time in stick-slip without scatter: more than a few single returns of all runs
+SEEN_RANGE = 0.01  # of the limit of damping: a range beyond it that a reader of figure 5 sees
+NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cycle at any damping ratio"
+NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
+ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
+OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
+CYCLE_TO_THE_END = (
+    "the damping of the paper lies below the deterministic limit, and there the interval of the share of runs with a "
+    f"cycle in the last ten natural periods lies above {CYCLING}"
+)
+STAY_ON_THE_CYCLE = (
+    f"at the damping of the paper the interval of the share of the time in stick-slip lies above {CYCLING}"
+)
+BEYOND_NORMAL = (
+    f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero"
+)
+SHARP = (
+    "every damping of the list below the limit gives at least half the cycles of the least damping, and every one "
+    "above it gives at most one. It is not tested if the list has only one side"
+)
+_ABOVE = "at some damping of the list above the deterministic limit the interval of the"
+TIME_BEYOND = (
+    f"{_ABOVE} share of the time in stick-slip lies above {SEEN_SHARE:.0%}; that of the undisturbed cycle is 1. It is "
+    "not tested if the list has none"
+)
+RUNS_BEYOND = (
+    f"{_ABOVE} share of runs with a cycle in the last ten natural periods lies above {CAN_CYCLE}. It is not tested if "
+    "the list has none"
+)
+RETURNS_BEYOND = (
+    "every return to the belt is a cycle, without backward motion too: "
+    f"{_ABOVE} mean returns, over the cycles at the last damping below it, lies above {SEEN_SHARE:.0%}"
+)
+ON_THE_PAD = (
+    "the range ends between the last damping of the list where the interval of the share of runs with a cycle in the "
+    f"closing periods lies above {CAN_CYCLE} and the next where it lies below. To first order it is in proportion to "
+    "the scatter of friction, times a response to its autocorrelation. Scaled to the windows that bear the force, its "
+    f"interval lies above {SEEN_RANGE} of the limit"
+)
+
+
+def with_limit(judge: Callable[[Arrays, float], Found | str]) -> Judge:
+    """The rule, where the oscillator has a limit of damping."""
+
+    def limited(oscillator: Arrays) -> Found | str:
+        limit = float(oscillator["deterministic_existence_limit"])
+        return judge(oscillator, limit) if np.isfinite(limit) else NO_LIMIT
+
+    return limited
+
+
+@with_limit
+def cycling_at_the_end(oscillator: Arrays, limit: float) -> Found:
+    """Runs with a cycle in the closing periods, at a damping below the limit."""
+    nominal, share = float(oscillator["nominal_damping"]), number(oscillator, "cycling_share")
+    note = (
+        f"share of the runs with a cycle in the closing periods at D = {nominal:g}; without scatter a cycle exists up "
+        f"to {limit:.4f}"
+    )
+    return Found(*share, min(inside(share[1], low=CYCLING), inside((nominal, nominal), high=limit)), note)
+
+
+@with_limit
+def time_on_the_cycle(oscillator: Arrays, limit: float) -> Found | str:
+    """The share of the time in stick-slip at the damping of the scene."""
+    nominal, damping = float(oscillator["nominal_damping"]), oscillator["damping_ratio"]
+    rows = np.flatnonzero((damping == nominal) & (damping < limit))
+    if not rows.size:
+        return f"the scene's own damping ratio, {nominal:g}, is not in the list below the limit {limit:.4f}"
+    note = f"share of the time in stick-slip at D = {nominal:g}; without scatter it is 1"
+    return lies(number(oscillator, "stick_slip_share", int(rows[0])), note, low=CYCLING)
+
+
+@with_limit
+def sharp_limit(oscillator: Arrays, limit: float) -> Found | str:
+    """Cycles without scatter on both sides of the limit."""
+    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    below, above = damping < limit, damping > limit
+    if not (below.any() and above.any()):
+        return ONE_SIDE.format(limit)
+    is_sharp = bool(np.all(cycles[below] >= 0.5 * cycles[0]) and np.all(cycles[above] <= 1))
+    note = "damping ratio, root of the return map of slip, to 1e-8"
+    return Found(limit, (limit - 1e-8, limit + 1e-8), 1 if is_sharp else -1, note)
+
+
+@with_limit
+def time_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
+    """Share of the time in stick-slip, and M_diff, at the damping above the limit where the share is surest."""
+    damping = oscillator["damping_ratio"]
+    rows = np.flatnonzero(damping > limit)
+    if not rows.size or len(rows) == len(damping):
+        return ONE_SIDE.format(limit)
+    low = np.nan_to_num(oscillator["stick_slip_share_low"][rows], nan=-1.0)  # where no run reaches a state
+    row, seen = int(rows[np.argmax(low)]), damping[rows[low > SEEN_SHARE]]
+    value, (least, most) = number(oscillator, "difference", row)
+    reach = f"; above {SEEN_SHARE:.0%} up to D = {seen[-1]:g}" if seen.size else ""
+    note = (
+        f"share of the time in stick-slip at D = {damping[row]:g}, where M_diff = {value:.2f} ({least:.2f} to "
+        f"{most:.2f}){reach}. A run may leave the cycle and come back to it"
+    )
+    return lies(number(oscillator, "stick_slip_share", row), note, low=SEEN_SHARE)
+
+
+@with_limit
+def returns_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
+    """Returns to the belt beyond the limit, over the cycles without scatter at the last damping below it."""
+    damping = oscillator["damping_ratio"]
+    if not (np.any(damping > limit) and np.any(damping < limit)):
+        return ONE_SIDE.format(limit)
+    cycles = float(oscillator["deterministic_cycles"][damping < limit][-1])
+    row = int(np.argmax(np.where(damping > limit, oscillator["returns_low"], -np.inf)))
+    value, (low, high) = number(oscillator, "returns", row)
+    note = (
+        f"mean returns to the belt at D = {damping[row]:g}, {value:.1f}, over the {cycles:.0f} cycles below the limit"
+    )
+    return lies((value / cycles, (low / cycles, high / cycles)), note, low=SEEN_SHARE)
+
+
+@with_limit
+def runs_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
+    """The share of runs with a cycle in the closing periods at the damping above the limit where it is largest."""
+    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
+    if not np.any(damping > limit):
+        return ONE_SIDE.format(limit)
+    low = np.where(damping > limit, oscillator["still_cycling_low"], -np.inf)
+    surest, cycling = int(np.argmax(low)), damping[low > CAN_CYCLE]
+    reach = f"; above {CAN_CYCLE:g} up to D = {cycling[-1]:g}" if cycling.size else ""
+    note = (
+        f"share of the runs with a cycle in the closing periods at D = {damping[surest]:g}, where M_d = "
+        f"{int(cycles[surest])} and E[M_S] = {oscillator['mean_cycles'][surest]:.1f}{reach}"
+    )
+    return lies(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
+
+
+def moments(oscillator: Arrays) -> Found:
+    """Skewness and excess kurtosis of the reattachment point: one of them differs from zero by an effect size."""
+    skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
+    _, (_, farthest) = number(oscillator, "reattachment_distance_to_normal")
+    seen = "; the distance to the normal is less than an eye sees" if farthest < VISIBLE else ""
+    says = max(
+        inside(moment, *ends)
+        for _, moment in (skewness, kurtosis)
+        for ends in ((NON_NORMAL, np.inf), (-np.inf, -NON_NORMAL))
+    )
+    note = f"skewness; excess kurtosis {shown(kurtosis)}{seen}"
+    return Found(*skewness, says, note)
+
+
+def under_load(kind: str) -> Judge:
+    """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows.
+
+    kind : of scatter, additive or multiplicative
+    """
+
+    def judge(both: Arrays, limit: float) -> Found | str:
+        damping = both["damping_ratio"]
+        still = damping[(damping > limit) & (both["still_cycling_low"] > CAN_CYCLE)]
+        last = float(still.max(initial=limit))
+        beyond = damping[(damping > last) & (both["still_cycling_high"] < CAN_CYCLE)]
+        if not beyond.size:
+            return NO_END
+        percentile, scatter = float(both["friction_percentile"]), float(both["friction_scatter"])
+        if percentile < both["percentile"][0]:
+            return OF_LOAD
+        names = ("load_windows", "load_std", "load_std_low", "load_std_high")
+        windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
+        low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
+        response = float(both[f"load_response_{kind}"])
+        ours, *ends = (np.array([(low + high) / 2.0, low, high]) * response * std / scatter).tolist()
+        note = (
+            f"share of the limit {limit:.4f}; at percentile {percentile:g} {windows:.4g} windows bear the force, and "
+            f"their friction scatters by {std[0]:.2g}, over a length at which scatter moves the limit {response:.2g} "
+            f"times as far. In the runs it scatters by {scatter:.2g}, and the range ends from {low:.2%} to {high:.2%}"
+        )
+        return lies((ours, (ends[0], ends[1])), note, low=SEEN_RANGE)
+
+    return with_limit(judge)

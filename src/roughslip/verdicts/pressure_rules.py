@@ -1,0 +1,79 @@
+"""Rules on Figure 2: the distribution of the pressure at the centre, sampled and by polynomial chaos."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from roughslip.verdicts.found import VISIBLE, Arrays, Found, Judge, lies, number, row_of, shown, within
+
+FACTOR = 2.0  # between small probabilities that still match
+WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
+
+
+IN_CONTACT = "at variables of solved surfaces in contact that no fit has seen"
+OVER_ALL = "at Gaussian variables, drawn over all surfaces; pressures above zero count"
+COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
+WITH_ZEROS = f"of all samples, zero out of contact: the interval of the Kolmogorov distance lies below {VISIBLE}"
+_RATIO = f"the interval of the largest |log10| of their ratio lies below {np.log10(FACTOR):.3f}, a factor of {FACTOR:g}"
+OF_DESIGN = f"where the samples of the design lie between the probability that five of them give and 0.1, {_RATIO}"
+OF_SAMPLES = f"where the solved samples lie between 0.001, or the least that they resolve, and 0.1, {_RATIO}"
+
+
+def distance_note(square: Arrays) -> str:
+    """What the distance is, and what the modes carry if that is little."""
+    captured = float(square["captured_variance"])
+    truncated = f"the modes carry {captured:.0%} of the variance of the surface; " if captured < WELL_CAPTURED else ""
+    return f"{truncated}Kolmogorov distance given contact"
+
+
+def latin_hypercube_with_zeros(square: Arrays) -> Found:
+    """The error of a probability of contact below one half is at least that of the distribution at any pressure."""
+    methods = [("method", name) for name in ("monte_carlo", "latin_hypercube")]
+    both = [number(square, "contact_probability", method) for method in methods]
+    half = float(np.linalg.norm([(high - low) / 2 for _, (low, high) in both]))
+    first, second = (shown(stored, 4) for stored in both)
+    note = f"Kolmogorov distance of the pressure with its zeros; probability of contact {first} and {second}"
+    value = float(square["distance"][row_of(square, methods[1])])
+    return lies((value, (max(value - half, 0.0), value + half)), note, high=VISIBLE)
+
+
+def given_contact(square: Arrays, equation: str) -> Found:
+    """An expansion at surfaces in contact that no fit has seen, against the samples."""
+    variant = ("variant", equation)
+    row = row_of(square, variant)
+    note = (
+        f"{distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "
+        f"{square['given_positive_share'][row]:.1%} of them the expansion is positive"
+    )
+    return lies(number(square, "given_distance", variant), note, high=VISIBLE)
+
+
+def over_all_surfaces(square: Arrays) -> Found:
+    """Eq. (8) at variables drawn over all surfaces."""
+    first, second, ours = (
+        number(square, "distance_in_contact", ("method", name)) for name in ("equation_8", "equation_9", "roughslip")
+    )
+    row_8, row_all = (row_of(square, ("fit", name)) for name in ("equation_8", "roughslip"))
+    samples = square["fit_samples"]
+    note = (
+        f"{distance_note(square)} of eq. (8), fitted to {samples[row_8]:.0f} samples in contact; that of eq. (9) "
+        f"{shown(second)}, of the expansion of {samples[row_all]:.0f} samples, in contact or not, {shown(ours, 3)}. "
+        f"At all samples eq. (8) is positive in {square['fit_positive_share'][row_8]:.0%}"
+    )
+    return lies(first, note, high=VISIBLE)
+
+
+def tail(equation: str) -> Judge:
+    """The largest ratio of small probabilities given contact."""
+
+    def note(square: Arrays) -> str:
+        return f"largest |log10| of the ratio at probabilities from {float(square['given_tail_from']):.2g} to 0.1"
+
+    return within("given_tail_error_of_design", note, ("variant", equation), high=float(np.log10(FACTOR)))
+
+
+def tail_over_all_surfaces(square: Arrays) -> Found:
+    """The same of eq. (8) at variables drawn over all surfaces."""
+    ours = shown(number(square, "tail_error", ("method", "roughslip")))
+    note = f"largest |log10| of the ratio to the solved samples; that of the expansion of all samples {ours}"
+    return lies(number(square, "tail_error", ("method", "equation_8")), note, high=float(np.log10(FACTOR)))

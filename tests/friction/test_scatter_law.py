@@ -94,8 +94,8 @@ def test_elliptic_contacts():
 
 def test_roughness_of_a_gaussian_covariance():
     """h' = 2 Sq / l; rho = (1 - r^2 / l^2) exp(-r^2 / l^2)."""
-    rough = roughness_of(GAUSSIAN, 3e-5)
-    assert rough.slope == pytest.approx(2e-7 / LENGTH, rel=1e-3)
+    rough = roughness_of(GAUSSIAN)
+    assert rough.slope == pytest.approx(2e-7 / LENGTH, rel=1e-12)
     r = np.linspace(0.0, 3.0, 7)
     correlation = correlation_of_slopes(GAUSSIAN, rough, 0.6 * r * LENGTH, 0.8 * r * LENGTH)
     assert correlation == pytest.approx((1 - r**2) * np.exp(-(r**2)), abs=2e-3)
@@ -108,7 +108,7 @@ def test_shot_noise_of_summits_over_that_of_pairs(lay, angle, mesh):
     surface = covariance_of(
         "gaussian", rms_height_m=1.0, correlation_length_m=lay, correlation_length_across_m=1.0, lay_rad=angle
     )
-    rough = roughness_of(surface, 0.1)
+    rough = roughness_of(surface)
     x = (np.arange(mesh) + 0.5) / mesh * 8.0 * lay - 4.0 * lay
     shares = np.linspace(0.0, 1.0, 2001)
     rho = correlation_of_slopes(surface, rough, x[:, None], x[None, :])
@@ -122,7 +122,7 @@ def test_shot_noise_of_summits_over_that_of_pairs(lay, angle, mesh):
 @pytest.mark.parametrize("window", [(256e-6, 32e-6), (8e-6, 8e-6)])
 def test_mean_over_a_window_is_the_plain_sum(window):
     """Over all pairs of a fine mesh: the triangles of the distances, by the midpoint rule."""
-    rough, load = roughness_of(GAUSSIAN, 3e-5), 0.03
+    rough, load = roughness_of(GAUSSIAN), 0.03
     x, y = ((np.arange(-n + 0.5, n) / n * edge) for n, edge in zip((1200, 300), window, strict=True))
     rho = correlation_of_slopes(GAUSSIAN, rough, x[:, None], y[None, :])
     weight = (1 - np.abs(x) / window[0])[:, None] * (1 - np.abs(y) / window[1])[None, :]
@@ -200,7 +200,7 @@ def test_windows_in_full_contact_scatter_by_their_force():
     cells = np.array([embedding.sample(np.random.default_rng([4, number])) for number in range(40)])
     pressures = np.fft.irfft2(waves * np.fft.rfft2(cells), grid.shape) / (2 * slope * load)
     windows = pressures.reshape(40, 4, 64, 4, 32).mean(axis=(2, 4))
-    theory = mean_over_window(GAUSSIAN, roughness_of(GAUSSIAN, 3e-5), load, (64e-6, 32e-6))
+    theory = mean_over_window(GAUSSIAN, roughness_of(GAUSSIAN), load, (64e-6, 32e-6))
     assert windows.std() == pytest.approx(math.sqrt(theory), rel=0.1)
 
 
@@ -212,8 +212,10 @@ def test_contact_that_yields_does_not_scatter():
 
 def test_heights_without_a_slope_and_no_load_are_refused():
     rough = covariance_of("exponential", rms_height_m=1e-7, correlation_length_m=LENGTH)
-    with pytest.raises(IllPosedError, match=r"cut the spectrum off"):
+    with pytest.raises(IllPosedError, match=r"cut its spectrum off"):
         scatter_of_friction(rough, MODULUS, 5e7, (1e-4, 1e-4))
+    with pytest.raises(IllPosedError, match=r"is not known"):
+        scatter_of_friction(lambda x, y: GAUSSIAN(x, y), MODULUS, 5e7, (1e-4, 1e-4))
     with pytest.raises(ParameterError, match="the pressure"):
         scatter_of_friction(GAUSSIAN, MODULUS, 0.0, (1e-4, 1e-4))
 

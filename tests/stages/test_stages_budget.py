@@ -25,6 +25,7 @@ from roughslip.stages.from_scene.uncertain_inputs import (
     sources_of_record,
     uncertain_inputs,
 )
+from roughslip.surface import covariance_of
 from tests.stages.test_stages_motion import scattered
 
 TABLE = ((0.0, 0.4), (0.5, 0.35), (1.0, 0.3))
@@ -105,9 +106,7 @@ def test_height_acts_on_the_scatter_as_pressure_does():
     """Stresses, so contact, depend on height over pressure alone: twice as high is half the pressure. At light loads
     the law has CV ~ length (p / (E* h'))^(b - 1/2), b = 0.117 fitted, of windows far larger than the length."""
 
-    def covariance(x, y):
-        return 1e-12 * np.exp(-(x**2 + y**2) / 1e-10)
-
+    covariance = covariance_of("gaussian", rms_height_m=1e-6, correlation_length_m=1e-5)
     pad, of_pressure = (
         (2e-3, 1e-3),
         [math.log(scatter_of_friction(covariance, 1e9, 1e6 * math.exp(s), (2e-3, 1e-3))) for s in (-0.05, 0.05)],

@@ -18,6 +18,7 @@ from roughslip.stages import record
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
+from roughslip.surface import covariance_of
 from tests.stages.scenes import OSCILLATOR
 
 SECONDS, N, LENGTH = 30.0, 500, 1e-3
@@ -135,9 +136,7 @@ def test_the_scatter_of_a_surface_stands_next_to_that_of_the_record(recorded):
     assert record.has_surface(values)
     of_surface = {name: one.values for name, one in record.of_surface(scene, 0.3, lags).items()}
 
-    def covariance(x, y):
-        return 1e-12 * np.exp(-(x**2 + y**2) / 4e-10)
-
+    covariance = covariance_of("gaussian", rms_height_m=1e-6, correlation_length_m=2e-5)
     wanted = 0.3 * scatter_of_friction(covariance, 2e11 / (1.0 - 0.09), 1e8, (1e-3, 1e-3))
     assert of_surface["surface_std"] == pytest.approx(wanted, rel=1e-6)
     # windows far longer than the roughness: nearly the triangle of half a window, and nothing beyond a window

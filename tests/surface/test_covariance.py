@@ -258,6 +258,11 @@ def test_between_lags_splines_follow_a_smooth_covariance():
     bound = 0.0027 * 12 / 2.0**4 * (0.5**4 + 0.4**4)
     difference = np.abs(measured(x[:, None], x[None, :]) - covariance(x[:, None], x[None, :])).max()
     assert 0.2 * bound < difference < bound
+    assert measured.rms_slope == pytest.approx(covariance.rms_slope, rel=0.03)  # h^2 / 12 of the fourth derivative
+    step = 1e-4
+    around = measured(step * np.array([0.0, 1.0, 0.0]), step * np.array([0.0, 0.0, 1.0]))
+    exact = np.sqrt((4 * around[0] - 2 * around[1] - 2 * around[2]) / step**2)
+    assert measured.rms_slope == pytest.approx(exact, rel=1e-5)
 
 
 @settings(max_examples=10, derandomize=True, deadline=None)

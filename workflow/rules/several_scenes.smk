@@ -1,7 +1,7 @@
 # What takes several scenes together; each is asked for by name.
 # In:  results of the default scenes; the kept results.
 # Out: results/report.html; results/verify.json|txt; results/reference, the small results that git keeps;
-#      results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
+#      results/scatter_law/law.json, the law of scatter against solved cells. `clean_unused` removes what no
 #      scene uses.
 KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*"))  # by `make benchmark` and `make stress`
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
@@ -55,13 +55,13 @@ rule scatter_law:
     input:
         code=[ROOT / "workflow/scatter_law.py", ROOT / "src/roughslip/friction/scatter_law.py"],
     output:
-        **{kind: f"results/scatter_law/law.{kind}" for kind in ("json", "png", "svg")},
+        "results/scatter_law/law.json",
     log:
         "results/logs/scatter_law.log",
     resources:
         mem_mb=1000,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.scatter_law --output results/scatter_law > {log:q} 2>&1'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.scatter_law {output:q} > {log:q} 2>&1'
 
 
 rule clean_unused:

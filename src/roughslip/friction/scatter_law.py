@@ -55,7 +55,7 @@ STRESSES = np.polynomial.legendre.leggauss(200)
 POSITIVE = np.concatenate((np.geomspace(1e-6, 0.02, 30), np.linspace(0.02, 1.0, 100)[1:]))
 SHARES = np.concatenate((-POSITIVE[::-1], [0.0], POSITIVE))  # rho of a table of C
 IMAGES = range(-20, 21)
-FINEST, SMOOTH = 40, 1e-3  # halvings of a step of differences at most, until h' changes by less than this share
+STEP, SHORT = 0.03, 1e-3  # of differences: over h' / curvature, or over a correlation length where that is none
 FAR, ANGLES = 32.0, 16  # sqrt(m0 / M) up to which points share a stress; angles in half a turn
 
 
@@ -81,13 +81,14 @@ def scatter_of_friction(
 ) -> float:
     """Coefficient of variation [-] of the friction of windows of elastic contact, one of many under one load.
 
-    covariance : C(x, y) [m^2] of the heights at distances along and across the belt [m], with a finite rms slope
+    covariance : C(x, y) [m^2] of the heights at distances along and across the belt [m], of `roughslip.surface`
     plane_strain_modulus_pa : E* [Pa]
     pressure_pa : p [Pa] nominal
     window_m : [m] length and width of a window, or of a whole pad
 
     Right to 5 % (rms) over Gaussian, Matern and self-affine surfaces at p = 1e-3 to 0.5 E* h'; see the manual. In
-    contact that yields friction does not scatter, as A = N / H. Raises IllPosedError where the rms slope has no limit.
+    contact that yields friction does not scatter, as A = N / H. Raises IllPosedError where the covariance has no own
+    rms slope, or one without a limit.
     """
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
     return math.sqrt(of_summits(rough, load) * mean_over_window(covariance, rough, load, window_m))
@@ -120,7 +121,8 @@ def _checked(
     """The roughness and p / (E* h')."""
     for name, value in (("the modulus", modulus_pa), ("the pressure", pressure_pa)):
         positive(name, value, "Pa")
-    rough = roughness_of(covariance, positive("the length of the window", min(window_m), "m"))
+    positive("the length of the window", min(window_m), "m")
+    rough = roughness_of(covariance)
     return rough, pressure_pa / (modulus_pa * rough.slope)
 
 
@@ -131,19 +133,20 @@ def of_summits(rough: Roughness, load: float, fitted: Sequence[float] = FITTED) 
     return a * rough.bandwidth**b / (1.0 + k * height**2 / rough.lay)
 
 
-def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
-    """Slope and spectrum by differences, from a step that is halved until the slope is known to a thousandth."""
-    step, slope = scale_m / 8.0, 0.0
-    for _ in range(FINEST):
-        before, slope = slope, math.sqrt(float(_bend(covariance, np.zeros(1), np.zeros(1), step)[0]))
-        if abs(slope - before) <= SMOOTH * slope:
-            break
-        step /= 2.0
-    else:
+def roughness_of(covariance: Covariance) -> Roughness:
+    """Slope and spectrum of a covariance that has its own rms slope, as those of `roughslip.surface` do.
+
+    Raises IllPosedError for another, and where the slope has no limit.
+    """
+    slope, curvature = (float(getattr(covariance, name, math.inf)) for name in ("rms_slope", "rms_curvature"))
+    if not math.isfinite(slope):
         raise IllPosedError(
-            "the rms slope of the heights grows without limit as waves get shorter, and contact with it: cut the "
-            "spectrum off; scene keys: roughness.covariance, roughness.bandwidth"
+            "the rms slope of the heights is not known or grows without limit as waves get shorter, and contact with "
+            "it: take a covariance of roughslip.surface and cut its spectrum off; scene keys: roughness.covariance, "
+            "roughness.bandwidth"
         )
+    is_smooth = math.isfinite(curvature)
+    step = STEP * slope / curvature if is_smooth else SHORT * min(covariance.lengths_m)  # type: ignore[attr-defined]
     x, y = np.array([0.0, step, 0.0, step, step]), np.array([0.0, 0.0, step, step, -step])
     zero, along, across, up, down = covariance(x, y) / step**2
     slopes, axes = np.linalg.eigh(
@@ -153,9 +156,8 @@ def roughness_of(covariance: Covariance, scale_m: float) -> Roughness:
     q = math.sqrt(w * (3.0 + w) * (1.0 + 3.0 * w)) / (1.0 + w) ** 2
     shot = _of_pairs(covariance, Roughness(slope, 1.0, 1.0, step), axes * np.sqrt(variance / slopes))
     bandwidth = (32.0 / (3.0 * math.pi) - 3.0) * math.sqrt(2.0 * math.pi) * variance / (slope**2 * shot * q)
-    return Roughness(
-        slope, bandwidth, elliptic_contact(1.0 / w) * math.sqrt((1.0 + w) / (2.0 * math.sqrt(w))) * q, step
-    )
+    lay = elliptic_contact(1.0 / w) * math.sqrt((1.0 + w) / (2.0 * math.sqrt(w))) * q
+    return Roughness(slope, bandwidth, lay, step)
 
 
 def _of_pairs(covariance: Covariance, rough: Roughness, axes_m: np.ndarray) -> float:

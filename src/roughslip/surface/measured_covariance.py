@@ -47,6 +47,20 @@ class MeasuredCovariance:
         nx, ny = self.coefficients.shape
         return (nx // 2) * self.lag_x_m, (ny // 2) * self.lag_y_m
 
+    @property
+    def rms_slope(self) -> float:
+        """h' [-], the root mean square of the gradient, over both directions: of the splines, exactly."""
+        nx, ny = (size // 2 for size in self.coefficients.shape)
+        around, mean = self.coefficients[nx - 1 : nx + 2, ny - 1 : ny + 2], np.array([1.0, 4.0, 1.0]) / 6.0
+        bend = np.array([1.0, -2.0, 1.0])
+        along, across = bend @ around @ mean / self.lag_x_m**2, mean @ around @ bend / self.lag_y_m**2
+        return self.rms_height_m * math.sqrt(max(-float(along + across), 0.0))
+
+    @property
+    def rms_curvature(self) -> float:
+        """[1/m], that of the waves as long as a lag: the splines have no fourth derivative."""
+        return self.rms_slope / min(self.lag_x_m, self.lag_y_m)
+
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
         """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
         nx, ny = self.coefficients.shape

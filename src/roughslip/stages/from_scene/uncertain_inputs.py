@@ -126,10 +126,9 @@ def powers_of_scatter(
     """
 
     def log_scatter(height: float, length: float) -> float:
-        def scaled(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-            return height**2 * covariance(x / length, y / length)
-
-        return math.log(scatter_of_friction(scaled, modulus_pa, pressure_pa, pad_m))
+        """The scatter depends on p / (E* h'), and on the pad over the length."""
+        pad = pad_m[0] / length, pad_m[1] / length
+        return math.log(scatter_of_friction(covariance, modulus_pa, pressure_pa * length / height, pad))
 
     less, more = math.exp(-STEP), math.exp(STEP)
     try:

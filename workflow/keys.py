@@ -95,9 +95,9 @@ class Names:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         made_of["before"] = {name: self.entry(scene, name).key for name in before}
         awaited = self._awaited(scene, before)
-        if stage == "chaos_strip" and "contact_strip" in before:  # those of its first batches alone
-            awaited = [record for record in awaited if "/contact_strip/" not in record]
-            awaited += self.records(scene, "contact_strip", below="strip.training_samples")
+        if stage == "chaos_strip" and "contact" in before:  # those of its first batches alone
+            awaited = [record for record in awaited if "/contact/" not in record]
+            awaited += self.records(scene, "contact", below="strip.training_samples")
         return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
 
     def joint_page(self, names: Iterable[str], kept: list[Path]) -> Entry:
@@ -196,7 +196,7 @@ class Names:
         if stage in USER_FILES:
             special[stage] = self.scenes.user_files(scene, stage)
         if stage == "chaos_strip":  # training strips are those of the first batches
-            special["contact"] = self.results(scene, "contact_strip", below="strip.training_samples")
+            special["contact"] = self.results(scene, "contact", below="strip.training_samples")
         others = {option: made_by.split() for option, made_by in options.items() if option not in special}
         return special | {option: self.results(scene, *stages) for option, stages in others.items()}
 

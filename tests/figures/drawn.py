@@ -262,12 +262,13 @@ def budget_result(
 def loads_result(most=1.0):
     """Made up: five loads, the second of the scene; near full contact every window touches."""
     pressure = 1e6 * 10.0 ** np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
-    arrays = {"nominal_pressure": pressure, "own_pressure": pressure[1]}
-    arrays |= with_interval("real_area", most * pressure / 1e7, 1e-4) | with_interval(
+    arrays = with_interval("real_area", most * pressure / 1e7, 1e-4) | with_interval(
         "mean", 0.3 - 1e-8 * pressure, 0.01
     )
     arrays |= with_interval("variation", 20.0 / pressure, 1e-6)
-    return arrays | with_interval("no_contact", (1 - most) * np.linspace(0.9, 0.0, 5), 0.0)
+    arrays |= with_interval("no_contact", (1 - most) * np.linspace(0.9, 0.0, 5), 0.0)
+    over_loads = {f"over_loads_{name}": values for name, values in arrays.items()}
+    return over_loads | {"over_loads_nominal_pressure": pressure, "nominal_pressure": pressure[1]}
 
 
 def chain_result(nodes=8):

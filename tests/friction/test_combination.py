@@ -162,7 +162,7 @@ def test_intervals_cover_mean_and_std_of_a_known_process() -> None:
 
 
 MEANS, SCATTER, ROWS, COLUMNS = (1.25, 1.0, 0.8), 0.05, 60, 12
-LAYOUT = WindowLayout(np.array([20.0, 50.0, 80.0]), 4e-4, 1e-4, (40, 10), COLUMNS)
+LAYOUT = WindowLayout(np.array([20.0, 50.0, 80.0]), 4e-4, 1e-4, COLUMNS)
 AREA = 2.0  # m2 of every window; its force is the area over mu
 MEAN, REPLICATES, SEED = 0.3, 60, [5, 1]
 

@@ -68,7 +68,7 @@ def claim(**changes):
 
 def cost(**changes):
     return {
-        "stage": "contact_strip",
+        "stage": "contact",
         "jobs": 2,
         "cpu_seconds": 10.71,
         "wall_seconds": 33.0,
@@ -231,7 +231,7 @@ COSTS = [
     cost(
         stage="all",
         warnings=["slope of <0.7>", "few strips"],
-        not_needed={"contact_strip": "given & done", "friction": "given & done", "cycles": "a number"},
+        not_needed={"contact": "given & done", "friction": "given & done", "cycles": "a number"},
     ),
 ]
 
@@ -245,7 +245,7 @@ def test_all_that_a_run_found_stands_on_its_page():
     text = " ".join(" ".join(content.text).split())
     shown = (
         *("slope of <0.7>", "few strips", "Pressure.", "80,400 convolutions, 3 field fits"),
-        *("1,234 nodes: below <the> plane", "contact_strip, friction (given & done); cycles (a number)."),
+        *("1,234 nodes: below <the> plane", "contact, friction (given & done); cycles (a number)."),
         *("1,000 surfaces", "It has 7 modes.", NASTY),
         *("3,000", "2,990 converged, 10 IllPosedError", "a <processor>"),
     )

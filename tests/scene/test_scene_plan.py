@@ -77,12 +77,12 @@ def test_every_stage_runs_or_has_a_reason():
         assert set(scene["targets"]).isdisjoint(target for some in asked for target in some.split(", "))
     paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
     assert paper["scan"] == "roughness.scan is not given"
-    assert given["contact_strip"] == "friction.statistics is given"
+    assert given["contact"] == "friction.statistics is given"
     for name in ("given", "paper"):
         square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        of_oscillator = "figure5, figure_budget, figure_chain, figure_map"
+        of_oscillator = "figure5, figure_budget, figure_chain, figure_map, friction_against_load"
         asking = f"not asked for: answer, figure3, {of_oscillator}"
-        assert square["contact_strip"] == square["friction"] == asking
+        assert square["contact"] == square["friction"] == asking
 
 
 UNITS = {

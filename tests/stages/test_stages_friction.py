@@ -10,6 +10,7 @@ from roughslip import store
 from roughslip.friction.marginal import SHAPES
 from roughslip.friction.table_variables import TRENDS
 from roughslip.stages import friction
+from roughslip.stages.from_scene import geometry
 from tests.stages.scenes import CONTACT, changed
 
 STRIPS, MANY, WINDOWS = 12, 40, 60
@@ -18,6 +19,15 @@ SCENE = changed(
     strip={"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5},
     friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
 )
+
+
+BLOCKS = 1e-5, 2.5e-5, 1e-5  # windows are drawn as they are, so that each is one block
+
+
+def sums(area: np.ndarray, ratio: np.ndarray) -> dict:
+    """Area and force of blocks, from arrays (strips, levels, windows)."""
+    shape = ("sample", "mesh", "level", "along", "across")
+    return {"area": (shape, area[:, None, :, :, None]), "force": (shape, (area / ratio)[:, None, :, :, None])}
 
 
 @pytest.fixture(scope="module")
@@ -34,21 +44,20 @@ def known(run, stored):
     levels = np.array([3.0, 2.0, 1.0])[None, :, None]
     expanded = 1e-9 * (levels * 1.5 + 0.2 * noise)
     solved = 1e-9 * (levels + 0.2 * noise[:STRIPS] + 0.02 * rng.standard_normal((STRIPS, 3, WINDOWS)))
-    shape = ("sample", "level", "window")
     area = {name: 1e-10 * rng.uniform(1, 2, ratio.shape) for name, ratio in (("s", solved), ("e", expanded))}
     area["s"][:2, 2, 0] = 2.4e-12, 2.6e-12
     contact = []
     for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
         part = slice(first, last)
-        fields = {"area": (shape, area["s"][part]), "force": (shape, area["s"][part] / solved[part])}
-        fields |= {f"block_{name}": (("sample", "level", "block"), values) for name, (_, values) in fields.items()}
-        fields |= {f"area_{name}": (shape[:2], area["s"][part, :, 0]) for name in ("corrected", "of_nodes")}
+        fields = sums(area["s"][part], solved[part])
+        fields |= {f"area_{name}": (("sample", "level"), area["s"][part, :, 0]) for name in ("corrected", "of_nodes")}
         residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
-        contact.append(stored(f"{name}.nc", {"first": first}, residual=residual, **fields))
-    expansion = stored("e.nc", {"first": 0}, area=(shape, area["e"]), force=(shape, area["e"] / expanded))
+        contact.append(stored(f"{name}.nc", {"first": first, "model": "solved"}, residual=residual, **fields))
+    expansion = stored("e.nc", {"first": 0, "model": "expansion"}, **sums(area["e"], expanded))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 200)  # intervals have tests of their own
-        result = run(friction, SCENE, contact=contact, expansion=[expansion])
+        patch.setattr(geometry, "block_sizes", lambda _: BLOCKS)
+        result = run(friction, SCENE, blocks=[*contact, expansion])
     total = area["s"].sum(axis=(0, 2)) / (area["s"] / solved).sum(axis=(0, 2))
     solved[0, 2, 0] = np.nan
     return result, solved, expanded, total
@@ -135,14 +144,17 @@ def test_one_level_has_no_trend(run, known, folder):
     for path, source in zip(paths, ("z.nc", "y.nc", "e.nc"), strict=True):
         batch = store.read(folder / source)
         variables = {
-            name: one._replace(values=one.values[:, 1:2]) if "level" in one.dimensions else one
+            name: one._replace(values=np.take(one.values, [1], axis=one.dimensions.index("level")))
             for name, one in batch.variables.items()
         }
-        store.write(path, variables, store.Key({}, "code"), {"first": batch.attributes["first"]})
+        store.write(
+            path, variables, store.Key({}, "code"), {name: batch.attributes[name] for name in ("first", "model")}
+        )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 200)
+        patch.setattr(geometry, "block_sizes", lambda _: BLOCKS)
         scene = changed(SCENE, strip={"penetration_percentiles": [50.0]})
-        one = run(friction, scene, "one", contact=paths[:2], expansion=paths[2:], summary=folder / "one.csv")
+        one = run(friction, scene, "one", blocks=paths, summary=folder / "one.csv")
     assert not [name for name in one if name.startswith("trend_")]
     for name in ("mean", "std", "skewness"):
         np.testing.assert_allclose(one[name][..., 0], statistics[name][..., 1], rtol=1e-12)

@@ -54,22 +54,15 @@ STRIP = {
 @pytest.mark.parametrize(
     ("margin", "length", "middle"), [(0.0, 2.4e-3, 960), (3e-4, 2.4e-3, 960), (3e-4, 2.41e-3, 964)]
 )
-def test_windows_lie_on_the_middle_of_the_strip(margin, length, middle):
-    """They fill 2.4 mm: four windows are a whole number of spacings. Of 2.41 mm four columns are left."""
+def test_blocks_lie_on_the_middle_of_the_strip(margin, length, middle):
+    """160 of 15 um fill 2.4 mm. Of 2.41 mm four columns are left."""
     scene = scene_of({"strip": STRIP | {"margin_m": margin, "length_m": length}})
-    grid, windows = geometry.strip_grid(scene), geometry.windows(scene)
+    grid, within = geometry.strip_grid(scene), geometry.middle(scene)
     assert grid.shape == (middle + 2 * round(margin / 2.5e-6), 10)
     assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx((length + 2 * margin, 2.5e-5))
-    assert windows.middle == geometry.middle(scene)
-    assert windows.middle.start == grid.nx - windows.middle.stop == round(margin / 2.5e-6)
-    assert (windows.length, windows.spacing, windows.count) == (240, 6, 121)
-    last = windows.middle.start + (windows.count - 1) * windows.spacing + windows.length
-    assert windows.middle.stop - last == middle - 960
-
-
-def test_streams_of_different_stages_never_meet():
-    streams = [value for name, value in vars(geometry).items() if name.startswith("STREAM_")]
-    assert len(streams) == len(set(streams)) >= 7
+    assert within.start == grid.nx - within.stop == round(margin / 2.5e-6)
+    assert within.stop - within.start == middle
+    assert geometry.block_nodes(scene) == (6, 10)
 
 
 FIELD = {"covariance": "exponential", "rms_height_m": 2e-7, "correlation_length_m": 5e-6}

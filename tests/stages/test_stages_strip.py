@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
+from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.scene.types import scene_of
-from roughslip.stages import chaos_strip, contact_strip, expansion_strip
-from roughslip.stages.from_scene import geometry, strip_contact, strip_expansion
+from roughslip.stages import chaos_strip, contact, expansion_strip
+from roughslip.stages.from_scene import domain, geometry, strip_expansion
 from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import surface_model
@@ -37,13 +38,18 @@ def windows_of(columns: np.ndarray) -> np.ndarray:
     return np.stack([columns[..., start : start + WINDOW].sum(axis=-1) for start in starts], axis=-1)
 
 
+def windows(blocks: np.ndarray) -> np.ndarray:
+    """Sums over windows of five blocks, of arrays (strips, meshes, levels, along, across) on the finest mesh."""
+    return window_sums(blocks[:, 0, :, :, 0], 5, 1)
+
+
 def strip(number: int) -> np.ndarray:
     """Heights (nx, ny) of the strip of this number; they are the field, as the surface is Gaussian."""
     sample = surface_model(scene_of(CONFIGURATION)).sampler(geometry.strip_grid(scene_of(CONFIGURATION)))
     return sample(np.random.default_rng([7, Stream.STRIP, number]))
 
 
-def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
+def test_blocks_and_training_columns_of_a_known_contact(run, monkeypatch):
     """In place of contact a pressure of 10^6 (1 + level) (1 + i + 100 j) Pa, on every other row."""
     pressed = []
     node = 1 + np.arange(NX)[:, None] + 100.0 * np.arange(NY)
@@ -53,34 +59,28 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
         for level in range(len(planes)):
             pressure = 1e6 * (1 + level) * node * (np.arange(NY) % 2 == 0)
             gap = 1e-9 * (1 + level) * node
-            contact = pressure > 0
-            yield SimpleNamespace(
-                pressure=pressure, contact=contact, signed_gap=gap, residual=0.1 * level, work=5 + level, **HOW
-            )
+            fields = {"pressure": pressure, "contact": pressure > 0, "signed_gap": gap}
+            fields |= {"shares": contact_shares(pressure), "yielded_share": 0.0}
+            yield SimpleNamespace(residual=0.1 * level, work=5 + level, **fields, **HOW)
 
-    monkeypatch.setattr(strip_contact, "sweep", lambda *given, **named: list(sweep(*given, **named)))
-    result = run(contact_strip, CONFIGURATION, first=1, last=5)
-    assert result["area"].shape == result["force"].shape == (4, 2, COUNT)
-    np.testing.assert_allclose(result["area"], 3 * WINDOW * CELL_AREA)
-    np.testing.assert_allclose(result["block_area"], 3 * SPACING * CELL_AREA)
+    monkeypatch.setattr(domain, "sweep", lambda *given, **named: list(sweep(*given, **named)))
+    result = run(contact, CONFIGURATION, first=1, last=5)
+    assert result["area"].shape == result["force"].shape == (4, 1, 2, 20, 1)  # as long as the distance of two windows
+    np.testing.assert_allclose(result["area"], 3 * SPACING * CELL_AREA)
     np.testing.assert_allclose(result["area_of_nodes"], 3 * 80 * CELL_AREA)
     shares = 0.915 + 0.806 + 0.915  # rows at the border have one neighbour out of contact, the middle one two
     np.testing.assert_allclose(result["area_corrected"], shares * 80 * CELL_AREA)
-    corrected = run(
-        contact_strip, changed(CONFIGURATION, numerics={"contact_area": "corrected"}), "shares", first=1, last=2
-    )
-    np.testing.assert_allclose(corrected["area"], shares * WINDOW * CELL_AREA)
+    corrected = run(contact, changed(CONFIGURATION, numerics={"contact_area": "corrected"}), "shares", first=1, last=2)
+    np.testing.assert_allclose(corrected["area"], shares * SPACING * CELL_AREA)
     columns = (node * [1, 0, 1, 0, 1]).sum(axis=1)
     for level in range(2):
         force = 1e6 * (1 + level) * CELL_AREA * windows_of(columns)
-        np.testing.assert_allclose(result["force"][:, level], np.tile(force, (4, 1)))
-        in_blocks = columns[FIRST : FIRST + 80].reshape(20, SPACING).sum(axis=1)  # as long as the distance of windows
-        np.testing.assert_allclose(result["block_force"][2, level], 1e6 * (1 + level) * CELL_AREA * in_blocks)
+        np.testing.assert_allclose(windows(result["force"])[:, level], np.tile(force, (4, 1)))
     assert result["pressure"].shape == (2, 2, len(COLUMNS), NY)  # strips 1 and 2 of the three that train
     np.testing.assert_allclose(result["pressure"][1, 1, :, ::2], 2e6 * node[COLUMNS, ::2])
     np.testing.assert_allclose(result["gap"][0, 1], 2e-9 * node[COLUMNS])
     np.testing.assert_array_equal(result["residual"], np.tile([0.0, 0.1], (4, 1)))
-    np.testing.assert_array_equal(result["work"], np.tile([5, 6], (4, 1)))
+    assert run.did["convolutions"] == 11  # of the last strip
     assert result.attributes["first"] == 1
     for number, (influence, heights, planes, tolerance, hardness_pa) in enumerate(pressed[:4], start=1):
         np.testing.assert_array_equal(heights, strip(number))
@@ -91,7 +91,7 @@ def test_windows_and_training_columns_of_a_known_contact(run, monkeypatch):
     assert pressed[0][0].diagonal == pytest.approx(  # of a square cell under its own load
         4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
     )
-    assert "pressure" not in run(contact_strip, CONFIGURATION, first=3, last=4)  # no training strip
+    assert "pressure" not in run(contact, CONFIGURATION, first=3, last=4)  # no training strip
 
 
 @pytest.fixture
@@ -139,9 +139,13 @@ def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, m
     for row, number in enumerate(range(1, 6)):
         pressure = np.maximum(trial(number), 0.0)
         np.testing.assert_allclose(
-            result["area"][row], CELL_AREA * windows_of(np.count_nonzero(pressure, axis=2).astype(float)), rtol=1e-9
+            windows(result["area"])[row],
+            CELL_AREA * windows_of(np.count_nonzero(pressure, axis=2).astype(float)),
+            rtol=1e-9,
         )
-        np.testing.assert_allclose(result["force"][row], CELL_AREA * windows_of(pressure.sum(axis=2)), rtol=1e-9)
+        np.testing.assert_allclose(
+            windows(result["force"])[row], CELL_AREA * windows_of(pressure.sum(axis=2)), rtol=1e-9
+        )
     assert result.attributes["first"] == 1
 
 
@@ -199,8 +203,8 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
         areas.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
     plain, lifted = areas
     for name in ("area", "force"):
-        np.testing.assert_allclose(lifted[name][:, 0], plain[name][:, 0], rtol=1e-9)
-        np.testing.assert_allclose(lifted[name][:, 1], plain[name].mean(axis=1), rtol=1e-9)
+        np.testing.assert_allclose(lifted[name][:, :, 0], plain[name][:, :, 0], rtol=1e-9)
+        np.testing.assert_allclose(lifted[name][:, :, 1], plain[name].mean(axis=2), rtol=1e-9)
     assert abs(np.mean(forces)) < 0.5 * np.mean(np.abs(forces))  # forces less their mean: the plane has that already
 
 
@@ -223,7 +227,7 @@ def strips(run):
     """strips(configuration) are the window sums of six solved strips."""
 
     def solved(configuration: dict, name: str):
-        return run(contact_strip, configuration, name, first=0, last=6)
+        return run(contact, configuration, name, first=0, last=6)
 
     return solved
 
@@ -239,7 +243,7 @@ def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardn
     result = strips(changed(LONG, material={"hardness_pa": hardness}), "yields")
     touched = result["area"] > 0
     mu, _ = friction_coefficient(result["area"][touched], result["force"][touched], 1.0, 1e-30)
-    # sums of some hundred nodes, in another order than the product
+    # sums of some nodes, in another order than the product
     assert np.all(mu * hardness >= 1 - 1e-12)
     assert mu.max() * hardness > 1.2
     assert np.all(result["area"] >= elastic_strips["area"])  # the plane sinks in further where summits give way
@@ -278,7 +282,9 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
     capped = np.isclose(solved["pressure"], hardness, rtol=1e-15)
     assert 0.02 < capped[:, 2].mean() < 0.9  # some yield, and not all
     deep = 2
-    mu = [source["area"][:, deep] / source["force"][:, deep] for source in (solved, result)]
+    mu = [
+        np.divide(*(source[name][:, 0, deep].sum(axis=1) for name in ("area", "force"))) for source in (solved, result)
+    ]
     np.testing.assert_allclose(mu[1].mean(), mu[0].mean(), rtol=0.1)
 
 
@@ -298,8 +304,9 @@ def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run)
     )
     changes, errors = [], []
     for name, cell in (("h", 1.25e-6), ("half", 6.25e-7)):
-        result = run(contact_strip, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
-        fine, coarse = ((result[f"{mesh}area"] / result[f"{mesh}force"]).mean(axis=2) for mesh in ("", "coarse_"))
+        result = run(contact, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
+        area, force = (window_sums(result[name][:, :, :, :, 0], 10, 1) for name in ("area", "force"))
+        fine, coarse = np.moveaxis((area / force).mean(axis=3), 1, 0)
         change = coarse / fine - 1
         changes.append(change.mean(axis=0))
         errors.append(change.std(axis=0) / math.sqrt(48) / changes[-1])

@@ -88,7 +88,7 @@ def test_both_snakefiles_make_the_same(empty, tmp_path):
             assert "profiles/default" in run.stderr
             planned.append(jobs(run))
     assert planned == [planned[0]] * 4
-    assert planned[0]["contact_strip"] == 1
+    assert planned[0]["contact"] == 1
 
 
 @pytest.mark.slow
@@ -316,7 +316,7 @@ SPLIT = """\
 extends: tiny
 jobs: 4
 """
-BATCHED = {"contact/square-*": 12, "contact/strip-*": 4, "friction/expansion-*": 4, "oscillator/ensemble-*": 4}
+BATCHED = {"contact/square-*": 12, "contact/blocks-*": 4, "friction/expansion-*": 4, "oscillator/ensemble-*": 4}
 
 # What sums up batches; one figure, as figures draw what is stored in these.
 SUMMED_UP = (

@@ -35,7 +35,7 @@ pytestmark = pytest.mark.filterwarnings("default")
 # One job a batched stage, three for the designs of the square.
 END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
 SQUARE = {"karhunen_loeve": 1, "contact_square": 3, "chaos_square": 1, "figure2": 1, "figure2_traps": 1}
-STRIP = {"contact_strip": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
+STRIP = {"contact": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 FIGURE3 = {"figure3": 1, "figure3_law": 1}
 FIGURE5 = {"deterministic": 1, "oscillator": 1, "cycles": 1, "figure5": 1}
 OSCILLATOR = {"answer": 1, **FIGURE5}
@@ -66,9 +66,9 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
     for number, (name, text) in enumerate(zip(names, STAGES, strict=True)):  # no two alike, which share
         unlike = f"seed: {number}\nsquare: {{modes: {63 - number}}}\noscillator: {{mass_kg: 1.0{number:02}}}"
         project.scene(name, f"extends: tiny\n{unlike}\n{text}\n")
-    planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/strip-0-8.nc")
+    planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/blocks-0-8.nc")
     assert planned.pop("given") == {**FIGURE5, "oscillator": 2, "one_file": 1}
-    assert planned.pop("tiny") == {"contact_strip": 1, "one_file": 1}
+    assert planned.pop("tiny") == {"contact": 1, "one_file": 1}
     assert planned == {name: {**stages, **END} for name, stages in zip(names, STAGES.values(), strict=True)}
     assert not project.path("results").exists()
 
@@ -212,7 +212,7 @@ def test_a_job_of_a_cluster_asks_for_more_at_each_attempt_and_never_for_more_tha
 
 OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
-OF_STRIP = {"contact_strip", "chaos_strip", "expansion_strip", "friction"}
+OF_STRIP = {"contact", "chaos_strip", "expansion_strip", "friction"}
 OF_SQUARE = {"contact_square", "chaos_square"}  # without karhunen_loeve, which draws nothing
 FRICTION = OF_STRIP | OF_OSCILLATOR | OF_POINT
 OWN = {"figure5": 1, "figure_chain": 1, "claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
@@ -334,7 +334,7 @@ def test_a_key_file_says_what_was_hashed_and_is_written_whole(empty, tmp_path, m
     entry = names.entry("tiny", "friction")
     stored = json.loads(Path(entry.folder, "key.json").read_text())
     assert entry.made_of.items() <= stored.items()
-    assert stored["before"]["contact_strip"] in stored["inputs"]["contact"][0]
+    assert stored["before"]["contact"] in stored["inputs"]["blocks"][0]
     assert names_of(project.folder).at(entry.folder) == entry
     with pytest.raises(InputError, match="no key file"):
         names.at("results/store/friction/0123456789abcdef")

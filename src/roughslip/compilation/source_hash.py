@@ -63,7 +63,7 @@ def compiled_folder() -> Path:
 def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
     """Files of the package that importing modules can execute: their own, those they import, and every parent package.
 
-    modules : their dotted names, such as roughslip.stages.contact_strip, separated by spaces
+    modules : their dotted names, such as roughslip.stages.contact, separated by spaces
     source_root : folder that holds the package
     without : dotted names of modules and subpackages that are left out, with what only they import
 

@@ -22,17 +22,24 @@ PANELS = {
     "variation": ("standard deviation over mean", "scatter of the pad"),
     "no_contact": ("share of windows", "windows without contact"),
 }
-DRAWN = {"friction_against_load": ["nominal_pressure", "own_pressure", *with_interval_names(*PANELS)]}
+OVER = "over_loads_"
+DRAWN = {
+    "friction_against_load": [
+        "nominal_pressure",
+        f"{OVER}nominal_pressure",
+        *with_interval_names(*(f"{OVER}{name}" for name in PANELS)),
+    ]
+}
 
 
 def friction_against_load(result: Arrays) -> Figure:
     """Four panels over the nominal pressure, on a logarithmic axis; the scene's load is a line in each."""
     figure, axes = panels(4, 1, 3.4)
-    own = float(result["own_pressure"])
+    own = float(result["nominal_pressure"])
     factor, unit = pressure_unit(own)
-    pressures = factor * result["nominal_pressure"]
+    pressures = factor * result[f"{OVER}nominal_pressure"]
     for panel, (name, (label, _)) in zip(axes, PANELS.items(), strict=True):
-        ends = with_ends(result, name)
+        ends = with_ends(result, f"{OVER}{name}")
         draw_curve(panel, pressures, ends, {"color": "C0", "marker": "o", "ms": 4})
         panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
         panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)

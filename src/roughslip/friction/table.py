@@ -75,14 +75,12 @@ class WindowLayout:
 
     percentiles : (levels,) [%] share of heights above the plane, increasing, 50 among them
     window_m, spacing_m : [m] length of a window and distance between the starts of two neighbours
-    cells : of the mesh along a window, and along a spacing
     count : windows of a strip
     """
 
     percentiles: np.ndarray
     window_m: float
     spacing_m: float
-    cells: tuple[int, int]
     count: int
 
     @property

@@ -132,6 +132,7 @@ MOST_TRAINING = 400_000_000  # pressures in all cells of the training strips at 
 MULTIPLES = {
     "cell_m": f"{LENGTHS} expansion_spacing_m",
     "expansion_spacing_m": "length_m window_m window_spacing_m",
+    "window_spacing_m": "window_m",
 }
 
 REPLACES: dict[str, tuple[str, ...]] = {MODES: (SHARE,), SHARE: (MODES,)}

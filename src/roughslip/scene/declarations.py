@@ -111,15 +111,16 @@ class Stage:
         return {"output": self.result} | pictures | dict(self.outputs)
 
 
-def figure(*, name: str, of: str, draws: str = "", target: str = "", **others: Any) -> Stage:
+def figure(*, name: str, of: str, draws: str = "", target: str = "", reads: str = "", **others: Any) -> Stage:
     """A figure of the results of one stage, which computes nothing itself: a row of `STAGES` in stages/figures.py.
 
     Target and drawing module have its name by default.
 
     of : the stage whose results it draws
+    reads : scene keys without which it cannot be drawn
     """
     others |= {"many": {"results": of}, "result": f"{name}.nc", "memory_mb": 320}
-    return Stage(name=name, draws=draws or name, reads="description", target=target or name, **others)
+    return Stage(name=name, draws=draws or name, reads=f"description {reads}".strip(), target=target or name, **others)
 
 
 @cache

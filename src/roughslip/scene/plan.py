@@ -65,7 +65,7 @@ def _needs(stage: str) -> list[str]:
 def sections_not_read(scene: Values) -> set[str]:
     """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
     stages = stages_needed(scene)
-    unread = set() if stages & {"friction", "contact_periodic"} else {"strip"}
+    unread = set() if stages & {"friction"} else {"strip"}
     return unread if "chaos_square" in stages else unread | {"square"}
 
 

@@ -30,7 +30,7 @@ SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Bal
 def cells_of(scene: Values) -> dict[str, float]:
     """[m] edge of the cells of strip and square, by key, of those that the scene solves."""
     stages, cells = stages_needed(scene), {}
-    if stages & {"contact_strip", "contact_periodic"}:
+    if stages & {"contact"}:
         cells["strip.cell_m"] = get(scene, "strip.cell_m")
     if "karhunen_loeve" in stages:
         cells["square.edge_m / square.nodes"] = get(scene, "square.edge_m") / get(scene, "square.nodes")
@@ -46,7 +46,7 @@ def warnings(scene: Values, length_m: float | None = None) -> list[str]:
 
 
 def _materials(scene: Values) -> Iterator[str]:
-    if not stages_needed(scene) & {"contact_strip", "contact_periodic", "contact_square"}:
+    if not stages_needed(scene) & {"contact", "contact_square"}:
         return
     for key, (minimum, softest, maximum, hardest) in SOLIDS.items():
         value = get(scene, f"material.{key}")
@@ -111,7 +111,7 @@ def _training(scene: Values, length_m: float | None) -> Iterator[str]:
 
 def _least_contact(scene: Values) -> Iterator[str]:
     """Windows that count with a single cell in contact."""
-    if not stages_needed(scene) & {"contact_strip", "contact_periodic"}:
+    if not stages_needed(scene) & {"contact"}:
         return
     strip, share = get(scene, "strip"), get(scene, "friction.least_contact_fraction")
     cells = strip["window_m"] * strip["width_m"] / strip["cell_m"] ** 2

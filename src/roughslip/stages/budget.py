@@ -23,7 +23,7 @@ STAGE = Stage(
     reads_if_given="standard_uncertainties ensemble.marginal friction.mean_at_median friction.statistics "
     "friction.scatter load material roughness strip.window_m strip.width_m",
     inputs={"answer": "answer"},
-    optional={"friction": "friction friction_under_load record", "scan": "scan"},
+    optional={"friction": "friction record", "scan": "scan"},
     result="oscillator/budget.nc",
     outputs={"text": "budget.json"},
     memory_mb=620,

@@ -25,8 +25,9 @@ STAGE = Stage(
     "numerics.contact_area strip.training_samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     optional={"scan": "scan"},
-    many={"contact": "contact_strip"},
+    many={"contact": "contact"},
     result="chaos/strip.nc",
+    runs_if="not load",
 )
 
 
@@ -63,7 +64,7 @@ def work(job: Job) -> None:
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
     title = "mean force on a column of the training strips"
-    variables = geometry.level_coordinates(scene) | _of_fit(fitted, means, _covered(scene, batches, levels))
+    variables = _of_fit(fitted, means, _covered(scene, batches, levels))
     variables["column_force"] = store.Variable(("level",), force, "N", title)
     for name, title in QUALITY.items():
         variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)

@@ -28,7 +28,7 @@ STAGE = Stage(
     name="deterministic",
     reads="oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load record"},
+    optional={"friction": "friction record"},
     result="oscillator/deterministic.nc",
     memory_mb=620,
 )

@@ -1,8 +1,9 @@
-"""Stage expansion_strip: window sums of a batch of strips from the pressure expansion instead of contact solves."""
+"""Stage expansion_strip: block sums of a batch of strips from the pressure expansion instead of contact solves."""
+
+import numpy as np
 
 from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.strip_expansion import expand_strips
 from roughslip.stages.runtime.command import Job
 
@@ -15,17 +16,21 @@ STAGE = Stage(
     inputs={"expansion": "chaos_strip"},
     optional={"scan": "scan"},
     result="friction/expansion-{first}-{last}.nc",
+    runs_if="not load",
     batches=Batches(totals={"": "strip.expansion_samples"}),
 )
 
 
 def work(job: Job) -> None:
-    """Write contact area and normal force of every window."""
+    """Write contact area and normal force of every block."""
     numbers = range(job.arguments.first, job.arguments.last)
     area, force = expand_strips(job, numbers, job.scene.strip.samples)
-    shape = ("sample", "level", "window")
+    shape = ("sample", "mesh", "level", "along", "across")
+    percentiles = np.array(job.scene.strip.penetration_percentiles)
     variables = {
-        "area": store.Variable(shape, area, "m2", "contact area of the window"),
-        "force": store.Variable(shape, force, "N", "normal force on the window"),
-    } | geometry.window_coordinates(job.scene, numbers, area.shape[2])
-    store.write(job.arguments.output, variables, job.key, {"first": numbers.start})
+        "number": store.Variable(("sample",), np.array(numbers), "1", "number of the strip"),
+        "at": store.Variable(("level",), percentiles, "percent", "share of heights above the plane"),
+        "area": store.Variable(shape, area[:, None, :, :, None], "m2", "contact area of a block"),
+        "force": store.Variable(shape, force[:, None, :, :, None], "N", "normal force on it"),
+    }
+    store.write(job.arguments.output, variables, job.key, {"first": numbers.start, "model": "expansion"})

@@ -8,7 +8,7 @@ from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, mass_on_belt, surface_model
-from roughslip.stages.from_scene.periodic_cell import Cells
+from roughslip.stages.from_scene.domain import own_cells
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
@@ -19,7 +19,7 @@ STAGE = Stage(
     reads_if_given="friction.statistics friction.scatter load numerics.contact_area "
     "strip.window_m strip.width_m strip.window_spacing_m",
     inputs={"cycles": "cycles"},
-    optional={"friction": "friction friction_under_load record", "scan": "scan"},
+    optional={"friction": "friction record", "scan": "scan"},
     result="figure_chain.nc",
     target="figure_chain",
     comes_with="figure5",
@@ -57,10 +57,11 @@ def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
     return heights[middle, middle], solution.pressure[middle, middle]
 
 
-def under_the_load(job: Job, pressure_pa: float) -> tuple[np.ndarray, np.ndarray]:
+def under_the_load(job: Job) -> tuple[np.ndarray, np.ndarray]:
     """The same around the highest summit of a periodic cell under its load."""
-    cells = Cells(job, pressure_pa)
-    heights, (solution,) = cells.heights(0), cells.solutions(0, [pressure_pa])
+    cells = own_cells(job.scene, job.arguments.scan)
+    heights = cells.heights(0)
+    (solution,) = cells.solutions(heights)
     summit = np.unravel_index(heights.argmax(), heights.shape)
     turned = (np.roll(part, [SHOWN // 2 - place for place in summit], (0, 1)) for part in (heights, solution.pressure))
     heights, pressure = (np.tile(part, [-(-SHOWN // n) for n in part.shape])[:SHOWN, :SHOWN] for part in turned)
@@ -71,7 +72,7 @@ def surface_and_pressure(job: Job, cycles: store.Result) -> dict[str, store.Vari
     """A piece of the surface, and the pressure on it."""
     with job.usage.core():
         if job.scene.load is not None:
-            heights, pressure = under_the_load(job, job.scene.load.nominal_pressure_pa)
+            heights, pressure = under_the_load(job)
             pressed_by = f"nominal pressure {1e-6 * job.scene.load.nominal_pressure_pa:.3g} MPa"
         else:
             percentile = float(cycles["friction_percentile"])

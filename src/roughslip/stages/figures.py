@@ -43,6 +43,14 @@ STAGES = [
         "families of distributions, skewness and excess kurtosis.",
     ),
     figure(
+        name="friction_against_load",
+        of="friction",
+        reads="load",
+        caption="Friction against load: real area of contact, mean and coefficient of variation of the friction "
+        "coefficient of the pad, and windows without contact, over two decades of nominal pressure. The shear strength "
+        "is that which gives the pad its mean under the load of the scene, marked. Bands are 95 % intervals.",
+    ),
+    figure(
         name="figure5",
         of="cycles",
         caption="Figure 5. As in the paper (a) the limit cycle, (b) the point where the mass sticks again, and (c) "

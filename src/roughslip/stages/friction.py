@@ -1,8 +1,9 @@
-"""Stage friction: statistics of the friction coefficient over windows, per source of pressure and penetration."""
+"""Stage friction: statistics of the friction coefficient over penetration, or under a load and over loads about it."""
 
 import numpy as np
 
 from roughslip import store
+from roughslip.friction.blocks import Blocks
 from roughslip.friction.level import Windows, levels_of_sums
 from roughslip.friction.table import WindowLayout, friction_table
 from roughslip.friction.table_variables import (
@@ -13,56 +14,84 @@ from roughslip.friction.table_variables import (
     windows_variables,
 )
 from roughslip.scene.declarations import Stage
+from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.streams import Stream
-from roughslip.stages.from_scene.strip_contact import COARSE, FINE
 from roughslip.stages.result_tables import load_table
 from roughslip.stages.result_tables.pad_autocorrelation import correlation_variables
+from roughslip.stages.result_tables.under_load import load_results
 from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="friction",
-    reads="seed roughness strip friction.mean_at_median",
-    reads_if_given="friction.least_contact_fraction oscillator.normal_force_n",
-    many={"contact": "contact_strip", "expansion": "expansion_strip"},
+    reads="seed material roughness strip friction.mean_at_median",
+    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n oscillator.windows_in_parallel",
+    many={"blocks": "contact expansion_strip"},
     optional={"scan": "scan"},
     result="friction/statistics.nc",
     outputs={"summary": "summary.csv"},
-    runs_if="not friction.statistics and not friction.record and not load",
+    runs_if="not friction.statistics and not friction.record",
     memory_mb=620,
 )
 
 REPLICATES = 400
+MODELS = ("solved", "expansion")
 
 
 def work(job: Job) -> None:
-    """Calibrate the shear strength at the median, then write every statistic with its interval, and summary.csv."""
-    scene, batches, seed = job.scene, store.read_all(job.arguments.contact), job.scene.seed
-    sums, expanded = area_and_force(batches), area_and_force(store.read_all(job.arguments.expansion))
-    windows, strip = geometry.windows(scene), scene.strip
-    percentiles, cells = np.array(strip.penetration_percentiles, dtype=float), (windows.length, windows.spacing)
-    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, cells, sums[0].shape[2])
-    with job.usage.core():
-        levels = levels_of_sums(geometry.least_contact_area(scene), sums, expanded, coarse_sums(batches))
-        draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean_at_median
-        table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
-        loads = load_table.load_table(job, batches, (table.solved, table.combined), table.shear, table.weights)
-    job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
-    job.usage.count(windows=sums[0][0].size, expanded_windows=expanded[0][0].size)
-    variables = table_variables(table) | windows_variables(table.mu, layout.median)
-    variables |= load_table.load_variables(loads)
-    variables |= correlation_variables(scene, job.arguments.scan)
-    variables |= solve_variables(batches, table.shear, table.weights)
+    """Write every statistic with its interval, and summary.csv."""
+    scene, files = job.scene, store.read_all(job.arguments.blocks)
+    solved, expanded = ([file for file in files if file.attributes["model"] == model] for model in MODELS)
+    if scene.load is None:
+        variables, text = over_penetration(job, solved, expanded)
+    else:
+        (own,) = blocks_of(scene, solved)
+        variables, text = load_results(job, own, over_loads(scene, solved), solved)
     store.write(job.arguments.output, variables, job.key)
-    store.write_text(job.arguments.summary, summary(variables, percentiles))
+    store.write_text(job.arguments.summary, text)
 
 
-def area_and_force(batches: list[store.Result], mesh: str = FINE) -> Windows:
-    """Area [m2] and force [N] : (levels, strips, windows) on a mesh."""
-    area, force = (store.join(batches, mesh + name).transpose(1, 0, 2) for name in ("area", "force"))
+def blocks_of(scene: Scene, batches: list[store.Result], mesh: int = 0, size: str = "") -> list[Blocks]:
+    """The blocks of all samples at each level. mesh : by number; size : at the end of names"""
+    area, force = (store.join(batches, name + size)[:, mesh] for name in ("area", "force"))
+    sizes, periodic = geometry.block_sizes(scene), scene.load is not None
+    return [Blocks(area[:, level], force[:, level], *sizes, periodic) for level in range(area.shape[1])]
+
+
+def over_loads(scene: Scene, solved: list[store.Result]) -> dict[float, Blocks]:
+    """The blocks of cells under the pressures about the load, by pressure [Pa]."""
+    found: dict[float, Blocks] = {}
+    for size in (f"_{number}" for number in range(1, len(solved[0].variables))):
+        if f"at{size}" not in solved[0]:
+            break
+        found |= dict(zip(solved[0][f"at{size}"].tolist(), blocks_of(scene, solved, size=size), strict=True))
+    return found
+
+
+def window_sums_of(levels: list[Blocks]) -> Windows:
+    """Area [m2] and force [N] (levels, strips, windows)."""
+    area, force = (np.stack(parts) for parts in zip(*(blocks.windows for blocks in levels), strict=True))
     return area, force
 
 
-def coarse_sums(batches: list[store.Result]) -> Windows | None:
-    """The same on cells of twice the edge, where strips are solved on these too."""
-    return area_and_force(batches, COARSE) if f"{COARSE}area" in batches[0] else None
+def over_penetration(
+    job: Job, solved: list[store.Result], expanded: list[store.Result]
+) -> tuple[dict[str, store.Variable], str]:
+    """Calibrate the shear strength at the median; statistics of every penetration, and the text of summary.csv."""
+    scene, strip, seed = job.scene, job.scene.strip, job.scene.seed
+    blocks = blocks_of(scene, solved)
+    sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded))
+    coarse = window_sums_of(blocks_of(scene, solved, 1)) if solved[0]["area"].shape[1] > 1 else None
+    percentiles = np.array(strip.penetration_percentiles, dtype=float)
+    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
+    with job.usage.core():
+        levels = levels_of_sums(geometry.least_contact_area(scene), sums, others, coarse)
+        draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean_at_median
+        table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
+        loads = load_table.load_table(job, blocks, table)
+    job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))
+    job.usage.count(windows=sums[0][0].size, expanded_windows=others[0][0].size)
+    variables = table_variables(table) | windows_variables(table.mu, layout.median)
+    variables |= load_table.load_variables(loads) | correlation_variables(scene, job.arguments.scan)
+    variables |= solve_variables(solved, table.shear, table.weights)
+    return variables, summary(variables, percentiles)

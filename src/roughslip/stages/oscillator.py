@@ -21,7 +21,7 @@ STAGE = Stage(
     name="oscillator",
     reads="seed oscillator ensemble",
     reads_if_given="friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load record"},
+    optional={"friction": "friction record"},
     result="oscillator/ensemble-{first}-{last}.nc",
     batches=Batches(totals={"": "ensemble.realisations"}),
     memory_mb=620,

@@ -97,18 +97,18 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
-    if "contact_strip" in stages:
+    loaded = scene.load is not None
+    if "contact" in stages and not loaded:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         scan = files["surface/scan.nc"] if "scan" in stages else None
         sentences[figure] = strips_represented(scene, scan)
-    if "contact_periodic" in stages:
+    if "contact" in stages and loaded:
         figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
-        contact = store.read(files["contact/periodic.nc"])
+        under_load = store.read(files["friction/statistics.nc"])
         sentences[figure] = [
             "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
-            yielding(float(contact["plasticity_index"]), float(contact["yielded_share"])),
+            yielding(float(under_load["plasticity_index"]), float(under_load["yielded_share"])),
         ]
-        under_load = store.read(files["friction/under_load.nc"])
         if BY_LAW in under_load:
             solved, law = (100 * float(under_load[name] / under_load["load_mean"]) for name in ("load_std", BY_LAW))
             sentences[figure].append(

@@ -19,7 +19,7 @@ STAGE = Stage(
     name="stick_slip_map",
     reads="seed oscillator map",
     reads_if_given="ensemble.marginal friction.statistics friction.scatter",
-    optional={"friction": "friction friction_under_load record"},
+    optional={"friction": "friction record"},
     result="oscillator/map.nc",
     memory_mb=620,
 )

@@ -1,15 +1,10 @@
-"""From a stage's slice of the scene to meshes, windows, nodes at which the pressure is kept, and random streams.
-
-The coordinates of results on strips, by which xarray selects, stand here too.
-"""
+"""From a stage's slice of the scene to meshes, blocks, and nodes at which the pressure is kept."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from roughslip import store
-from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.limits import TRAINING_SPACING
 from roughslip.scene.types import Scene
@@ -32,12 +27,12 @@ def strip_grid(scene: Scene) -> Grid:
     return Grid(round(length / cell), round(strip.width_m / cell), cell, cell)
 
 
-def middle(scene: Scene, step: int = 1) -> slice:
+def middle(scene: Scene, mesh: int = 1) -> slice:
     """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out.
 
-    step : edge of the columns over that of the cells of the scene
+    mesh : edge of the cells over that of the cells of the scene
     """
-    strip, cell = scene.strip, step * scene.strip.cell_m
+    strip, cell = scene.strip, mesh * scene.strip.cell_m
     margin, length = round(strip.margin_m / cell), round(strip.length_m / cell)
     return slice(margin, margin + length)
 
@@ -74,48 +69,13 @@ def lattice(scene: Scene) -> Lattice:
     return Lattice(spacing, grid, first, slice(start // spacing, start // spacing + count))
 
 
-@dataclass(frozen=True)
-class Windows:
-    """Sliding windows on the middle of a strip, in columns.
+def block_nodes(scene: Scene, mesh: int = 1) -> tuple[int, int]:
+    """Nodes of a block along and across the belt: the distance of two windows, and their width.
 
-    middle : columns on which windows lie
-    length, spacing : of a window, and between two of them
+    mesh : edge of the cells over that of the cells of the scene
     """
-
-    middle: slice
-    length: int
-    spacing: int
-
-    @property
-    def count(self) -> int:
-        """Number of windows on a strip."""
-        return (self.middle.stop - self.middle.start - self.length) // self.spacing + 1
-
-    def sums(self, field: np.ndarray) -> np.ndarray:
-        """Sum (count,) of a field (nx, ny) of the whole strip over each window."""
-        return window_sums(field[self.middle].sum(axis=1), self.length, self.spacing)
-
-
-def windows(scene: Scene, step: int = 1) -> Windows:
-    """Where the windows of a strip lie, on its cells or on cells of `step` times the edge."""
-    strip, cell = scene.strip, step * scene.strip.cell_m
-    length, spacing = (round(size / cell) for size in (strip.window_m, strip.window_spacing_m))
-    return Windows(middle(scene, step), length, spacing)
-
-
-def level_coordinates(scene: Scene) -> dict[str, store.Variable]:
-    """Penetrations of a result on strips."""
-    percentiles = np.array(scene.strip.penetration_percentiles)
-    return {"percentile": store.Variable(("level",), percentiles, "percent", "share of heights above the plane")}
-
-
-def window_coordinates(scene: Scene, numbers: range, count: int) -> dict[str, store.Variable]:
-    """Penetrations, numbers of the strips, and starts of their windows. count : windows of a strip"""
-    starts = scene.strip.window_spacing_m * np.arange(count)
-    return level_coordinates(scene) | {
-        "sample": store.Variable(("sample",), np.array(numbers), "1", "number of the strip"),
-        "window": store.Variable(("window",), starts, "m", "start of the window along the belt"),
-    }
+    strip, cell = scene.strip, mesh * scene.strip.cell_m
+    return round(strip.window_spacing_m / cell), round(strip.width_m / cell)
 
 
 def least_contact_area(scene: Scene) -> float:
@@ -124,7 +84,7 @@ def least_contact_area(scene: Scene) -> float:
 
 
 def block_sizes(scene: Scene) -> tuple[float, float, float]:
-    """[m] length and width of a block of a periodic cell, and length of a window."""
+    """[m] length and width of a block, and length of a window."""
     return scene.strip.window_spacing_m, scene.strip.width_m, scene.strip.window_m
 
 

@@ -1,6 +1,6 @@
-"""Window sums of strips from the pressure expansion instead of contact solves.
+"""Block sums of strips from the pressure expansion instead of contact solves.
 
-Strips are numbered as in contact_strip and drawn from the same streams. The first are the solved strips, for
+Strips are numbered as in stage contact and drawn from the same streams. The first are the solved strips, for
 which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
 given its prediction (`chaos/scatter.py`), at a plane that far contacts move (`contact/influence.py`).
 """
@@ -13,7 +13,6 @@ import numpy as np
 from roughslip import store
 from roughslip.chaos.strip import ConditionalMeans, StripExpansion
 from roughslip.contact.influence import at_displaced_planes, column_influence, displacement
-from roughslip.friction.bowden_tabor import window_sums
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
@@ -24,14 +23,14 @@ FAR = 1.4  # correlation lengths beyond which contacts act by their force alone;
 
 
 def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np.ndarray]:
-    """Contact area [m2] and normal force [N] (strips, levels, windows) of the strips of these numbers.
+    """Contact area [m2] and normal force [N] (strips, levels, blocks) of the strips of these numbers.
 
     solved : number of strips that are solved, the first ones; of the others the lattice alone is drawn
     """
     scene, arguments = job.scene, job.arguments
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, arguments.scan)
     stored, target = store.read(arguments.expansion), expansion.target(scene, model, grid)
-    lattice, windows = geometry.lattice(scene), geometry.windows(scene)
+    lattice = geometry.lattice(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)
     tables = (stored[name] for name in ("table_low", "table_step", "scatter", "contact", "mean_pressure"))
@@ -40,18 +39,19 @@ def expand_strips(job: Job, numbers: range, solved: int) -> tuple[np.ndarray, np
     reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
     kernel = column_influence(elastic.influence(scene, grid), lattice.spacing, reach)
     mean_force = lattice.spacing * stored["column_force"][:, None]
-    length, spacing = windows.length // lattice.spacing, windows.spacing // lattice.spacing
+    columns_of_block = geometry.block_nodes(scene)[0] // lattice.spacing
     draw = sampler(scene, model, grid, lattice, solved)
     count, levels = len(numbers), len(planes)
-    area, force = np.empty((2, count, levels, windows.count))
+    blocks = (lattice.middle.stop - lattice.middle.start) // columns_of_block
+    area, force = np.empty((2, count, levels, blocks))
     with job.usage.core():
         for row, number in enumerate(numbers):
             columns = lattice.grid.cell_area * np.stack(
                 [field.sum(axis=2) for field in means.at(fitted.predicted(draw(number), lattice.middle))]
             )
             lifted = displacement(kernel, columns[1] - mean_force)
-            columns = at_displaced_planes(columns, planes, lifted)
-            area[row], force[row] = window_sums(columns, length, spacing)
+            columns = at_displaced_planes(columns, planes, lifted)[..., : blocks * columns_of_block]
+            area[row], force[row] = columns.reshape(2, levels, blocks, columns_of_block).sum(axis=3)
             job.usage.progress(row + 1, count)
     job.usage.count(expansions=count * levels)
     job.usage.skip({skip_reasons.SMOOTH: count * (grid.nx - lattice.grid.nx)})

@@ -1,0 +1,94 @@
+"""Stage contact: area and force of the blocks of a batch of strips or periodic cells, at every level.
+
+Levels are penetrations of strips, or with a load its nominal pressure and those about it. Cells of another size than
+those of the load stand in variables with the number of their size at the end.
+"""
+
+import numpy as np
+
+from roughslip import store
+from roughslip.scene.declarations import Batches, Stage
+from roughslip.stages.from_scene import elastic, geometry, periodic_cell
+from roughslip.stages.from_scene.domain import Domain, domains
+from roughslip.stages.from_scene.surface_model import gaussian_model
+from roughslip.stages.runtime.command import Job
+
+STAGE = Stage(
+    name="contact",
+    reads="seed material roughness strip.length_m strip.margin_m strip.width_m strip.cell_m strip.samples "
+    "strip.penetration_percentiles strip.window_m strip.window_spacing_m strip.training_samples "
+    "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
+    reads_if_given="load.nominal_pressure_pa",
+    optional={"scan": "scan"},
+    result="contact/blocks-{first}-{last}.nc",
+    batches=Batches(totals={"": "strip.samples"}),
+    memory_mb=900,
+)
+
+
+def work(job: Job) -> None:
+    """Solve every sample of the batch on each mesh, at every level."""
+    variables: dict[str, store.Variable] = {}
+    with job.usage.core():
+        for size, domain in enumerate(domains(job)):
+            variables |= solved(job, domain, f"_{size}" if size else "")
+    store.write(job.arguments.output, variables, job.key, {"first": job.arguments.first, "model": "solved"})
+
+
+def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
+    """What the solves of a domain leave. size : at the end of names"""
+    scene, numbers = job.scene, domain.numbers(job.arguments.first, job.arguments.last)
+    meshes, count, levels = domain.meshes, len(numbers), len(domain.levels)
+    blocks = domain.blocks(np.zeros(domain.grid.shape)).shape
+    area, force = np.zeros((2, count, len(meshes), levels, *blocks))
+    residual, of_nodes, corrected, yielded = np.zeros((4, count, levels))
+    columns = np.arange(0) if domain.periodic else geometry.training_columns(domain.middle())
+    trained = 0 if domain.periodic else max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
+    pressure, gap = np.zeros((2, trained, levels, len(columns), domain.grid.ny))
+    skipped, products = elastic.empty_skip_counts(), 0
+    for row, number in enumerate(numbers):
+        heights = domain.heights(number)
+        for place, mesh in enumerate(meshes):
+            for level, solution in enumerate(domain.solutions(heights, mesh)):
+                elastic.count_solve(skipped, solution)
+                area[row, place, level] = domain.blocks(domain.touched(solution), mesh)
+                force[row, place, level] = domain.blocks(solution.pressure, mesh)
+                residual[row, level] = max(residual[row, level], solution.residual)
+                products += solution.work
+                if mesh > 1:
+                    continue
+                middle = domain.middle()
+                of_nodes[row, level] = domain.grid.cell_area * np.count_nonzero(solution.contact[middle])
+                corrected[row, level] = domain.grid.cell_area * solution.shares[middle].sum()
+                yielded[row, level] = solution.yielded_share
+                if row < trained:
+                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
+        job.usage.progress(row + 1, count)
+    job.usage.count(solves=levels * count * len(meshes), convolutions=products)
+    job.usage.skip(skipped)
+    of_sample, of_level = f"sample{size}", f"level{size}"
+    of_blocks = (of_sample, "mesh", of_level, f"along{size}", f"across{size}")
+    unit, what = ("Pa", "nominal pressure") if domain.periodic else ("percent", "share of heights above the plane")
+    variables = {
+        f"number{size}": store.Variable((of_sample,), np.array(numbers), "1", "number of the strip or cell"),
+        f"at{size}": store.Variable((of_level,), np.array(domain.levels), unit, what),
+        f"area{size}": store.Variable(of_blocks, area, "m2", "contact area of a block"),
+        f"force{size}": store.Variable(of_blocks, force, "N", "normal force on it"),
+        f"residual{size}": store.Variable(
+            (of_sample, of_level), residual, "1", "largest residual of the complementarity"
+        ),
+        f"area_of_nodes{size}": store.Variable((of_sample, of_level), of_nodes, "m2", "area of the nodes in contact"),
+        f"area_corrected{size}": store.Variable(
+            (of_sample, of_level), corrected, "m2", "the same, less the error at edges"
+        ),
+    }
+    if domain.periodic:
+        title = "share of the real area that bears the hardness"
+        variables[f"yielded{size}"] = store.Variable((of_sample, of_level), yielded, "1", title)
+        index = periodic_cell.index_of(scene, gaussian_model(scene, job.arguments.scan))
+        variables["plasticity_index"] = store.Variable((), index, "1", "E* h' / H, zero in elastic contact")
+    if trained:
+        columns_of = ("training_sample", of_level, "column", "y")
+        variables["pressure"] = store.Variable(columns_of, pressure, "Pa", "contact pressure on the training columns")
+        variables["gap"] = store.Variable(columns_of, gap, "m", "gap there, below zero the plastic displacement")
+    return variables

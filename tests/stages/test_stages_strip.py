@@ -9,10 +9,11 @@ from scipy.special import ndtri
 
 from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
+from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.scene.types import scene_of
 from roughslip.stages import chaos_strip, contact, expansion_strip
-from roughslip.stages.from_scene import domain, geometry, strip_expansion
+from roughslip.stages.from_scene import domain, geometry
 from roughslip.stages.from_scene.geometry import training_columns
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.surface_model import surface_model
@@ -94,6 +95,29 @@ def test_blocks_and_training_columns_of_a_known_contact(run, monkeypatch):
     assert "pressure" not in run(contact, CONFIGURATION, first=3, last=4)  # no training strip
 
 
+def test_cells_of_twice_the_edge_are_every_second_node_and_the_same_blocks(run):
+    """Of the same surface, on the last node of each pair; sums of a field that is constant on pairs are equal."""
+    scene = changed(
+        CONTACT,
+        strip={"width_m": 3e-5, "window_spacing_m": 2e-5, "samples": 8, "training_samples": 2},
+        numerics={"extrapolate_mesh": True},
+    )
+    grid = geometry.strip_grid(scene_of(scene))
+    strips = domain.Domain(scene_of(scene), None, grid, (50.0,), 8, None, periodic=False)
+    field = np.random.default_rng(1).random((grid.nx // 2, grid.ny // 2))
+    fine, coarse = strips.blocks(np.kron(field, np.ones((2, 2)))), strips.blocks(field, 2)
+    assert fine.shape == (20, 1)
+    np.testing.assert_allclose(coarse, fine, rtol=1e-13)
+    solved = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(domain, "sweep", lambda *given, **named: solved.append(given) or sweep(*given, **named))
+        result = run(contact, scene, "meshes", first=0, last=1)
+    (at_fine, heights, *_), (at_coarse, every_second, *_) = solved
+    np.testing.assert_array_equal(every_second, heights[1::2, 1::2])
+    assert at_coarse.grid.dx == 2 * at_fine.grid.dx == 1e-5
+    np.testing.assert_allclose(*(result["force"][0, mesh].sum(axis=(1, 2)) for mesh in (1, 0)), rtol=0.2)
+
+
 @pytest.fixture
 def linear(stored):
     """Training columns of a contact whose trial pressure is linear in the height, the level and the row, and the whole
@@ -127,7 +151,7 @@ def linear(stored):
 def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, monkeypatch):
     """10 columns of 3 strips for 7 terms, as a mirror along the strip forbids slope and twist; on strips not seen as
     well. What a window sums is counted node by node; this contact has no far field."""
-    monkeypatch.setattr(strip_expansion, "column_influence", lambda *_: np.zeros(NX))
+    monkeypatch.setattr(expansion_strip, "column_influence", lambda *_: np.zeros(NX))
     trial, batches = linear
     fitted = run(chaos_strip, CONFIGURATION, contact=batches)
     assert fitted["coefficients"].shape == (NY, 7, 2)
@@ -174,7 +198,7 @@ def test_strips_on_the_lattice_alone_have_the_law_of_its_columns_in_whole_strips
     """
     grid, lattice = geometry.strip_grid(scene_of(COARSE)), geometry.lattice(scene_of(COARSE))
     model = surface_model(scene_of(COARSE))
-    draw = strip_expansion.sampler(scene_of(COARSE), model, grid, lattice, 2)
+    draw = expansion_strip.sampler(scene_of(COARSE), model, grid, lattice)
     np.testing.assert_array_equal(draw(1), strip(1)[lattice.first :: 2])
     fields = np.stack([draw(number)[:12].ravel() for number in range(2, 4002)])
     x, y = lattice.grid.dx * np.arange(12), lattice.grid.dy * np.arange(NY)
@@ -199,7 +223,7 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
             forces.append(force)
             return np.full(force.shape, lift)
 
-        monkeypatch.setattr(strip_expansion, "displacement", lifted_by)
+        monkeypatch.setattr(expansion_strip, "displacement", lifted_by)
         areas.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
     plain, lifted = areas
     for name in ("area", "force"):

@@ -13,16 +13,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from roughslip import fft
-from roughslip.errors import IllPosedError, ParameterError, whole
-from roughslip.friction.process import FrictionProcess
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.process import PIECE_NODES, FrictionProcess, Realisation
 from roughslip.probability import Translation
 from roughslip.validation import positive
 
-PIECE_NODES = 4096  # of a path, drawn at a time
 SPAN = 16  # of the weights, in last lags
 MOST_WEIGHTS = 2**22
 CORRELATION_LIMIT = 0.05  # of a triangle with a Beta of shapes 0.3 and 3, far from normal, 0.03 is missed
@@ -43,39 +43,19 @@ class MovingAverage:
     translation: Translation
     correlation_error: float
 
-    def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> AveragedPath:
-        """The path of a seed, without end, in pieces of `piece_nodes` nodes, whose length does not change any bit."""
-        if whole("the nodes of a piece", piece_nodes) < 1:
-            raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
-        return AveragedPath(self, tuple(seed), piece_nodes)
+    def realisation(self, seed: Sequence[int]) -> Realisation:
+        """The path of a seed, without end."""
+        return Realisation(partial(self._blocks, tuple(seed)))
 
-
-@dataclass(frozen=True)
-class AveragedPath:
-    """One path: every iteration begins it anew and yields rows of (piece_nodes,) [-] mu_S, from s = 0 on."""
-
-    average: MovingAverage
-    seed: tuple[int, ...]
-    piece_nodes: int
-
-    def __iter__(self) -> Iterator[np.ndarray]:
-        blocks, piece = self._blocks(), np.empty(0)
-        while True:
-            while piece.size < self.piece_nodes:
-                piece = np.concatenate((piece, next(blocks)))
-            yield piece[: self.piece_nodes]
-            piece = piece[self.piece_nodes :]
-
-    def _blocks(self) -> Iterator[np.ndarray]:
+    def _blocks(self, seed: tuple[int, ...]) -> Iterator[np.ndarray]:
         """Convolution by FFT: of each block, as many sums are left out as would wrap round."""
-        generator, weights = np.random.default_rng(self.seed), self.average.weights
-        before = weights.size - 1
+        generator, before = np.random.default_rng(seed), self.weights.size - 1
         size = fft.good_size(before + max(PIECE_NODES, before), True)
-        response = fft.r2c(np.pad(weights, (0, size - weights.size)))
+        response = fft.r2c(np.pad(self.weights, (0, size - self.weights.size)))
         noise = generator.standard_normal(size)
         while True:
             sums = fft.c2r(response * fft.r2c(noise), lastsize=size, forward=False, inorm=2)[before:]
-            yield self.average.translation.apply(sums)
+            yield self.translation.apply(sums)
             noise = np.concatenate((noise[size - before :], generator.standard_normal(size - before)))
 
 

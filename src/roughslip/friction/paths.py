@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip import fft
-from roughslip.errors import IllPosedError, ParameterError, real, whole
+from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.friction.moving_average import CORRELATION_LIMIT, MovingAverage, moving_average
 from roughslip.friction.process import FrictionProcess
 from roughslip.friction.recursion import Recursion, recursion
 from roughslip.probability import Translation
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
@@ -35,7 +35,6 @@ class Spectrum:
     amplitude : (period_nodes // 2 + 1,) root mean square of the discrete Fourier transform of a Gaussian sample, at the
         two frequencies without a phase times sqrt(2)
     translation : from the Gaussian sum to mu_S
-    clipped : [-] share of the spectrum that was negative and set to zero
     correlation_error : [-] largest deviation of the autocorrelation of mu_S from that of the process at the nodes
     """
 
@@ -44,7 +43,6 @@ class Spectrum:
     period_nodes: int
     amplitude: np.ndarray
     translation: Translation
-    clipped: float
     correlation_error: float
 
     def realisation(self, seed: Sequence[int]) -> list[np.ndarray]:
@@ -62,62 +60,42 @@ def spectral_representation(process: FrictionProcess, spacing_m: float, length_m
     """Spectrum for paths of at least length_m with nodes at 0, spacing_m, ..., waves of random phase.
 
     The one-sided discrete spectrum is the transform of the covariance wrapped round the period, so that the
-    autocorrelation holds at the nodes without truncation. The sum is Gaussian up to an excess kurtosis of -0.01. Raises
-    ParameterError for a spacing or length out of range, IllPosedError where the marginal does not let the
-    autocorrelation come within 0.01 of the exponential, or 0.05 of a shape.
+    autocorrelation holds at the nodes without truncation; where it is negative it is cut. The sum is Gaussian up to an
+    excess kurtosis of -0.01. Raises ParameterError for a spacing or length out of range, IllPosedError where the
+    marginal does not let the autocorrelation come within 0.01 of the exponential, or 0.05 of a shape.
 
     Method: M. Shinozuka & G. Deodatis, Appl. Mech. Rev. 44 (1991) 191-204.
     """
-    nodes = _nodes(spacing_m, length_m)
-    length = process.correlation_length_m
-    period = max(length_m + GUARD_LENGTHS * length, SHORTEST_PERIOD * length)
-    return _spectrum(process, spacing_m, nodes, period / spacing_m)
-
-
-def _nodes(spacing_m: float, length_m: float) -> int:
     for name, value in (("spacing", spacing_m), ("length", length_m)):
-        if not (math.isfinite(real(f"the {name} of a friction path", value)) and value > 0.0):
-            raise ParameterError(f"the {name} of a friction path must be finite and positive, not {value} m")
-    return max(math.ceil(min(length_m / spacing_m, 2.0 * MOST_NODES) - 1e-9), 1) + 1
-
-
-def _spectrum(process: FrictionProcess, spacing_m: float, nodes: int, period_nodes: float) -> Spectrum:
-    if not period_nodes < MOST_NODES:
+        positive(f"the {name} of a friction path", value, "m")
+    nodes = max(math.ceil(length_m / spacing_m - 1e-9), 1) + 1
+    correlation_m = process.correlation_length_m
+    wanted_period = max(length_m + GUARD_LENGTHS * correlation_m, SHORTEST_PERIOD * correlation_m) / spacing_m
+    if not wanted_period < MOST_NODES:
         raise ParameterError(
             f"a path by Fourier transform needs more than {MOST_NODES} nodes; use a wider spacing, or the recursion, "
             f"which goes piece by piece"
         )
-    period = 2 * fft.good_size(math.ceil(0.5 * period_nodes) + 1, True)
+    period = 2 * fft.good_size(math.ceil(0.5 * wanted_period) + 1, True)
     translation = process.translation()
-    lag = np.arange(period // 2 + 1) * spacing_m
-    covariance = translation.gaussian_correlation(process.autocorrelation(lag))
+    covariance = translation.gaussian_correlation(process.autocorrelation(np.arange(period // 2 + 1) * spacing_m))
     spectrum = fft.r2c(np.concatenate((covariance, covariance[-2:0:-1]))).real
     share = np.full(spectrum.size, 2.0 / period)  # one-sided: every frequency but the first and the last twice
     share[[0, -1]] = 1.0 / period
-    clipped = float(np.sum(share * np.maximum(-spectrum, 0.0)))
     variance = share * np.maximum(spectrum, 0.0)
     variance /= np.sum(variance)
 
     reached = translation.series(_inverse(variance / share + 0j, period)[:nodes])
-    wanted = process.autocorrelation(np.arange(nodes) * spacing_m)
-    correlation_error = float(np.max(np.abs(reached - wanted)))
+    error = float(np.max(np.abs(reached - process.autocorrelation(np.arange(nodes) * spacing_m))))
     tolerance = CORRELATION_TOLERANCE if process.shape is None else CORRELATION_LIMIT
-    if not correlation_error <= tolerance:
+    if not error <= tolerance:
         raise IllPosedError(
-            f"the autocorrelation of the marginal misses the one wanted by {correlation_error:.3f}, more than "
-            f"{tolerance}: a translated Gaussian process cannot have both; {process.smoother}"
+            f"the autocorrelation of the marginal misses the one wanted by {error:.3f}, more than {tolerance}: a "
+            f"translated Gaussian process cannot have both; {process.smoother}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
     amplitude[[0, -1]] *= 2.0
-    return Spectrum(
-        spacing=float(spacing_m),
-        nodes=nodes,
-        period_nodes=period,
-        amplitude=amplitude,
-        translation=translation,
-        clipped=clipped,
-        correlation_error=correlation_error,
-    )
+    return Spectrum(float(spacing_m), nodes, period, amplitude, translation, error)
 
 
 def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
@@ -126,8 +104,6 @@ def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
 
 
 METHODS = ("recursion", "spectral")
-
-
 Paths = Recursion | MovingAverage | Spectrum  # of one process at one spacing
 
 

@@ -8,6 +8,7 @@ it is any other; or whole from paths.py.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,18 @@ from roughslip.validation import gate, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
+PIECE_NODES = 4096  # of a path, drawn at a time
 Marginal = BetaDistribution | QuantileDistribution
+
+
+@dataclass(frozen=True)
+class Realisation:
+    """One path: every iteration begins it anew and yields rows of mu_S [-], PIECE_NODES or more, from s = 0 on."""
+
+    begin: Callable[[], Iterator[np.ndarray]]
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return self.begin()
 
 
 @gate

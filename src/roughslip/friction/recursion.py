@@ -12,15 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.errors import IllPosedError, ParameterError, real, whole
-from roughslip.friction.process import FrictionProcess
+from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.friction.process import PIECE_NODES, FrictionProcess, Realisation
 from roughslip.probability import Translation
 
-PIECE_NODES = 4096  # of a path, drawn at a time
 MOST_TERMS = 8  # largest p; the weights b grow by some five a term, and rounding with them
 CORRELATION_TOLERANCE = 1e-4  # p is large enough where the autocorrelation errs by no more than this,
 INCREMENT_TOLERANCE = 1e-3  # and the mean square of an increment, at every lag, by no more than this share of it
@@ -52,28 +52,16 @@ class Recursion:
     correlation_error: float
     increment_error: float
 
-    def realisation(self, seed: Sequence[int], piece_nodes: int = PIECE_NODES) -> RecursivePath:
-        """The path of a seed, without end, in pieces of `piece_nodes` nodes, whose length does not change any bit."""
-        if whole("the nodes of a piece", piece_nodes) < 1:
-            raise ParameterError(f"a piece of a path has at least one node, not {piece_nodes}")
-        return RecursivePath(self, tuple(seed), piece_nodes)
+    def realisation(self, seed: Sequence[int]) -> Realisation:
+        """The path of a seed, without end."""
+        return Realisation(partial(self._pieces, tuple(seed)))
 
-
-@dataclass(frozen=True)
-class RecursivePath:
-    """One path: every iteration begins it anew and yields rows of (piece_nodes,) [-] mu_S, from s = 0 on."""
-
-    recursion: Recursion
-    seed: tuple[int, ...]
-    piece_nodes: int
-
-    def __iter__(self) -> Iterator[np.ndarray]:
-        generator = np.random.default_rng(self.seed)
-        decay, gain, table = self.recursion.decay, self.recursion.gain, self.recursion.translation
-        state = self.recursion.start @ generator.standard_normal(decay.size)
+    def _pieces(self, seed: tuple[int, ...]) -> Iterator[np.ndarray]:
+        generator = np.random.default_rng(seed)
+        state = self.start @ generator.standard_normal(self.decay.size)
         while True:
-            piece = generator.standard_normal(self.piece_nodes)
-            _advance(state, piece, decay, gain, table.normal, table.values)
+            piece = generator.standard_normal(PIECE_NODES)
+            _advance(state, piece, self.decay, self.gain, self.translation.normal, self.translation.values)
             yield piece
 
 

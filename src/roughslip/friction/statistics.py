@@ -12,14 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
 from roughslip.short_repr import short_repr
 from roughslip.validation import gate, reals
-
-BLOCKS = 64  # of sorted windows, in which a quantile is looked for
 
 SCALE = ("std", "variation")
 SHAPE = ("skewness", "kurtosis")
@@ -105,11 +102,8 @@ def resampled_quantiles(
     """
     values, strip = _sorted_windows(mu, valid)
     ranks = np.maximum(-(-numerators * (weights @ valid.sum(axis=1))[:, None] // denominator), 1)
-    length = -(-strip.size // BLOCKS)  # windows of a block, which are counted at once
-    places = strip * BLOCKS + np.arange(strip.size) // length
-    in_blocks = resampled(weights, np.bincount(places, minlength=len(mu) * BLOCKS).reshape(-1, BLOCKS))
-    reached = np.cumsum(in_blocks, axis=1)
-    return np.stack([values[_ranked(*row, strip, length)] for row in zip(ranks, weights, reached, strict=True)])
+    rows = zip(weights, ranks, strict=True)
+    return np.stack([values[np.searchsorted(np.cumsum(counts[strip]), rank)] for counts, rank in rows])
 
 
 def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -117,40 +111,9 @@ def resampled_distribution(mu: np.ndarray, valid: np.ndarray, weights: np.ndarra
     values, strip = _sorted_windows(mu, valid)
     shares = np.empty(points.shape)
     for row, counts, at in zip(shares, weights, points, strict=True):
-        reached = _reached(counts, strip)
+        reached = np.concatenate(([0], np.cumsum(counts[strip])))
         row[:] = reached[np.searchsorted(values, at, side="right")] / reached[-1]
     return shares
-
-
-@compiled()
-def _ranked(ranks: np.ndarray, counts: np.ndarray, reached: np.ndarray, strip: np.ndarray, length: int) -> np.ndarray:
-    """The windows (n,) that have the ranks (n,), ascending, in a replicate, from the strip of each window.
-
-    reached : how often the replicate counts the windows up to the end of each block of this length
-    """
-    places = np.empty(ranks.size, np.int64)
-    window, total, block = -1, 0, 0
-    for n in range(ranks.size):
-        while reached[block] < ranks[n]:
-            window, total = (block + 1) * length - 1, int(reached[block])
-            block += 1
-        while total < ranks[n]:
-            window += 1
-            total += counts[strip[window]]
-        places[n] = window
-    return places
-
-
-@compiled()
-def _reached(counts: np.ndarray, strip: np.ndarray) -> np.ndarray:
-    """(1 + n,) how often a replicate counts the first 0 ... n windows, from the strip of each."""
-    reached = np.empty(strip.size + 1, np.int64)
-    total = 0
-    reached[0] = 0
-    for window in range(strip.size):
-        total += counts[strip[window]]
-        reached[window + 1] = total
-    return reached
 
 
 def _sorted_windows(mu: np.ndarray, valid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

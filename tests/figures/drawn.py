@@ -167,7 +167,7 @@ def sampled(name, value, spread):
     return {f"twin_{name}": np.asarray(value) + spread * np.linspace(-1, 1, 19)[(..., *[None] * np.ndim(value))]}
 
 
-def scan_result(*, sufficient=1, fractal=2.3):
+def scan_result(*, sufficient=1):
     """A surface of Sq 0.3 um with grooves along x, whose numbers lie in intervals of a tenth of them."""
     lag_x, lag_y = 1e-6 * np.arange(-30, 31), 1e-6 * np.arange(-10, 11)
     table = np.exp(-np.hypot(lag_x[:, None] / 1e-5, lag_y / 3e-6))
@@ -176,7 +176,7 @@ def scan_result(*, sufficient=1, fractal=2.3):
     wavenumber = np.geomspace(1e5, 6e6, 20)
     power = 1e-24 / (1 + (wavenumber / 3e5) ** 3)
     heights = 3e-7 * np.random.default_rng(1).standard_normal((64, 48))
-    values = dict(zip(NUMBERS, (3e-7, -0.6, 4.1, 1e-5, 3e-6, 0.01, fractal), strict=True))
+    values = dict(zip(NUMBERS, (3e-7, -0.6, 4.1, 1e-5, 3e-6, 0.01), strict=True))
     result = {
         "map": heights, "twin_map": heights[::-1],
         "map_x": 1e-6 * np.arange(0.5, 64), "map_y": 1e-6 * np.arange(0.5, 48),

@@ -90,8 +90,6 @@ CASES = {
     "scan": {
         "whole": scan_result(),
         "small": scan_result(sufficient=0),
-        "smooth": scan_result(fractal=-0.4),
-        "without": scan_result(fractal=np.nan),
         "no twins": scan_alone(),
         "outliers": with_outliers(),
     },

@@ -13,7 +13,7 @@ from roughslip.grid import Grid
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
 from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening
-from roughslip.scan.spectrum import LEAKAGE, fractal_dimension, rings, self_affine_band, spectrum
+from roughslip.scan.spectrum import LEAKAGE, rings, spectrum
 from roughslip.scan.statistics import height_density, scan_statistics
 from roughslip.scan.topography import Topography, remove_form, topography
 from roughslip.surface.embedding import embed
@@ -22,15 +22,6 @@ from roughslip.surface.models import covariance_of
 
 def complete(z, dx=1.0, dy=1.0):
     return topography(z, dx, dy, "sample")
-
-
-def self_affine(n, hurst, seed, rolloff=0.01):
-    """A window n x n of a periodic surface twice its size, spectrum q^(-2-2H) from the roll-off (cycles a point) on."""
-    m = 2 * n
-    q = np.hypot(scipy.fft.fftfreq(m)[:, None], scipy.fft.rfftfreq(m)[None, :])
-    amplitude = np.maximum(q, rolloff) ** (-1.0 - hurst)
-    noise = scipy.fft.rfft2(np.random.default_rng([61, seed]).standard_normal((m, m)))
-    return scipy.fft.irfft2(amplitude * noise, s=(m, m))[:n, :n]
 
 
 def test_sums_over_lags_are_those_of_a_double_loop():
@@ -240,41 +231,8 @@ def test_the_lay_is_found_at_any_angle():
     np.testing.assert_allclose(measured.correlation.value, measured.correlation.value[::-1, ::-1], rtol=1e-12)
 
 
-@pytest.mark.parametrize("hurst", [0.3, 0.8])
-def test_fractal_dimension_of_self_affine_surfaces(hurst):
-    """The spectrum gives D within 0.02; a surface of 1024^2 points scatters by 0.012, so that two are averaged."""
-    intervals = []
-    for seed in range(2):
-        scan = complete(self_affine(1024, hurst, seed))
-        parts = SubAreas(scan.grid, (3, 3), (1.0, 1.0))
-        band = 2 * math.pi * 0.02, math.pi / 4
-        intervals.append(fractal_dimension(spectrum(scan, parts), parts, band))
-    assert np.mean([d.value for d in intervals]) == pytest.approx(3.0 - hurst, abs=0.02)
-    assert all(2.0 <= d.low < 3.0 - hurst < d.high <= 3.0 for d in intervals)
-
-
-@pytest.mark.parametrize("hurst", [-0.4, 1.4])
-def test_a_slope_of_no_fractal_has_no_dimension(hurst):
-    """Spectra as q^(-2 - 2H) that would give D = 3.4 and 1.6."""
-    scan = complete(self_affine(256, hurst, 0))
-    parts = SubAreas(scan.grid, (3, 3), (1.0, 1.0))
-    assert fractal_dimension(spectrum(scan, parts), parts, (2 * math.pi * 0.05, math.pi / 4)) is None
-
-
-def test_a_smooth_short_correlation_leaves_no_self_affine_band():
-    scan = complete(
-        embed(covariance_of("gaussian", 1.0, 3.0), Grid(96, 96, 1.0, 1.0)).sample(np.random.default_rng(69))
-    )
-    assert scan_statistics(scan).fractal is None
-    assert self_affine_band(scan, SubAreas(scan.grid, (1, 1), (30.0, 30.0))) is not None
-
-
 def test_what_a_scan_cannot_tell_is_refused():
     x = np.linspace(0.0, 1.0, 64)[:, None]
     tilted = complete(x + 1e-3 * np.random.default_rng(70).standard_normal((64, 64)))
     with pytest.raises(IllPosedError, match=r"What helps: roughness\.scan\.form: quadratic, or"):
         sub_areas_for(tilted)
-    scan = complete(np.random.default_rng(71).standard_normal((64, 64)))
-    parts = SubAreas(scan.grid, (2, 3), (1.0, 1.0))
-    with pytest.raises(IllPosedError, match="fewer than two rings"):
-        fractal_dimension(spectrum(scan, parts), parts, (1.0, 1.01))

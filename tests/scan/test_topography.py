@@ -2,7 +2,6 @@
 
 Outliers of a scan: found where they were put, and none on surfaces without."""
 
-import importlib.util
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import ndtri
 
 from roughslip.errors import InputError, ParameterError
 from roughslip.grid import Grid
@@ -108,16 +108,6 @@ def test_an_empty_rim_is_cut_off_and_the_inside_kept():
     assert (scan.grid.dx, scan.grid.dy) == (DX, DY)
 
 
-def test_masked_heights_are_missing_points():
-    """What lies below a mask is no height, whatever its type: an instrument's -32768 among whole numbers, too."""
-    z = np.round(rough() * 1e9)
-    z[3, 4] = -32768
-    scan = topography(np.ma.masked_equal(z.astype(int), -32768), DX, DY, "scan")
-    assert list(zip(*np.nonzero(scan.missing), strict=True)) == [(3, 4)]
-    assert abs(scan.heights[3, 4]) <= np.abs(z[scan.measured]).max()
-    np.testing.assert_array_equal(scan.heights[scan.measured], z[scan.measured])
-
-
 def test_a_scan_says_what_was_read_cut_and_missing():
     """A bar in a large field: 61 of 512 columns have heights, and of what they hold one point misses."""
     field = np.full((64, 512), np.nan)
@@ -201,23 +191,16 @@ def test_a_cutoff_that_no_wave_of_the_scan_has_is_refused():
     assert high_pass(scan, 225.0).heights.std() > 0.5
 
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
-measured = pytest.mark.skipif(
-    not DATA.is_dir() or importlib.util.find_spec("SurfaceTopography") is None,
-    reason="needs the measured scans in ../shared/data and the extra `scans`",
-)
-
 POINTS = 128
 GROUND = read_scan(Path(__file__).resolve().parents[2] / "config/scans/ground.nc")
 GRID = Grid(POINTS, POINTS, 1e-6, 1e-6)
 COLUMN, ROW = np.meshgrid(np.arange(float(POINTS)), np.arange(float(POINTS)), indexing="ij")
 
 
-def field(kind, rng, shortest=2.0):
+def field(kind, rng):
     """Sq 0.2 µm, of any correlation length up to a twelfth of the scan."""
-    shapes = {"self_affine": {"hurst": rng.uniform(0.3, 0.95), "bandwidth": rng.uniform(5.0, 60.0)}}.get(kind, {})
-    length = 1e-6 * shortest * (POINTS / 12.0 / shortest) ** rng.uniform()
-    return embed(covariance_of(kind, 2e-7, length, **shapes), GRID).sample(rng)
+    length = 2e-6 * (POINTS / 24.0) ** rng.uniform()
+    return embed(covariance_of(kind, 2e-7, length), GRID).sample(rng)
 
 
 def plateau(rng):
@@ -247,20 +230,11 @@ def dimples(rng):
     return -3e-6 * np.exp(-(away**2))
 
 
-def milled(rng):
-    """Arcs of a cutter about a centre far away."""
-    return 3e-7 * np.abs(np.sin(np.pi * np.hypot(COLUMN - POINTS / 2, ROW + 3 * POINTS) / rng.uniform(5.0, 20.0)))
-
-
 SURFACES = {
     "gaussian": lambda rng: field("gaussian", rng),
-    "exponential": lambda rng: field("exponential", rng),
-    "fractal": lambda rng: field("self_affine", rng, 4.0),
     "plateau": plateau,
-    "grooved": lambda rng: field("gaussian", rng) + grooves(rng, [2e-6] * 6, 2.0),
     "honed": lambda rng: 0.3 * field("exponential", rng) + grooves(rng, rng.exponential(5e-7, 20), 1.0),
     "turned": lambda rng: 0.3 * field("exponential", rng) + 5e-6 * (ROW / rng.uniform(6.0, 30.0) % 1.0 - 0.5) ** 2,
-    "milled": lambda rng: 0.4 * field("gaussian", rng) + milled(rng),
     "ground": ground,
     "dimples": lambda rng: 0.3 * field("exponential", rng) + dimples(rng),
 }
@@ -274,7 +248,7 @@ def test_no_false_alarm(kind):
 
 
 @pytest.mark.parametrize("radius", [0.0, 1.0, 3.0, 7.0])
-@pytest.mark.parametrize("kind", ["gaussian", "fractal", "honed"])
+@pytest.mark.parametrize("kind", ["gaussian", "honed"])
 def test_spots_of_dirt_are_found_whole(kind, radius):
     """From one point to 149 of them, 0.9 % of the scan, 4 µm high or deep: just these, but for a point or two."""
     z = SURFACES[kind](np.random.default_rng(8))
@@ -283,14 +257,7 @@ def test_spots_of_dirt_are_found_whole(kind, radius):
     assert np.count_nonzero(outliers(remove_form(dirty, "plane")) ^ np.any(spots, axis=0)) <= 2
 
 
-@pytest.mark.slow
-@measured
-@pytest.mark.parametrize(("file", "form"), [("al3d-1.al3d", "quadratic"), ("matrix-2.txt", "plane")])
-def test_measured_surfaces_have_none(file, form):
-    assert not outliers(remove_form(read_scan(DATA / file), form)).any()
-
-
-@pytest.mark.parametrize("share", [0.0, 1e-4, 9e-4, 5e-3])
+@pytest.mark.parametrize("share", [0.0, 5e-3])
 @pytest.mark.parametrize("height", [6e-6, -3e-5])
 def test_the_empirical_model_keeps_the_bulk(share, height):
     """Of outliers that are kept: the middle half of the heights is as wide as that of the scan, within 4 %.
@@ -301,7 +268,7 @@ def test_the_empirical_model_keeps_the_bulk(share, height):
     z.flat[np.random.default_rng(1).choice(z.size, round(share * z.size), replace=False)] += height
     scan = remove_form(topography(z, 1e-6, 1e-6, "spikes"), "plane")
     marked = fitted_marginal("empirical", scan, float(np.std(scan.heights)))
-    ends = marked.quantile(np.array([0.25, 0.75]))
+    ends = marked.from_gaussian(ndtri([0.25, 0.75]))
     assert marked.standard_deviation < 1.05 * np.std(scan.heights)
     assert np.diff(ends) == pytest.approx(np.subtract(*np.percentile(scan.heights, [75, 25])), rel=0.04)
 

@@ -31,7 +31,6 @@ NUMBERS = {
     "length_along": ("length along lay", 1e6, " µm"),
     "length_across": ("length across", 1e6, " µm"),
     "lay": ("lay", 180 / np.pi, "°"),
-    "fractal_dimension": ("fractal dimension", 1.0, ""),
 }
 
 DRAWN = {
@@ -149,8 +148,7 @@ def _numbers(axes: Axes, result: Arrays) -> None:
 
     At the right, how many twins lie inside.
     """
-    shown = [name for name in NUMBERS if name != "fractal_dimension" or 2.0 <= result[name] <= 3.0]
-    for row, name in enumerate(shown):
+    for row, name in enumerate(NUMBERS):
         value, low, high = with_ends(result, name)
         twins = _twins(result, name)
         away = (np.empty(0) if twins is None else twins) - value
@@ -170,8 +168,8 @@ def _numbers(axes: Axes, result: Arrays) -> None:
         _, factor, unit = NUMBERS[name]
         text = f"{factor * value:.3g}{unit} ({factor * low:.3g} to {factor * high:.3g})"
         axes.annotate(text, (0, -row), xytext=(0, 6), textcoords="offset points", ha="center", fontsize="x-small")
-    axes.set_yticks(-np.arange(len(shown)), [NUMBERS[name][0] for name in shown])
-    axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(shown), 0.8))
+    axes.set_yticks(-np.arange(len(NUMBERS)), [label for label, _, _ in NUMBERS.values()])
+    axes.set(xlim=(-OUTSIDE - 0.2, OUTSIDE + 0.2), ylim=(0.4 - len(NUMBERS), 0.8))
     axes.set_xlabel("distance [half the 95 % interval]")
     legend_above(axes)
 

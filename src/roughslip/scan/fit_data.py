@@ -111,8 +111,8 @@ def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> 
 def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | None:
     """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
 
-    The band starts where a finite correlation no longer bends the spectrum and ends at a quarter of the highest
-    wavenumber, as for the fractal dimension. Rings below the side lobes of the window are left out.
+    The band starts at ROLL_OFF over the shorter length and ends at HIGHEST of the highest wavenumber. Rings below the
+    side lobes of the window are left out.
     """
     parts, power = statistics.sub_areas, statistics.spectrum.power
     q = statistics.spectrum.wavenumber

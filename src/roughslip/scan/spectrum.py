@@ -1,4 +1,4 @@
-"""Power spectrum of a scan, radially averaged, with its slope, and the fractal dimension of the surface.
+"""Power spectrum of a scan, radially averaged.
 
     C(q) = |sum_x w(x) z(x) exp(-i q x)|^2 dx dy / sum_x w(x)^2    [m^4],    int C(q) d^2q / (2 pi)^2 = Sq^2
 
@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
-from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
 from roughslip.scan.jackknife import SubAreas, leave_one_out
@@ -24,14 +23,8 @@ from roughslip.scan.topography import Topography
 from roughslip.short_repr import short_repr
 
 RINGS_PER_OCTAVE = 4
-LOWEST = 6.0  # fundamental wavenumbers of a sub-area below which the window mixes the spectrum too much to fit a slope
-# The power law is fitted above this over the shorter 1/e length, where a finite correlation no longer bends it.
-ROLL_OFF = 4.0
-HIGHEST = 0.25
-"""Share of the highest wavenumber of the scan below which the power law is fitted: blur, noise and most of the aliasing
-lie above."""
-
-NARROWEST_BAND = 2.0
+ROLL_OFF = 4.0  # over the shorter 1/e length: above it a finite correlation no longer bends the spectrum
+HIGHEST = 0.25  # of the highest wavenumber of the scan: blur, noise and most of the aliasing lie above
 
 LEAKAGE = 1e-5  # share of the highest power of a ring below which a spectrum may be the window's side lobes
 
@@ -43,13 +36,11 @@ class Spectrum:
 
     wavenumber : (R,) [1/m] q, the mean of each ring
     power : (R,) [m^4] C(q), with interval
-    modes : (R,) wavenumbers in each ring of one sub-area
     rows : (1 + B, R) [m^4] C(q) of all sub-areas, then without each: what fits are repeated on
     """
 
     wavenumber: np.ndarray
     power: Estimate
-    modes: np.ndarray
     rows: np.ndarray
 
 
@@ -123,33 +114,7 @@ def spectrum(scan: Topography, parts: SubAreas) -> Spectrum:
     rows = leave_one_out(np.stack(powers), np.asarray)
     rows[0] /= parts.number
     rows[1:] /= parts.number - 1
-    return Spectrum(over.wavenumber, parts.interval(rows, positive=True), over.modes, rows)
-
-
-def self_affine_band(scan: Topography, parts: SubAreas) -> tuple[float, float] | None:
-    """Wavenumbers [1/m] between which the scan could show a power law; None where they span less than an octave."""
-    low = max(LOWEST * _fundamental(scan.grid, parts), ROLL_OFF / min(parts.extent))
-    high = HIGHEST * math.pi / max(scan.dx, scan.dy)
-    return (low, high) if high >= NARROWEST_BAND * low else None
-
-
-def fractal_dimension(powers: Spectrum, parts: SubAreas, band: tuple[float, float]) -> Estimate | None:
-    """D = 4 + slope / 2 from the slope of the spectrum in a band; None outside 2 to 3: no power law of a fractal.
-
-    A Hurst exponent H gives C ~ q^(-2 - 2H) and D = 3 - H. Rings are weighted by the wavenumbers in them, and the
-    interval is cut to 2 to 3. The structure function, the other common way, mixes all
-    wavelengths, so that a surface without the shortest ones looks smoother to it: D was low by 0.07 at H = 0.3.
-    """
-    inside = (powers.wavenumber >= band[0]) & (powers.wavenumber <= band[1])
-    if inside.sum() < 2:
-        raise IllPosedError(
-            f"fewer than two rings of the spectrum lie between {band[0]:.3g} and {band[1]:.3g} 1/m: take a larger scan"
-        )
-    x, weight = np.log(powers.wavenumber[inside]), powers.modes[inside]
-    x = x - np.average(x, weights=weight)
-    slope = parts.interval(np.log(powers.rows[:, inside]) @ (weight * x) / np.sum(weight * x**2))
-    value, low, high = (4.0 + 0.5 * end for end in (slope.value, slope.low, slope.high))
-    return Estimate(value, np.maximum(low, 2.0), np.minimum(high, 3.0)) if 2.0 <= value <= 3.0 else None
+    return Spectrum(over.wavenumber, parts.interval(rows, positive=True), rows)
 
 
 def _fundamental(grid: Grid, parts: SubAreas) -> float:

@@ -1,4 +1,4 @@
-"""What the surface of a scan is like: density of heights, moments, autocorrelation, spectrum, fractal dimension.
+"""What the surface of a scan is like: density of heights, moments, autocorrelation, spectrum.
 
 Every statistic comes with a 95 % interval from leaving out one sub-area of the scan at a time (`sub_areas`). Statistics
 of heights are those of the measured points.
@@ -14,7 +14,7 @@ import numpy as np
 from roughslip.probability import EmpiricalDistribution, Estimate, empirical_distribution
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out
-from roughslip.scan.spectrum import Spectrum, fractal_dimension, self_affine_band, spectrum
+from roughslip.scan.spectrum import Spectrum, spectrum
 from roughslip.scan.topography import Topography
 from roughslip.short_repr import short_repr
 from roughslip.validation import gate
@@ -43,7 +43,6 @@ class ScanStatistics:
     rms_slope : h' [-] of the gradient between neighbouring points, so that it depends on their distance
     rms_curvature : [1/m] of half the Laplacian between them
     density, autocorrelation, spectrum : see there
-    fractal : fractal dimension; None where no octave lies between the roll-off and a quarter of the highest wavenumber
     """
 
     sub_areas: SubAreas
@@ -55,7 +54,6 @@ class ScanStatistics:
     density: HeightDensity
     autocorrelation: Autocorrelation
     spectrum: Spectrum
-    fractal: Estimate | None
 
 
 @gate
@@ -68,8 +66,6 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
     """
     parts = sub_areas_for(scan) if parts is None else parts
     moments = _moments(scan, parts)
-    powers = spectrum(scan, parts)
-    band = self_affine_band(scan, parts)
     return ScanStatistics(
         sub_areas=parts,
         rms_height=parts.interval(moments[:, 0], positive=True),
@@ -79,8 +75,7 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         rms_curvature=_root_mean_square(parts, 0.5 * (_differences(scan, 0, 2) + _differences(scan, 1, 2))),
         density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
-        spectrum=powers,
-        fractal=None if band is None else fractal_dimension(powers, parts, band),
+        spectrum=spectrum(scan, parts),
     )
 
 

@@ -22,16 +22,13 @@ NUMBERS = {
     "length_along": ("m", "1/e length of the autocorrelation along the lay"),
     "length_across": ("m", "1/e length of the autocorrelation across the lay"),
     "lay": ("rad", "angle from x to the lay"),
-    "fractal_dimension": ("1", "fractal dimension from the spectrum; NaN where the scan is too narrow for one"),
 }
-NOTHING = Estimate(*(np.array(np.nan) for _ in range(3)))
 
 
 def numbers_of(statistics: ScanStatistics) -> dict[str, Estimate]:
     """The statistics that are one number each."""
-    own = {"fractal_dimension": NOTHING if statistics.fractal is None else statistics.fractal}
-    own |= {name: getattr(statistics, name) for name in ("rms_height", "skewness", "kurtosis")}
-    return {name: own[name] if name in own else getattr(statistics.autocorrelation, name) for name in NUMBERS}
+    of_heights = ("rms_height", "skewness", "kurtosis")
+    return {name: getattr(statistics if name in of_heights else statistics.autocorrelation, name) for name in NUMBERS}
 
 
 def of_scan(scan: Topography, statistics: ScanStatistics, outliers: np.ndarray) -> dict[str, Variable]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from roughslip import Grid
-from roughslip.surface import covariance_of, gaussian_model, karhunen_loeve, representation
+from roughslip.surface import covariance_of, gaussian_model, karhunen_loeve
 
 covariance = covariance_of("matern", rms_height_m=1e-6, correlation_length_m=1e-5, smoothness=1.5)
 surface = gaussian_model(covariance)
@@ -26,4 +26,3 @@ xi = np.random.default_rng(8).standard_normal((2000, len(modes.modes)))
 drawn = np.tensordot(xi, modes.modes, axes=1)
 print(f"{len(modes.modes)} of {small.size} modes hold {modes.captured_variance:.1%} of the variance")
 print(f"and 2000 surfaces from them {drawn.var() / covariance.rms_height_m**2:.1%}")
-print(f"which method is the better one here: {representation(covariance, small, share=0.95).method}")

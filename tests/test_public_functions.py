@@ -32,8 +32,8 @@ RESULTS = {
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
     *("Durations", "LimitCycle", "Motion", "Reattachment", "States", "Trajectory", "TroughMap"),
     *("EmpiricalDistribution", "Estimate", "ContactSweep"),
-    *("Translation", "CovarianceFit", "ScanStatistics", "Topography", "Embedding", "KarhunenLoeve"),
-    *("MeasuredCovariance", "Representation", "Covariance", "StationaryCovariance", "SurfaceModel", "Distribution"),
+    *("Translation", "CovarianceFit", "ScanStatistics", "Topography"),
+    *("IsotropicCovariance", "Distribution"),
     *("FrictionLaw", "Answer", "Budget", "Uncertain", "Split"),
 }
 ANY_SHAPE = {
@@ -60,7 +60,9 @@ def public():
             if isinstance(function, type) and not error and not getattr(function, "_is_protocol", False):
                 for method in set(dir(function)).difference(dir(tuple), INNER):
                     own = getattr_static(function, method)
-                    if isinstance(own, staticmethod) or method.startswith("_") or name == "Covariance":  # a base
+                    if (
+                        isinstance(own, staticmethod) or method.startswith("_") or name == "IsotropicCovariance"
+                    ):  # a base
                         continue
                     if callable(getattr(function, method)):
                         yield f"{name}.{method}", getattr(function, method)

@@ -1,11 +1,7 @@
 """Covariance models, those of measured tables, and the recipe that adds one."""
 
 import itertools
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
+import math
 
 import numpy as np
 import pytest
@@ -16,37 +12,36 @@ from scipy.integrate import quad
 from scipy.special import j0
 
 from roughslip.errors import IllPosedError, ParameterError
+from roughslip.grid import Grid
 from roughslip.scene.roughness import covariance_shapes
 from roughslip.surface.covariance import IsotropicCovariance, plane_height
+from roughslip.surface.embedding import embed
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
+from roughslip.surface.modes import karhunen_loeve
 from roughslip.surface.plausibility import rms_curvature, rms_slope
 
-ROOT = Path(__file__).parents[2]
-SHAPES = {
-    "gaussian": {},
-    "exponential": {},
-    "separable_exponential": {},
-    "matern": {"smoothness": 1.3},
-    "self_affine": {"hurst": 0.8, "bandwidth": 12.0},
-}
+ISOTROPIC = [kind for kind, model in MODELS.items() if issubclass(model, IsotropicCovariance)]
+MONOTONE = [kind for kind, model in MODELS.items() if not model.has_cutoff]
 
 
-def model(kind, *arguments, **others):
-    return covariance_of(kind, *arguments, **SHAPES[kind], **others)
+def model_of(kind, *arguments, **others):
+    """With a shape in the middle of its range, on a logarithm, where the test gives none."""
+    shapes = {name: min(math.sqrt(low * min(high, 100.0)), 12.0) for name, (low, high) in MODELS[kind].shapes.items()}
+    return covariance_of(kind, *arguments, **(shapes | others))
 
 
-@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("kind", MODELS)
 def test_one_correlation_length_leaves_one_over_e(kind):
     """Rounding: the scale of a shape comes from a root to 1e-15, its slope there is of order one."""
     for lay in (0.0, 0.7, np.pi / 2, -2.2):
-        covariance = model(kind, 2.0, 3.0, 0.5, lay_rad=lay)
+        covariance = model_of(kind, 2.0, 3.0, 0.5, lay_rad=lay)
         np.testing.assert_allclose(covariance(3.0 * np.cos(lay), 3.0 * np.sin(lay)), 4.0 / np.e, rtol=1e-12)
         np.testing.assert_allclose(covariance(-0.5 * np.sin(lay), 0.5 * np.cos(lay)), 4.0 / np.e, rtol=1e-12)
         np.testing.assert_allclose(covariance(np.zeros(1), 0.0), 4.0, rtol=1e-13)
         x, y = covariance.axis_lengths_m
         np.testing.assert_allclose([covariance(np.array(x)), covariance(np.array(0.0), y)], 4.0 / np.e, rtol=1e-9)
-    if kind != "separable_exponential":  # the others depend on the distance alone, in a unit of their own
+    if kind in ISOTROPIC:  # these depend on the distance alone, in a unit of their own
         r = np.array([0.5, 2.0])
         np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
 
@@ -176,7 +171,7 @@ def test_self_affine_spectrum_is_flat_then_falls_then_ends():
 @pytest.mark.parametrize("kind", ["gaussian", "exponential", "matern"])
 def test_isotropic_spectra_are_hankel_transforms(kind):
     """S(q) = 2 pi int r C(r) J0(q r) dr; the quadrature is asked for 1e-10 and the tail beyond 40 lengths is e^-40."""
-    covariance = model(kind, 2.0, 1.5)
+    covariance = model_of(kind, 2.0, 1.5)
     for q in (0.0, 0.7, 3.0):
         transform, error = quad(lambda r, q=q: r * float(covariance(r)) * j0(q * r), 0, 60, epsabs=1e-10, limit=400)
         assert error < 1e-7
@@ -186,7 +181,7 @@ def test_isotropic_spectra_are_hankel_transforms(kind):
 @pytest.mark.parametrize("kind", ["gaussian", "separable_exponential", "matern"])
 def test_spectra_turn_with_the_lay(kind):
     """The sum of C exp(-i q.x) over a fine mesh: exact for the Gaussian; cusps and aliases leave of order (h/l)^2."""
-    covariance = model(kind, 1.0, 1.5, 0.8, lay_rad=0.4)
+    covariance = model_of(kind, 1.0, 1.5, 0.8, lay_rad=0.4)
     h = 0.05
     x = np.arange(-12.0, 12.0 + h / 2, h)
     lags = covariance(x[:, None], x[None, :])
@@ -195,11 +190,11 @@ def test_spectra_turn_with_the_lay(kind):
         assert covariance.spectrum(qx, qy) == pytest.approx(total, rel=1e-9 if kind == "gaussian" else 5e-3)
 
 
-@pytest.mark.parametrize("kind", SHAPES)
+@pytest.mark.parametrize("kind", MODELS)
 def test_separable_and_mirror_symmetric_are_what_the_values_say(kind):
     x = np.linspace(-3.0, 3.0, 7)
     for across, lay in itertools.product((None, 0.5), (0.0, 0.4, np.pi / 2, -np.pi)):
-        covariance = model(kind, 1.0, 2.0, across, lay_rad=lay)
+        covariance = model_of(kind, 1.0, 2.0, across, lay_rad=lay)
         lags = covariance(x[:, None], x[None, :])
         second = np.linalg.svd(lags)[1][1]  # a product of two functions has rank one
         assert covariance.separable == (second < 1e-12), (across, lay)
@@ -207,9 +202,9 @@ def test_separable_and_mirror_symmetric_are_what_the_values_say(kind):
         np.testing.assert_allclose(lags, lags[::-1, ::-1], atol=1e-15)
 
 
-@pytest.mark.parametrize("kind", ["gaussian", "exponential", "separable_exponential", "matern"])
+@pytest.mark.parametrize("kind", MONOTONE)
 def test_beyond_the_reach_nothing_is_left(kind):
-    covariance = model(kind, 1.0, 3.0, 0.4, lay_rad=0.6)
+    covariance = model_of(kind, 1.0, 3.0, 0.4, lay_rad=0.6)
     reach_x, reach_y = covariance.reach_m
     along = np.linspace(-1.5, 1.5, 3001)
     for edge in (covariance(np.array(reach_x), along * reach_y), covariance(along * reach_x, reach_y)):
@@ -316,51 +311,31 @@ def test_scenes_read_the_registry():
     assert covariance_shapes() == {kind: dict(model.shapes) for kind, model in sorted(MODELS.items())}
 
 
-NEW_MODEL = '''@dataclass(frozen=True)
+OWN_MODEL = """
+import numpy as np
+from roughslip.surface import IsotropicCovariance
+
 class Autoregressive(IsotropicCovariance):
-    """(1 + u) exp(-u), once differentiable."""
-
-    kind = "autoregressive"
-
     def profile(self, u):
         return (1 + u) * np.exp(-u)
-
-    def transform(self, k):
-        return 6 * np.pi * (1 + k**2) ** -2.5
-'''
-PROGRAM = """
-import numpy as np
-from roughslip.grid import Grid
-from roughslip.scene.schema import scene_schema
-from roughslip.scan.covariance_fit import fit_covariance
-from roughslip.scan.fit_data import estimates
-from roughslip.surface.embedding import embed
-from roughslip.surface.models import covariance_of
-
-model = covariance_of("autoregressive", 2.0, 3.0)
-assert "autoregressive" in str(scene_schema())
-x = np.arange(-6.0, 7.0)
-data = estimates(x[:, None], x[None, :], model(x[:, None], x)[None] / 4.0, np.full((13, 13), 0.01))
-found = fit_covariance("autoregressive", data, 2.0)
-print(float(model(np.array(3.0))), found.covariance.lengths_m[0])
-print(embed(model, Grid(200, 200, 1.0, 1.0)).sample(np.random.default_rng(1)).std())
 """
 
 
-@pytest.mark.slow
-def test_a_new_covariance_reaches_scenes_samples_and_fits(tmp_path):
-    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
-    models = tmp_path / "src" / "roughslip" / "surface" / "models.py"
-    source = (
-        models.read_text()
-        .replace("MODELS: dict", NEW_MODEL + "\n\nMODELS: dict")
-        .replace("in (Gaussian,", "in (Autoregressive, Gaussian,")
+def test_a_model_in_a_file_of_ones_own_is_sampled_and_expanded_as_one_of_the_project(tmp_path):
+    """The correlation of Matern's model with a smoothness of 3/2, whose scale and reach the base finds."""
+    path = tmp_path / "my_models.py"
+    path.write_text(OWN_MODEL)
+    own, matern = (
+        covariance_of(f"{path}:Autoregressive", 2.0, 3.0, 1.5),
+        model_of("matern", 2.0, 3.0, 1.5, smoothness=1.5),
     )
-    models.write_text(source)
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "src")}
-    run = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, env=environment, check=False)
-    assert run.returncode == 0, run.stderr
-    at_one_length, fitted, deviation = (float(word) for word in run.stdout.split())
-    assert at_one_length == pytest.approx(4.0 / 2.718281828459045, rel=1e-12)
-    assert fitted == pytest.approx(3.0, rel=1e-6)
-    assert deviation == pytest.approx(2.0, rel=0.1)
+    grid = Grid(20, 12, 1.0, 1.0)
+    x = np.linspace(-9.0, 9.0, 7)
+    np.testing.assert_allclose(own(x[:, None], x), matern(x[:, None], x), rtol=1e-9)
+    fields = [embed(one, grid).sample(np.random.default_rng(1)) for one in (own, matern)]
+    np.testing.assert_allclose(*fields, atol=1e-8)
+    np.testing.assert_allclose(*(karhunen_loeve(one, grid, 5).eigenvalues for one in (own, matern)), rtol=1e-9)
+    assert own.kind == f"{path}:Autoregressive"
+    for name, message in (("gauss", "choose one of"), (f"{path}:Other", "no class Other"), ("nofile.py:A", "be read")):
+        with pytest.raises(ParameterError, match=message):
+            covariance_of(name, 1.0, 1.0)

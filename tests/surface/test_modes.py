@@ -177,27 +177,8 @@ def test_a_share_takes_the_fewest_modes_that_carry_it(covariance, grid):
 def test_numbers_predicted_too_low_grow(monkeypatch):
     covariance, grid = covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)
     expected = kl.karhunen_loeve(covariance, grid, share=0.8)
-    monkeypatch.setattr(kl, "_predicted_shares", lambda *_: np.ones(1))
+    monkeypatch.setattr(kl, "_predicted_number", lambda *_: 4)
     np.testing.assert_allclose(kl.karhunen_loeve(covariance, grid, share=0.8).eigenvalues, expected.eigenvalues)
-
-
-def test_what_represents_a_field():
-    grid = Grid(64, 64, 1 / 64, 1 / 64)
-    smooth, rough = covariance_of("gaussian", 1.0, 0.1035), covariance_of("exponential", 1.0, 0.01)
-    expand = kl.representation(smooth, grid, share=0.95)
-    assert expand.method == "karhunen_loeve"
-    needed = len(kl.karhunen_loeve(smooth, grid, share=0.95).modes)
-    assert expand.order == pytest.approx(needed, rel=0.2)  # ten lengths on an edge: the spectrum errs by its boundary
-    embed = kl.representation(rough, grid, share=0.95)
-    assert embed.method == "embedding"
-    assert embed.captured_variance == 1.0
-    assert "quarter" in embed.reason
-    assert kl.representation(smooth, grid, 101).captured_variance == pytest.approx(0.95, abs=0.02)
-    assert kl.representation(rough, grid, share=1.0).order == grid.size
-    assert "GiB" in kl.representation(smooth, Grid(1200, 1200, 1 / 1200, 1 / 1200), 101).reason
-    line = covariance_of("exponential", 1.0, 0.1)  # a line has no second axis: the size of its cell there has no effect
-    shares = [kl.representation(line, Grid(500, 1, 0.002, dy), 20).captured_variance for dy in (1e-3, 1.0)]
-    assert shares[0] == pytest.approx(shares[1], rel=1e-12)
 
 
 def test_what_needs_too_many_modes_is_sent_to_the_embedding():

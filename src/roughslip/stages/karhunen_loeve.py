@@ -8,7 +8,7 @@ from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job
 from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve, representation
+from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
 
 STAGE = Stage(
     name="karhunen_loeve",
@@ -28,17 +28,13 @@ INSTEAD = (
 def expanded(covariance: StationaryCovariance, grid: Grid, square: Square) -> KarhunenLoeve:
     """The expansion up to the order of the scene at any cost, or up to its share of the variance.
 
-    Raises IllPosedError where a share takes so many modes that the field had better be embedded.
+    Raises IllPosedError where a share takes more than a quarter of the modes of a large mesh.
     """
     if square.modes is not None:
         return karhunen_loeve(covariance, grid, square.modes)
-    share = square.variance_share
-    best = representation(covariance, grid, share=share)
-    if best.method == "embedding":
-        raise IllPosedError(f"{best.reason}. {INSTEAD}")
     try:
-        return karhunen_loeve(covariance, grid, share=share)
-    except IllPosedError as error:  # the number of modes was predicted, and is a little larger
+        return karhunen_loeve(covariance, grid, share=square.variance_share)
+    except IllPosedError as error:
         raise IllPosedError(f"{error}. {INSTEAD}") from error
 
 

@@ -12,11 +12,8 @@ from roughslip.report.drawing import chosen, reduced
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, scene_of, without_nulls
-from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.from_scene.periodic_cell import yielding
 from roughslip.stages.runtime.command import Job
-from roughslip.surface.model import GaussianModel
-from roughslip.surface.modes import representation
 
 BY_LAW = "load_std_by_law"  # of friction under the load, where the law holds
 
@@ -70,17 +67,11 @@ def score_of_variables(result: store.Result) -> str:
     return f"Our expansion takes {number} variables and misses {missed:.1%} of the variance of left-out surfaces."
 
 
-def strips_represented(scene: Scene, scan: Path | None) -> list[str]:
-    """How strips are sampled, and why they are not expanded."""
-    model = surface_model.surface_model(scene, scan)
-    if not isinstance(model, GaussianModel):
-        return ["Strips are sums of plane waves with random phases, neither expanded nor embedded."]
-    whole = representation(model.covariance, geometry.strip_grid(scene), share=1.0)
-    would = "cost more" if whole.method == "embedding" else "serve too"
-    return [
-        "Strips are sampled by circulant embedding, exact and stationary.",
-        f"An expansion would {would}: {whole.reason}.",
-    ]
+def strips_represented(scene: Scene) -> str:
+    """How strips are sampled."""
+    if scene.roughness.fractal is not None:
+        return "Strips are sums of plane waves with random phases."
+    return "Strips are sampled by circulant embedding, exact and stationary."
 
 
 def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
@@ -100,8 +91,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
     loaded = scene.load is not None
     if "contact" in stages and not loaded:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
-        scan = files["surface/scan.nc"] if "scan" in stages else None
-        sentences[figure] = strips_represented(scene, scan)
+        sentences[figure] = [strips_represented(scene)]
     if "contact" in stages and loaded:
         figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
         under_load = store.read(files["friction/statistics.nc"])

@@ -4,8 +4,9 @@
     heights = surface.heights(surface.sampler(grid)(np.random.default_rng(1)))
 
 - covariance_of, self_affine, MODELS: covariance models; a scan's table by measured_model
+- IsotropicCovariance: what a model of your own inherits
 - gaussian_model, fractal_on with FractalModel: surfaces to draw on any mesh, with heights of any distribution
-- embed, karhunen_loeve, representation: exact samples, modes, and which of both to take
+- embed, karhunen_loeve: exact samples, and modes
 - plane_height: where a rigid plane stands; rms_slope, rms_curvature: of a covariance, or between nodes
 
 `__init__.pyi` lists all public names and their modules.

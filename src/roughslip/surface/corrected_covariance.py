@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import Translation
-from roughslip.probability.translation import checked_correlations
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_lags
 
@@ -23,72 +22,31 @@ NODES, NODES_PER_LENGTH = 256, 8  # of the mesh, on each axis, on which the exis
 NEGATIVE_SHARE = 1e-6  # of the spectrum that may be cut
 
 
-@dataclass(frozen=True, eq=False)
-class TorusCorrelation:
-    """The correlation of a Gaussian field on a torus such that the translated field has one close to that wanted.
+def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.ndarray:
+    """The correlation of the Gaussian field on a torus that gives the heights the one wanted, inverted point by point.
 
-    gaussian : (tx,) or (tx, ty) [-] positive semidefinite correlation by lag, lag zero first, negative lags at the end
-    translated : (as gaussian) [-] correlation of the heights
-    deviation : [-] largest |translated - wanted|
-    below_least : [-] by how much the wanted correlation lies below the least one possible, 0 where it does not
-    negative_share : [-] of the spectrum, in negative values that were set to zero
+    wanted : (tx, ty) [-] of the heights, by lag on a torus: 1 at lag zero, even
+
+    Returns rho : (tx, ty) [-], positive semidefinite. Raises IllPosedError where no Gaussian field gives it, with the
+    deviation of the nearest: raised to the least correlation possible, with its spectrum cut at zero.
     """
-
-    gaussian: np.ndarray
-    translated: np.ndarray
-    deviation: float
-    below_least: float
-    negative_share: float
-
-
-def nearest_correlation(translation: Translation, correlation: np.ndarray) -> TorusCorrelation:
-    """The correlation wanted, raised to the least one possible, inverted point by point, its spectrum cut at zero.
-
-    correlation : (tx,) or (tx, ty) [-] of the heights, by lag on a torus: 1 at lag zero, even
-
-    The spectrum left is scaled so that lag zero keeps 1. Raises ParameterError for what is no correlation on a torus.
-    """
-    wanted = checked_correlations(correlation)
-    if wanted.ndim not in (1, 2) or wanted.size < 2 or abs(float(wanted.flat[0]) - 1.0) > 1e-9:
-        raise ParameterError(
-            f"a correlation on a torus is a row or a table of lags with 1 at lag zero, not of the shape {wanted.shape}"
-            + (f" with {float(wanted.flat[0])}" if wanted.size else "")
-        )
-    mirror = np.roll(np.flip(wanted), 1, axis=tuple(range(wanted.ndim)))
-    if np.max(np.abs(wanted - mirror)) > 1e-9:
-        raise ParameterError("a correlation on a torus is even: the same at opposite lags, negative lags at the end")
-    below_least = translation.least_correlation - float(np.min(wanted))
-    gaussian = translation.gaussian_correlation(np.maximum(wanted, translation.least_correlation))
+    minimum = translation.least_correlation
+    gaussian = translation.gaussian_correlation(np.maximum(wanted, minimum))
     spectrum = np.fft.fftn(gaussian).real
     positive = np.maximum(spectrum, 0.0)
-    negative_share = float(np.sum(positive - spectrum) / np.sum(np.abs(spectrum)))
-    gaussian = np.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
-    translated = translation.correlation(gaussian)
-    deviation = float(np.max(np.abs(translated - wanted)))
-    below_least = below_least if below_least > translation.least_error else 0.0
-    return TorusCorrelation(gaussian, translated, deviation, below_least, negative_share)
-
-
-def corrected_correlation(translation: Translation, correlation: np.ndarray) -> TorusCorrelation:
-    """The correlation of the Gaussian field that gives the heights the one wanted, on a torus.
-
-    Arguments as in `nearest_correlation`. Raises IllPosedError, with the deviation of the nearest correlation, where no
-    Gaussian field gives it.
-    """
-    nearest = nearest_correlation(translation, correlation)
-    reasons = []
-    if nearest.below_least > 0.0:
-        minimum = translation.least_correlation
-        reasons.append(f"it falls {nearest.below_least:.2g} below the least possible {minimum:.4g}")
-    if nearest.negative_share > NEGATIVE_SHARE:
-        reasons.append(
-            f"{nearest.negative_share:.2g} of the spectrum needed is negative (allowed {NEGATIVE_SHARE:.2g})"
-        )
+    nearest = np.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
+    reasons, below = [], minimum - float(np.min(wanted))
+    if below > translation.least_error:
+        reasons.append(f"it falls {below:.2g} below the least possible {minimum:.4g}")
+    negative = float(np.sum(positive - spectrum) / np.sum(np.abs(spectrum)))
+    if negative > NEGATIVE_SHARE:
+        reasons.append(f"{negative:.2g} of the spectrum needed is negative (allowed {NEGATIVE_SHARE:.2g})")
     if reasons:
+        deviation = float(np.max(np.abs(translation.correlation(nearest) - wanted)))
         raise IllPosedError(
             f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
-            f"{nearest.deviation:.2g}: take it from nearest_correlation, or leave the correlation uncorrected; scene "
-            "keys: roughness.marginal.correct_correlation, roughness.scan.correct_correlation"
+            f"{deviation:.2g}: leave the correlation uncorrected; scene keys: roughness.marginal.correct_correlation, "
+            "roughness.scan.correct_correlation"
         )
     return nearest
 

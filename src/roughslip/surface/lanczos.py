@@ -10,7 +10,7 @@ import scipy.linalg
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from roughslip import fft
-from roughslip.errors import ConvergenceError, ParameterError, whole
+from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
@@ -40,12 +40,10 @@ def leading_modes(
     are projected out of the matrix, and the search goes on until nothing above the smallest eigenvalue is left.
 
     Raises ConvergenceError where Lanczos stops short or a residual exceeds LARGEST_RESIDUAL: ask for fewer modes;
-    ParameterError for a covariance that is not finite, and for an order outside 1 ... nx ny.
+    ParameterError for a covariance that is not finite.
 
     Method: implicitly restarted Lanczos (Lehoucq, Sorensen and Yang, ARPACK Users' Guide, 1998) with deflation.
     """
-    if not 1 <= whole("the order", order) <= grid.size:
-        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
     apply = covariance_operator(covariance, grid)
     if grid.size <= SMALL_MESH or order > grid.size // LANCZOS_SHARE:
         values, vectors = _dense_modes(apply, grid, order)

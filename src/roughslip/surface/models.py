@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import runpy
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -197,6 +199,32 @@ MODELS: dict[str, type[Covariance]] = {
 KINDS = tuple(MODELS)
 
 
+@cache
+def covariance_model(name: str) -> type[Covariance]:
+    """The covariance model of a name.
+
+    name : one of MODELS, or `my_models.py:Mine`, a class in a file of your own
+
+    Raises ParameterError for a name that is not in MODELS, and where the file or the class is missing.
+    """
+    if name in MODELS:
+        return MODELS[name]
+    file, colon, own = name.rpartition(":")
+    if not colon:
+        raise ParameterError(
+            f"there is no covariance {name!r}; choose one of {', '.join(MODELS)}, or a class in a file of your own, as "
+            "my_models.py:Mine"
+        )
+    try:
+        found = runpy.run_path(file).get(own)
+    except OSError as error:
+        raise ParameterError(f"the covariance {name!r} cannot be read: {error}") from error
+    if not (isinstance(found, type) and issubclass(found, Covariance)):
+        raise ParameterError(f"{file} has no class {own} that inherits roughslip.surface.IsotropicCovariance")
+    found.kind = name
+    return found
+
+
 @gate
 def covariance_of(
     kind: str,
@@ -208,17 +236,16 @@ def covariance_of(
 ) -> Covariance:
     """The covariance model of a name.
 
-    kind : a name of MODELS
+    kind : a name of MODELS, or `my_models.py:Mine`, a class in a file of your own
     shapes : shape parameters of that model; None counts as not given
     others : as of Covariance
 
     Raises ParameterError for a name that is not in MODELS, and as the model.
     """
-    if kind not in MODELS:
-        raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
+    model = covariance_model(kind)
     given = {name: value for name, value in shapes.items() if value is not None}
-    check_shapes(MODELS[kind], given)
-    return MODELS[kind](rms_height_m, correlation_length_m, correlation_length_across_m, lay_rad, **given)  # type: ignore[arg-type]
+    check_shapes(model, given)
+    return model(rms_height_m, correlation_length_m, correlation_length_across_m, lay_rad, **given)  # type: ignore[arg-type]
 
 
 @gate

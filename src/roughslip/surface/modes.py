@@ -1,10 +1,10 @@
-"""Karhunen-Loeve expansion of a Gaussian field on the nodes of a mesh (eq. 2 of the paper), and when to prefer it."""
+"""Karhunen-Loeve expansion of a Gaussian field on the nodes of a mesh (eq. 2 of the paper)."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -18,7 +18,6 @@ from roughslip.surface.lanczos import LANCZOS_SHARE, MOST_DENSE_NODES, leading_m
 from roughslip.validation import gate
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
-MOST_BYTES = 2**30  # of modes that `representation` allows
 
 
 @short_repr
@@ -48,23 +47,6 @@ class KarhunenLoeve:
         """Share [-] of the variance of one node, such as `grid.centre` or the corner (0, 0), that the modes carry."""
         whole = self.eigenvalues.sum() / (self.captured_variance * self.grid.size)
         return float(np.sum(self.modes[:, node[0], node[1]] ** 2) / whole)
-
-
-@short_repr
-@dataclass(frozen=True)
-class Representation:
-    """How to sample a field.
-
-    method : "karhunen_loeve" or "embedding"
-    order : modes that the expansion needs
-    captured_variance : share of the variance that these carry; 1 for the embedding, which has all
-    reason : why, in words
-    """
-
-    method: Literal["karhunen_loeve", "embedding"]
-    order: int
-    captured_variance: float
-    reason: str
 
 
 class _Pairs(NamedTuple):
@@ -102,8 +84,12 @@ def karhunen_loeve(
     ConvergenceError where Lanczos does not converge. Raises IllPosedError where a mesh of more than
     MOST_DENSE_NODES needs more than a quarter of its modes: sample by circulant embedding.
     """
-    _check_request(grid, order, share)
-    variance = covariance.rms_height_m**2
+    if (order is None) == (share is None):
+        raise ParameterError("give either the order of the expansion or the share of the variance")
+    if order is not None and not 1 <= whole("the order", order) <= grid.size:
+        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
+    if share is not None and not 0.0 < real("the share of the variance", share) <= 1.0:
+        raise ParameterError(f"the share of the variance must lie in (0, 1], not {share}")
     if covariance.separable and max(grid.shape) <= DENSE_NODES:
         pairs = _kronecker_modes(covariance, grid, order, share)
     elif grid.size <= DENSE_NODES or (
@@ -119,55 +105,8 @@ def karhunen_loeve(
     modes = pairs.vectors
     modes *= signs[:, None]
     modes *= np.sqrt(eigenvalues)[:, None]
-    captured = float(eigenvalues.sum() / (grid.size * variance))
+    captured = float(eigenvalues.sum() / (grid.size * covariance.rms_height_m**2))
     return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured, pairs.residuals)
-
-
-@gate
-def representation(
-    covariance: StationaryCovariance, grid: Grid, order: int | None = None, *, share: float | None = None
-) -> Representation:
-    """Whether to expand a field or to embed it, before either is computed.
-
-    Arguments as `karhunen_loeve`. The numbers of modes come from the spectrum on the mesh. On meshes of many
-    correlation lengths the eigenvalues converge to it (Grenander and Szego, Toeplitz Forms, 1958). On
-    shorter ones the numbers are wrong by some modes.
-
-    Returns the expansion unless it needs more than a quarter of all modes or more than MOST_BYTES for them: then
-    circulant embedding, exact and stationary, costs less. Raises ParameterError as `karhunen_loeve`.
-    """
-    _check_request(grid, order, share)
-    carried = _predicted_shares(covariance, grid)
-    needed = order or int(np.searchsorted(carried, (share or 1.0) - 1e-12)) + 1
-    carries = float(carried[needed - 1])
-    what = f"{needed} of {grid.size} modes, which carry about {carries:.3f} of the variance"
-    if needed > max(1, grid.size // LANCZOS_SHARE):
-        reason = f"{what}, are more than a quarter of all: the embedding carries the whole variance at less cost"
-        return Representation("embedding", needed, 1.0, reason)
-    if needed * grid.size * 8 > MOST_BYTES:
-        reason = f"{what}, fill more than {MOST_BYTES / 2**30:g} GiB: the embedding needs some of the mesh alone"
-        return Representation("embedding", needed, 1.0, reason)
-    return Representation("karhunen_loeve", needed, carries, f"{what}, are at most a quarter of all")
-
-
-def _check_request(grid: Grid, order: int | None, share: float | None) -> None:
-    if (order is None) == (share is None):
-        raise ParameterError("give either the order of the expansion or the share of the variance")
-    if order is not None and not 1 <= whole("the order", order) <= grid.size:
-        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
-    if share is not None and not 0.0 < real("the share of the variance", share) <= 1.0:
-        raise ParameterError(f"the share of the variance must lie in (0, 1], not {share}")
-
-
-def _predicted_shares(covariance: StationaryCovariance, grid: Grid) -> np.ndarray:
-    """(nx ny,) [-] of the variance that so many modes carry: every fourth of the torus of twice the mesh is one."""
-    far = 1e9 * max(grid.nx * grid.dx, grid.ny * grid.dy)  # a line has no second axis to be correlated along
-    apart = Grid(grid.nx, grid.ny, grid.dx if grid.nx > 1 else far, grid.dy if grid.ny > 1 else far)
-    half = np.maximum(circulant_eigenvalues(covariance, apart, (2 * grid.nx, 2 * grid.ny)), 0.0)
-    once, twice = half[:, [0, grid.ny]].ravel(), np.repeat(half[:, 1 : grid.ny].ravel(), 2)
-    descending = -np.sort(-np.concatenate((once, twice)))
-    shares = np.cumsum(descending.reshape(grid.size, 4).sum(axis=1))
-    return np.asarray(shares / shares[-1])
 
 
 def _fewest(values: np.ndarray, total: float, share: float) -> int:
@@ -212,7 +151,7 @@ def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int | None
 def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
     """As many modes as asked for, or a predicted number that grows until they carry the share."""
     variance = covariance.rms_height_m**2
-    count = order or int(1.05 * np.searchsorted(_predicted_shares(covariance, grid), share or 1.0)) + 4
+    count = order or _predicted_number(covariance, grid, share or 1.0)
     while count <= grid.size // LANCZOS_SHARE:
         values, vectors, residuals = leading_modes(covariance, grid, count)
         needed = order or _fewest(values, grid.size, share or 1.0)
@@ -223,3 +162,18 @@ def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | No
         f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant "
         "embedding, or ask for fewer modes or a smaller share"
     )
+
+
+def _predicted_number(covariance: StationaryCovariance, grid: Grid, share: float) -> int:
+    """About how many modes carry a share of the variance: every fourth wave of the torus of twice the mesh is one.
+
+    On meshes of many correlation lengths the eigenvalues converge to the spectrum (Grenander and Szego, Toeplitz Forms,
+    1958). On shorter ones the number is wrong by some modes.
+    """
+    far = 1e9 * max(grid.nx * grid.dx, grid.ny * grid.dy)  # a line has no second axis to be correlated along
+    apart = Grid(grid.nx, grid.ny, grid.dx if grid.nx > 1 else far, grid.dy if grid.ny > 1 else far)
+    half = np.maximum(circulant_eigenvalues(covariance, apart, (2 * grid.nx, 2 * grid.ny)), 0.0)
+    once, twice = half[:, [0, grid.ny]].ravel(), np.repeat(half[:, 1 : grid.ny].ravel(), 2)
+    descending = -np.sort(-np.concatenate((once, twice)))
+    carried = np.cumsum(descending.reshape(grid.size, 4).sum(axis=1))
+    return int(1.05 * np.searchsorted(carried / carried[-1], share)) + 4

@@ -1,24 +1,33 @@
 """The answer in words: digits that the interval justifies, both sides of a limit, and what could not be found.
 
 Drawings inside the page: reduced without a visible change, with ids that no other drawing has.
-
-The page that compares variants: numbers of the answer in units for readers, the same in SI in the table.
 """
 
 import copy
 import json
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import asdict
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from roughslip.figures.style import draw_map, panels, save
-from roughslip.report.answer import digits, regions, shown, summary
-from roughslip.report.budget import summary as of_budget
-from roughslip.report.drawing import chosen, element, reduced, size, thumbnail
-from roughslip.report.machine import change_rows, factor, facts, friction_curve, on_the_map, plots, verdict
+from roughslip.report.drawing import chosen, element, plots, reduced, size, thumbnail
+from roughslip.report.words import (
+    answer_summary,
+    bars,
+    budget_summary,
+    change_rows,
+    digits,
+    factor,
+    facts,
+    friction_curve,
+    shown,
+    verdict,
+)
 from tests.report.test_report import parsed, scene
 
 
@@ -100,115 +109,73 @@ MACHINE = ANSWER | {
 }
 
 
-def test_the_three_lines():
-    first, second, third = summary(ANSWER)
-    assert first == (
-        "Stick-slip is practically certain (100 % [96, 100]) at D = 0.17 and m = 1 kg; 50 % [40, 60] if the mass "
-        "slides steadily at first. Its cycle has an amplitude, half of peak to peak, of 4.8 mm and a frequency of "
-        "45 Hz; these scatter by 20 % and 7 %."
-    )
-    assert second == (
-        "It is below 5 % for D above 0.199 [0.19, 0.21] or m below 20 g [open, 30]; above 95 % for D up to "
-        "0.181 [0.18, 0.182] (no limit of m within the search)."
-    )
-    assert third == (
-        "The smallest relative change that ends stick-slip is +17 % [12, 24] of the damping ratio D. The mean friction "
-        "curve decides: without scatter the cycle exists up to D = 0.19. Scatter blurs the limit by 91 %."
-    )
+AT_TIMES = {"probability": number(0.4, 0.3, 0.5), "probability_from_sliding": number(0.4, 0.3, 0.5)}
+NEVER = {"probability": number(0.0, 0.0, 0.037), "probability_from_sliding": number(0.0, 0.0, 0.037)}
+NOTHING = {"existence_limit": number(None), "hopf_damping": number(None), "band_over_distance": number(None)}
+DURATIONS = {"mean_stick_slip_s": [0.5, 0.4, 0.7], "mean_sliding_s": [None, 7200.0, None], "by_theory": None}
+PAD = {"friction_deviation": number(0.04), "friction_pad_deviation": number(4e-4), "windows": number(1600)}
+BEYOND = copy.deepcopy(MACHINE) | {"outside_measured_speeds": True}
+BEYOND["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
+RISING = {"0.05": number(2.0, unit="kg", **RISES), "0.95": number(3.0, 2.5, 3.5, unit="kg", **RISES)}
+ANSWERS = {
+    "certain": MACHINE,
+    "at times, of a pad": MACHINE | AT_TIMES | PAD | {"states": {"share_of_time": [0.4, 0.3, 0.52], **DURATIONS}},
+    "the start decides": MACHINE | {"starts_differ": True, "probability_from_sliding": number(0.0, 0.0, 0.04)},
+    "too short": MACHINE | {"starts_differ": True, "decided": False},
+    "outside the measured speeds": BEYOND,
+    "nothing found": MACHINE
+    | NEVER
+    | {"smallest_change": None, "amplitude": number(None, unit="m"), "decides": {"by": "scatter", **NOTHING}}
+    | {"limits": OTHERS | {"mass": limits("mass m", 1.0, "kg", (0.01, 100.0))}},
+    "begins": MACHINE
+    | NEVER
+    | {"smallest_change": number(2.0, 1.5, 2.5, parameter="mass", side="above", aim="begin")}
+    | {"limits": OTHERS | {"mass": limits("mass m", 1.0, "kg", (0.01, 100.0), above=RISING)}},
+}
+PARTS = {"damping": (0.8, 0.7, 0.9), "mass": (0.1, 0.0, 0.2)}
+BUDGET = {
+    "probability": {"mean": 0.62},
+    "answer": {"value": 0.98},
+    "outcome": {"damping": 0.5, "mass": 0.05},
+    "scatter": 0.4,
+    "limits": {"damping": {"value": 0.32, "interval": (0.28, 0.36), "first": PARTS, "beyond": 0.08}},
+    "units": {"damping": "1"},
+    "rates": {"death": {"mean": 0.5, "interval": (0.1, 2.0)}, "birth": {"mean": 0.0, "interval": (0.0, 9.0)}},
+}
+BUDGETS = {
+    "unsure": BUDGET,
+    "sure": BUDGET | {"probability": {"mean": 0.99}, "rates": {}},
+    "nothing uncertain": BUDGET | {"outcome": {}},
+}
+FROZEN = Path(__file__).with_name("words.json")
 
 
-def test_a_start_that_decides_and_a_run_that_is_too_short():
-    first, *_ = summary(ANSWER | {"starts_differ": True})
-    assert (
-        "slides steadily at first. The start decides, because both states live longer than a run: stick-slip at least "
-        "27 min and steady sliding at least 2.4 s in the mean. Its cycle" in first
-    )
-    first, *_ = summary(ANSWER | {"starts_differ": True, "decided": False})
-    assert (
-        "Not decided: a run of 40 natural periods still depends on its start; set answer.duration_periods to 93.6, the "
-        "time of its decays of a free vibration." in first
-    )
+def words():
+    """All that is said of each answer and budget."""
+    of_answers = {
+        name: {
+            "summary": answer_summary(answer),
+            "verdict": verdict(answer),
+            "facts": facts(answer),
+            "rows": [list((asdict(row) | {"far": round(row.far)}).values()) for row in change_rows(answer)],
+        }
+        for name, answer in ANSWERS.items()
+    }
+    return of_answers | {name: [budget_summary(budget), bars(budget)] for name, budget in BUDGETS.items()}
 
 
-def test_numbers_outside_the_measured_speeds_say_so():
-    beyond = copy.deepcopy(ANSWER) | {"outside_measured_speeds": True}
-    beyond["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
-    first, second, _ = summary(beyond)
-    assert "m = 1 kg (not identified: outside the measured speeds); 50 %" in first
-    assert "D above 0.199 [0.19, 0.21] (not identified: outside the measured speeds) or m" in second
-    assert second.count("outside") == 1
+def test_words_are_those_that_are_kept():
+    """Read words.json: it is what a user reads. `python -m tests.report.test_report_answer` writes it."""
+    kept, said = json.loads(FROZEN.read_text(encoding="utf-8")), json.loads(json.dumps(words()))
+    for name, expected in kept.items():
+        assert said[name] == expected, name
+    assert said.keys() == kept.keys()
 
 
-def test_what_was_not_found_is_said_in_words():
-    nothing = copy.deepcopy(ANSWER) | {"smallest_change": None, "probability": number(0.0, 0.0, 0.037)}
-    nothing |= {"amplitude": number(None, unit="m")}
-    nothing["decides"] |= {"existence_limit": number(None), "by": "scatter"}
-    nothing["limits"] = {"mass": limits("mass m", 1.0, "kg", (0.01, 100.0))}
-    first, second, third = summary(nothing)
-    assert "practically excluded (0 % [0, 4])" in first
-    assert first.endswith("50 % [40, 60] if the mass slides steadily at first.")
-    assert second == "It is below 5 % everywhere in the search; above 95 % nowhere in the search."
-    assert third == (
-        "No change of one parameter within the search begins stick-slip. The scatter of friction decides: without "
-        "scatter no existence limit is found."
-    )
-    (row,) = change_rows(nothing)
-    assert (row.name, row.now, row.needed, row.change) == ("mass", "1 kg", "", "")
-    assert verdict(nothing)["word"] == "No"
-
-
-def test_a_row_has_the_limit_in_the_unit_of_the_scene_and_how_far_it_is():
-    """The bar is log(1.172) / log(100) = 3.4 % of the search and log(50) / log(100) = 85 %."""
-    damping, mass = change_rows(ANSWER)
-    assert (damping.name, damping.now, damping.needed, damping.interval) == (
-        *("more damping, D", "0.17", "0.199", "0.19 to 0.21"),
-    )
-    assert (damping.change, damping.is_smallest, round(damping.way, 1)) == ("+17 %", True, 3.4)
-    assert (mass.name, mass.now, mass.needed, mass.interval) == ("lighter mass", "1 kg", "0.02 kg", "open to 0.03")
-    assert (mass.change, mass.is_smallest, round(mass.way, 1)) == ("÷ 50", False, -84.9)
+def test_a_change_is_given_in_per_cent_or_as_a_factor_and_a_bar_is_its_logarithm():
+    """log(1.172) / log(100) = 3.4 % of the search and log(50) / log(100) = 85 %."""
     assert [factor(ratio) for ratio in (0.9, 1.5, 0.5)] == ["−10 %", "× 1.5", "÷ 2"]
-
-
-@pytest.mark.parametrize(
-    ("rest", "sliding", "differ", "decided", "word", "kind"),
-    [
-        (1.0, 1.0, False, True, "Yes", "bad"),
-        (0.0, 0.0, False, True, "No", "good"),
-        (0.4, 0.4, False, True, "At times", "odd"),
-        (1.0, 0.0, True, True, "After a stop", "bad"),
-        (1.0, 0.0, True, False, "Not decided", "odd"),
-    ],
-)
-def test_the_verdict_in_a_word(rest, sliding, differ, decided, word, kind):
-    shares = {"probability": number(rest, 0, 1), "probability_from_sliding": number(sliding, 0, 1)}
-    words = verdict(ANSWER | shares | {"starts_differ": differ, "decided": decided})
-    assert (words["word"], words["kind"]) == (word, kind)
-
-
-def test_numbers_are_as_sure_as_their_inputs():
-    """An amplitude to two digits; durations in seconds, minutes or hours. Neither state was seen to end at first."""
-    rows = {title: (shown, note) for title, shown, note in facts(MACHINE)}
-    assert rows["half of peak to peak"] == ("4.8 mm", "scatters by 20 %")
-    assert rows["frequency"] == ("45 Hz", "scatters by 7 %; own frequency 5 Hz")
-    assert rows["time in stick-slip"] == (
-        *("100 %", "of runs from rest; in the mean stick-slip lasts at least 27 min and sliding lasts at least 2.4 s"),
-    )
-    durations = {"mean_stick_slip_s": [0.5, 0.4, 0.7], "mean_sliding_s": [None, 7200.0, None]}
-    states = {"share_of_time": [0.4, 0.3, 0.52], **durations, "by_theory": None}
-    rows = {title: (shown, note) for title, shown, note in facts(MACHINE | {"states": states})}
-    assert rows["time in stick-slip"] == (
-        *("40 %", "30 to 52 %; in the mean stick-slip lasts 0.5 s and sliding lasts at least 2 h"),
-    )
-    never = {"share_of_time": [1.0, 1.0, 1.0], "mean_stick_slip_s": [None, 3.0, None], "mean_sliding_s": [None] * 3}
-    rows = {title: note for title, _, note in facts(MACHINE | {"states": never})}
-    assert rows["time in stick-slip"] == "100 to 100 %; in the mean stick-slip lasts at least 3 s"
-
-
-def test_the_friction_of_a_pad_scatters_less_than_that_of_a_window():
-    friction = {"mean": 0.4, "deviation": 0.04, "pad_deviation": 4e-4}
-    pad = {f"friction_{name}": number(value) for name, value in friction.items()} | {"windows": number(1600)}
-    rows = {title: (shown, note) for title, shown, note in facts(MACHINE | pad)}
-    assert rows["mean friction"] == ("0.4", "scatters by 0.1 %; one contact window scatters by 10 %, of 1600")
+    assert [round(row.far, 1) for row in change_rows(ANSWER)] == [3.4, 84.9]
 
 
 def test_the_curves_fill_their_boxes():
@@ -218,12 +185,6 @@ def test_the_curves_fill_their_boxes():
     assert drawn["speed"].lines["without_scatter"] == "0,0 100,100"
     assert drawn["cycle"].lines["with_scatter"] == "0,0 100,100 0,0"
     assert (drawn["displacement"].along, drawn["displacement"].across) == ("2 mm", "0.5 s")
-
-
-def test_a_level_is_passed_from_either_side():
-    """Where stick-slip is excluded at the scene, the level 5 % ends that region and 95 % begins the other one."""
-    one = limits("load N", 1.0, "N", (0.01, 100.0), above={"0.05": number(2.0, **RISES), "0.95": number(3.0, **RISES)})
-    assert (regions(one, "0.05"), regions(one, "0.95")) == (["up to 2"], ["above 3"])
 
 
 @pytest.mark.parametrize(
@@ -250,7 +211,7 @@ OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction
 
 
 def machine_scene(answer=MACHINE, **changes):
-    return scene(answer=answer | {"summary": summary(answer)}, configuration=OSCILLATOR, **changes)
+    return scene(answer=answer | {"summary": answer_summary(answer)}, configuration=OSCILLATOR, **changes)
 
 
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
@@ -283,44 +244,19 @@ def test_motion_without_stick_slip_is_not_called_a_cycle(cycles, title):
     assert ("The cycle" in text) == (cycles > 0)
 
 
-def test_the_map_says_where_the_scene_and_its_limits_lie():
-    text = on_the_map(
-        MACHINE, {"damping": (0.05, 0.15), "mass": (0.01, 5.0), "load": (100.0, 900.0), "windows": (1, 9)}
-    )
-    assert text == (
-        "Along D the scene lies at 0.17 of 0.05 to 0.15, and stick-slip ends at 0.199, beyond the edge of the map. "
-        "Along m the scene lies at 1 kg of 0.01 kg to 5 kg, and stick-slip ends at 0.02 kg, inside the map. "
-        "Along N the scene lies at 500 N of 100 N to 900 N, and stick-slip has no limit within a factor of 100."
-    )
-
-
 def test_a_question_without_an_answer_says_why():
     refused = parsed(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused.text
 
 
 def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
-    parts = {"damping": (0.8, 0.7, 0.9), "mass": (0.1, 0.0, 0.2)}
-    damping = {"value": 0.32, "interval": (0.28, 0.36), "first": parts, "beyond": 0.08}
-    budget = {
-        "probability": {"mean": 0.62},
-        "answer": {"value": 0.98},
-        "outcome": {"damping": 0.5, "mass": 0.05},
-        "scatter": 0.4,
-        "limits": {"damping": damping},
-        "units": {"damping": "1"},
-        "rates": {"death": {"mean": 0.5, "interval": (0.1, 2.0)}, "birth": {"mean": 3.0, "interval": (1.0, 9.0)}},
-    }
-    lines = of_budget(budget)
-    assert "stick-slip ends 0.5 times (0.1 to 2) a second and begins 3 times (1 to 9) a second of sliding." in lines[2]
-    assert "not computed" in of_budget(budget | {"rates": {}})[2]
-    assert lines[0].startswith("Stick-slip has a probability of 98 % at the given values, and of 62 % averaged")
-    assert "D = 0.32 (0.28 to 0.36, 8 % of them beyond a factor of ten)." in lines[1]
-    content = parsed(machine_scene(budget=budget | {"summary": lines}))
-    text = " ".join(" ".join(content.text).split())
-    assert "What is worth measuring" in text
+    text = " ".join(" ".join(parsed(machine_scene(budget=BUDGET | {"summary": ["What matters."]})).text).split())
+    places = [
+        text.index(part)
+        for part in ("What is worth measuring What matters.", "damping 50 %", "scatter of friction 40 %")
+    ]
+    assert places == sorted(places)
     assert "; 62 % over what is uncertain" in text
-    assert text.index("damping 50 %") < text.index("scatter of friction 40 %") < text.index("mass 5 %")
     assert "how sure the inputs are; that is above" in text
     assert "What is worth measuring" not in " ".join(parsed(machine_scene()).text)
 
@@ -385,3 +321,7 @@ def test_a_png_takes_the_place_of_a_large_drawing(svg, tmp_path):
     long = svg.replace("</svg>", '<path d="M 0 0"/>' * 20_000 + "</svg>")
     assert chosen(long, png) == png
     assert "data:image/png;base64," in element(png, "a", "one")
+
+
+if __name__ == "__main__":
+    FROZEN.write_text(json.dumps(words(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

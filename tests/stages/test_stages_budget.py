@@ -14,7 +14,7 @@ from roughslip.figures.figure_budget import figure_budget
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.budget import Machine
 from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.report.budget import next_to_measure, rates_in_words
+from roughslip.report.words import next_to_measure, rates_in_words
 from roughslip.scene.types import scene_of
 from roughslip.stages import budget
 from roughslip.stages.from_scene.surface_model import OPTIONS

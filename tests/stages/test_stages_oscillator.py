@@ -22,7 +22,7 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import cycle_period, limit_cycle
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.probability.level_search import ACCURACY
-from roughslip.report.machine import change_rows
+from roughslip.report.words import change_rows
 from roughslip.scene.types import scene_of
 from roughslip.stages import answer, deterministic, stick_slip_map
 from roughslip.stages.from_scene import mass_on_belt

@@ -5,7 +5,12 @@ from __future__ import annotations
 import base64
 import re
 import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
 from html import escape
+from typing import Any
+
+from roughslip.report.words import SURE, amount
 
 PNG = b"\x89PNG\r\n\x1a\n"
 READABLE = 1.15  # pixels a point on a narrow screen: text of 9 points has 10 pixels; a wider picture then scrolls
@@ -60,3 +65,39 @@ def thumbnail(content: bytes, name: str) -> str:
     width, height = size(content)
     box = f'class="drawing" viewBox="0 0 {width:g} {height:g}"'
     return f'<svg {box} aria-hidden="true"><use href="#{name}-drawing"/></svg>'
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves in a box of 100 by 100, as points of SVG, by `with_scatter` and `without_scatter`.
+
+    across, along : lengths of the axes in words
+    """
+
+    lines: Mapping[str, str]
+    across: str
+    along: str
+
+
+def plots(motion: Mapping[str, Any]) -> dict[str, Plot]:
+    """Displacement and speed against time, and the cycle: speed against displacement."""
+    units = {"time_s": "s", "displacement_m": "m", "velocity_m_per_s": "m s-1"}
+    box = {}
+    for name in units:
+        values = [value for curve in motion.values() for value in curve[name]]
+        box[name] = min(values), max(max(values) - min(values), 1e-300)
+    drawn = {}
+    for title, x, y in (
+        ("displacement", "time_s", "displacement_m"),
+        ("speed", "time_s", "velocity_m_per_s"),
+        ("cycle", "displacement_m", "velocity_m_per_s"),
+    ):
+        lines = {
+            kind: " ".join(
+                f"{100 * (a - box[x][0]) / box[x][1]:.4g},{100 - 100 * (b - box[y][0]) / box[y][1]:.4g}"
+                for a, b in zip(curve[x], curve[y], strict=True)
+            )
+            for kind, curve in motion.items()
+        }
+        drawn[title] = Plot(lines, *(amount(box[axis][1], units[axis], SURE) for axis in (x, y)))
+    return drawn

@@ -14,10 +14,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report.answer import amount, decision, digits, ends, percent
-from roughslip.report.budget import bars
-from roughslip.report.drawing import element, thumbnail
-from roughslip.report.machine import change_rows, facts, friction_curve, on_the_map, plots, verdict
+from roughslip.report.drawing import element, plots, thumbnail
 from roughslip.report.sections import (
     MARKS,
     SECTIONS,
@@ -28,6 +25,18 @@ from roughslip.report.sections import (
     our_number,
     rows,
     section,
+)
+from roughslip.report.words import (
+    amount,
+    bars,
+    change_rows,
+    decision,
+    digits,
+    ends,
+    facts,
+    friction_curve,
+    percent,
+    verdict,
 )
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
@@ -78,7 +87,6 @@ class SceneReport:
     claims, costs : contents of claims.json and costs.json
     configuration : what the stages read of the scene
     answer, budget : contents of answer.json and budget.json; None where no such stage runs
-    map_ranges : first and last value of each axis of the stick-slip map, by the name of its parameter
     folder : of its files, from the folder of the page: empty, or ending in a slash
     file : the scene file, from the folder of the page; empty for a scene without one
     """
@@ -93,7 +101,6 @@ class SceneReport:
     configuration: str
     answer: Mapping[str, Any] | None = None
     budget: Mapping[str, Any] | None = None
-    map_ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     folder: str = ""
     file: str = ""
 
@@ -179,7 +186,6 @@ def environment() -> Environment:
         "curve": lambda scene: friction_curve(json.loads(scene.configuration)),
         "decision": decision,
         "facts": facts,
-        "on_the_map": on_the_map,
         "percent": percent,
         "plots": plots,
         "verdict": verdict,

@@ -172,7 +172,7 @@ def answers(readings: Mapping[str, Sequence[Claim]]) -> list[str]:
     for name, lead in ASKED.items():
         for row in rows(readings, ids=(name,)):
             tested = {scene: claim for scene, claim in row.items() if claim["shown"]}
-            verdicts = [f"{claim['headline']} in {scene}" for scene, claim in tested.items()]
+            verdicts = [f"{claim['verdict']} in {scene}" for scene, claim in tested.items()]
             numbers = [in_brackets(claim["shown"]) for claim in tested.values()]
             if tested:
                 sentences.append(

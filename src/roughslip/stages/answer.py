@@ -12,7 +12,7 @@ from roughslip.oscillator.answer_runs import Sampling, ScatteringFriction
 from roughslip.oscillator.changed import PARAMETERS
 from roughslip.oscillator.state_durations import states_of_answer
 from roughslip.oscillator.stick_slip import Quantity, answer, check_has_answer
-from roughslip.report.answer import summary
+from roughslip.report.words import answer_summary
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt, variation
 from roughslip.stages.from_scene.streams import Stream
@@ -65,4 +65,4 @@ def work(job: Job) -> None:
             answered.durations, answered.durations_by_theory, own.belt.natural_frequency_rad_per_s
         ),
     }
-    store.write_json(job.arguments.output, result | {"summary": summary(result)})
+    store.write_json(job.arguments.output, result | {"summary": answer_summary(result)})

@@ -10,7 +10,7 @@ from roughslip import store
 from roughslip.errors import InputError
 from roughslip.oscillator.budget import Budget, uncertainty_budget
 from roughslip.oscillator.changed import PARAMETERS
-from roughslip.report.budget import summary
+from roughslip.report.words import budget_summary
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.streams import Stream
@@ -55,7 +55,7 @@ def work(job: Job) -> None:
         "answer": answer["probability"],
         "units": {name: PARAMETERS[name].unit for name in found.limits},
     }
-    store.write_json(job.arguments.text, result | {"summary": summary(result)})
+    store.write_json(job.arguments.text, result | {"summary": budget_summary(result)})
     store.write(job.arguments.output, variables(found), job.key)
 
 

@@ -107,15 +107,6 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
     return sentences
 
 
-def map_ranges(file: Path) -> dict[str, tuple[float, float]]:
-    """First and last value of both axes of a stick-slip map, by the name of the parameter."""
-    drawn = store.read(file)
-    axes = (drawn["map_x"], drawn["map_y"])
-    return {
-        str(name): (float(axis[0]), float(axis[-1])) for name, axis in zip(drawn["map_parameters"], axes, strict=True)
-    }
-
-
 def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
     """What a scene left. files : its results by name; captions : of all figures"""
     costs = store.read_json(files["costs.json"])
@@ -134,7 +125,6 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
         budget=store.read_json(files["budget.json"]) if "budget" in stages else None,
-        map_ranges=map_ranges(files["figure_map.nc"]) if "figure_map" in drawn else {},
         claims=store.read_json(files["claims.json"]),
         costs=costs,
         folder="" if own == "." else f"{own}/",

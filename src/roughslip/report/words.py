@@ -1,0 +1,393 @@
+"""Answer and budget in words, in units and digits that a reader takes in: sentences, and what the page shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from roughslip.probability.estimate import TAILS
+
+Number = Mapping[str, Any]
+# Units for readers, the largest first, by the SI unit. One below 1 is taken from a tenth of it on: 0.13 mm, not 130 µm.
+SCALES = {
+    "1": ((1.0, ""),),
+    "m": ((1.0, " m"), (1e-3, " mm"), (1e-6, " µm"), (1e-9, " nm")),
+    "m s-1": ((1.0, " m/s"), (1e-3, " mm/s"), (1e-6, " µm/s")),
+    "N m-1": ((1e6, " kN/mm"), (1e3, " N/mm"), (1.0, " N/m")),
+    "N": ((1e3, " kN"), (1.0, " N"), (1e-3, " mN")),
+    "kg": ((1.0, " kg"), (1e-3, " g")),
+    "Hz": ((1e3, " kHz"), (1.0, " Hz")),
+    "s": ((86400.0, " days"), (3600.0, " h"), (60.0, " min"), (1.0, " s"), (1e-3, " ms")),
+}
+SIDES = ("below", "above")
+CERTAIN, EXCLUDED = 0.95, 0.05  # probabilities from which stick-slip is said to occur, or not to
+LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
+OUTSIDE = " (not identified: outside the measured speeds)"
+DECIDES = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
+STATES = {"stick-slip": "stick_slip", "steady sliding": "sliding"}
+SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs
+CHANGES = {  # downwards, upwards
+    "damping": ("less damping, D", "more damping, D"),
+    "belt_velocity": ("slower belt", "faster belt"),
+    "mass": ("lighter mass", "heavier mass"),
+    "stiffness": ("softer spring", "stiffer spring"),
+    "load": ("less normal force", "more normal force"),
+}
+REACH = 100.0  # factor up to which limits are searched: the full length of a bar
+WIDE = 1.5  # factor from which a change is given as one, not in per cent
+SCATTER = "scatter of friction"  # as a source in the budget
+NEVER = 1e-12  # [1/s] of a rate: once in thirty thousand years
+
+
+def digits(value: float, places: int = 3) -> str:
+    """Three significant digits at most, without an exponent."""
+    first = math.floor(math.log10(abs(value))) if value and math.isfinite(value) else 0
+    return f"{round(value, places - 1 - first) if math.isfinite(value) else value:,.12g}"
+
+
+def scale(value: float, unit: str) -> tuple[float, str]:
+    """The unit for readers of a value in SI, and its size in SI."""
+    scales = SCALES.get(unit, ((1.0, f" {unit}"),))
+    fitting = (pair for pair in scales if abs(value) >= pair[0] * (0.1 if pair[0] <= 1.0 else 1.0))
+    return (1.0, scales[[size for size, _ in scales].index(1.0)][1]) if value == 0.0 else next(fitting, scales[-1])
+
+
+def amount(value: float, unit: str, places: int = 3, like: float | None = None) -> str:
+    """`0.308 kN`. like : the value whose unit for readers is taken"""
+    size, name = scale(value if like is None else like, unit)
+    return f"{digits(value / size, places)}{name}"
+
+
+def ends(number: Number, like: float, places: int = 3) -> str:
+    """`0.19 to 0.21`, without the unit; empty without an interval, or where its ends are written as the value is."""
+    size, _ = scale(like, number["unit"])
+    if number["interval"] is None:
+        return ""
+    shown = ["open" if end is None else digits(end / size, places) for end in number["interval"]]
+    return "" if set(shown) == {digits(number["value"] / size, places)} else " to ".join(shown)
+
+
+def shown(number: Number) -> str:
+    """`20 mm/s [19, 21]` in three digits at most; the word `open` for an end of the interval beyond the search."""
+    interval = ends(number, number["value"]).replace(" to ", ", ")
+    return f"{amount(number['value'], number['unit'])}{f' [{interval}]' if interval else ''}"
+
+
+def percent(number: Number) -> str:
+    """A probability or a relative change as `98 % [93, 99]`."""
+    inner = ["open" if end is None else f"{100 * end:.0f}" for end in number["interval"]]
+    value = f"{100 * number['value']:.0f}"
+    return f"{value} %" if set(inner) == {value} else f"{value} % [{', '.join(inner)}]"
+
+
+def symbol(limits: Mapping[str, Any], name: str) -> str:
+    """The last word of a parameter's title."""
+    return str(limits[name]["title"].rpartition(" ")[2])
+
+
+def likely(probability: Number) -> str:
+    """Whether stick-slip occurs: Yes, No or At times."""
+    value = probability["value"]
+    return "Yes" if value >= CERTAIN else "No" if value <= EXCLUDED else "At times"
+
+
+def regions(parameter: Mapping[str, Any], label: str) -> list[str]:
+    """Where, along one parameter, the probability lies below 5 % (label 0.05) or above 95 % (label 0.95)."""
+    limits = []
+    for side in SIDES:
+        if (limit := parameter[side][label]) is not None:
+            beyond = limit["change"] == ("falls below" if label == "0.05" else "rises above")
+            word = side if beyond else {"above": "up to", "below": "down to"}[side]
+            outside = OUTSIDE if limit.get("outside_measured_speeds") else ""
+            limits.append(f"{word} {shown(limit)}{outside}")
+    return limits
+
+
+def answer_summary(answer: Mapping[str, Any]) -> list[str]:
+    """Three lines: how likely stick-slip is, how the mass moves; its limits; the smallest change and what decides."""
+    return [_probability(answer), _limits(answer), f"{_change(answer)} {decision(answer['decides'])}"]
+
+
+def _probability(answer: Mapping[str, Any]) -> str:
+    number = answer["probability"]
+    word = {"Yes": "practically certain", "No": "practically excluded"}.get(likely(number), "possible")
+    values = [f"{symbol(answer['limits'], name)} = {shown(parameter)}" for name, parameter in answer["limits"].items()]
+    line = f"Stick-slip is {word} ({percent(number)}) at {joined(values)}"
+    slid = percent(answer["probability_from_sliding"])
+    line += OUTSIDE if answer.get("outside_measured_speeds") else ""
+    line += f"; {slid} if the mass slides steadily at first.{_memory_of_the_start(answer)}"
+    if answer["amplitude"]["value"] is None:
+        return line
+    size, rate = (amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency"))
+    spread = f"{scatter(answer, 'amplitude')} and {scatter(answer, 'frequency')}"
+    return (
+        f"{line} Its cycle has an amplitude, half of peak to peak, of {size} and a frequency of {rate}; these scatter "
+        f"by {spread}."
+    )
+
+
+def scatter(answer: Mapping[str, Any], name: str) -> str:
+    """Standard deviation of amplitude or frequency over its mean: `0.3 %`."""
+    return f"{digits(100 * answer[f'{name}_scatter']['value'] / answer[name]['value'], 1)} %"
+
+
+def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
+    """What a difference between runs from rest and from steady sliding says."""
+    if not answer["starts_differ"]:
+        return ""
+    if not answer["decided"]:
+        needed = answer["needs"]["value"]
+        time = (
+            f"set answer.duration_periods to {digits(needed)}, the time of its {answer['needs']['scale']}"
+            if needed
+            else ""
+        )
+        longer = time or "no damping ends its transients"
+        periods = digits(answer["periods"]["value"])
+        return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
+    minimum = {word: answer["states"][f"mean_{name}_s"][1] for word, name in STATES.items()}
+    bounds = joined(
+        [f"{word} at least {amount(time, 's', SURE)}" for word, time in minimum.items() if time is not None]
+    )
+    return f" The start decides, because both states live longer than a run: {bounds} in the mean."
+
+
+def _holds(answer: Mapping[str, Any], label: str) -> bool:
+    """Whether the probability at the scene's point is below 5 % (label 0.05) or above 95 % (label 0.95)."""
+    return likely(answer["probability"]) == ("No" if label == "0.05" else "Yes")
+
+
+def _limits(answer: Mapping[str, Any]) -> str:
+    limits, parts = answer["limits"], []
+    for label, text in LABELS.items():
+        ranges = [f"{symbol(limits, name)} {region}" for name in limits for region in regions(limits[name], label)]
+        none = [symbol(limits, name) for name in limits if not regions(limits[name], label)]
+        if not ranges:
+            parts.append(f"{text} {'everywhere' if _holds(answer, label) else 'nowhere'} in the search")
+            continue
+        rest = f" (no limit of {joined(none, ' or ')} within the search)" if none else ""
+        parts.append(f"{text} for {joined(ranges, ' or ')}{rest}")
+    return f"{'; '.join(parts)}."
+
+
+def _change(answer: Mapping[str, Any]) -> str:
+    change = answer["smallest_change"]
+    if change is None:
+        aim = "ends" if answer["probability"]["value"] > 0.5 else "begins"
+        return f"No change of one parameter within the search {aim} stick-slip."
+    title = answer["limits"][change["parameter"]]["title"]
+    sign = "+" if change["value"] > 0 else ""
+    return f"The smallest relative change that {change['aim']}s stick-slip is {sign}{percent(change)} of the {title}."
+
+
+def decision(decides: Mapping[str, Any]) -> str:
+    """What decides, up to which damping the cycle exists without scatter, and how much scatter blurs that limit."""
+    line = DECIDES.get(decides["by"], "The mean friction curve and its scatter decide together")
+    limit, width = decides["existence_limit"]["value"], decides["band_over_distance"]["value"]
+    if limit is None:
+        return f"{line}: without scatter no existence limit is found."
+    line += f": without scatter the cycle exists up to D = {digits(limit)}"
+    return f"{line}." if width is None else f"{line}. Scatter blurs the limit by {digits(100 * width, SURE)} %."
+
+
+def joined(parts: Sequence[str], last: str = " and ") -> str:
+    """`a, b and c`."""
+    return last.join([part for part in (", ".join(parts[:-1]), *parts[-1:]) if part])
+
+
+@dataclass(frozen=True)
+class Row:
+    """A parameter in the table of what would end or begin stick-slip.
+
+    name, now : the change in words, the scene's value
+    needed, interval : the value at which stick-slip ends or begins, and its interval; empty without a limit
+    change : factor or per cent
+    far : logarithm of the change [% of the search]
+    is_smallest : of all relative changes
+    outside : whether the limit lies beyond the measured speeds
+    """
+
+    name: str
+    now: str
+    needed: str = ""
+    interval: str = ""
+    change: str = ""
+    far: float = 0.0
+    is_smallest: bool = False
+    outside: bool = False
+
+
+def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Where along a parameter stick-slip ends, where it is likely, or else begins, nearest to the scene's value."""
+    label = "0.05" if answer["probability"]["value"] > 0.5 else "0.95"
+    near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
+    own = parameter["value"] or 1.0
+    return min(near, key=lambda limit: abs(math.log(limit["value"] / own)), default=None)
+
+
+def change_rows(answer: Mapping[str, Any]) -> list[Row]:
+    """A row a parameter, the smallest change first; without a limit it has no change."""
+    smallest, ranked = answer["smallest_change"] or {"parameter": None}, []
+    for name, parameter in answer["limits"].items():
+        own, unit = parameter["value"], parameter["unit"]
+        title = parameter["title"] if name == "damping" else parameter["title"].rpartition(" ")[0]
+        limit = nearest_limit(answer, parameter)
+        if limit is None or not own:
+            ranked.append((math.inf, Row(title, amount(own, unit))))
+            continue
+        way = math.log(limit["value"] / own)
+        row = Row(
+            CHANGES[name][way > 0.0],
+            amount(own, unit),
+            amount(limit["value"], unit, like=own),
+            ends(limit, own),
+            factor(limit["value"] / own),
+            100.0 * min(abs(way) / math.log(REACH), 1.0),
+            name == smallest["parameter"],
+            bool(limit.get("outside_measured_speeds")),
+        )
+        ranked.append((0.0 if row.is_smallest else abs(way), row))
+    return [row for _, row in sorted(ranked, key=lambda pair: pair[0])]
+
+
+def factor(ratio: float) -> str:
+    """`+12 %`, or `× 6.5` and `÷ 6.5` where that reads better."""
+    if 1.0 / WIDE < ratio < WIDE:
+        return f"{'+' if ratio > 1.0 else '−'}{digits(100 * abs(ratio - 1.0), SURE)} %"
+    return f"× {digits(ratio, SURE)}" if ratio > 1.0 else f"÷ {digits(1.0 / ratio, SURE)}"
+
+
+def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
+    """The verdict as a word, its kind (bad, good or odd), and a sentence."""
+    rest, sliding = (answer[name]["value"] for name in ("probability", "probability_from_sliding"))
+    if answer["starts_differ"] and not answer["decided"]:
+        text = "The runs are too short to tell: they still depend on how they start."
+        return {"word": "Not decided", "kind": "odd", "text": text}
+    if answer["starts_differ"]:
+        text = "It stick-slips once it has been at rest, and goes on sliding where it slides at first."
+        return {"word": "After a stop", "kind": "bad" if rest >= CERTAIN else "odd", "text": text}
+    word, share = likely(answer["probability"]), "more" if min(rest, sliding) > 0.5 else "less"
+    kind, text = {
+        "Yes": ("bad", "It stick-slips, whether it starts from rest or from sliding."),
+        "No": ("good", "It slides steadily, whether it starts from rest or from sliding."),
+        "At times": ("odd", f"Stick-slip ends and begins again: it takes {share} than half of the time."),
+    }[word]
+    return {"word": word, "kind": kind, "text": text}
+
+
+def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Title, number and a note on it: how the mass moves, how long its states last, its friction."""
+    stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))
+    own = amount(math.sqrt(stiffness / mass) / (2 * math.pi), "Hz", SURE)
+    lines = []
+    if answer["amplitude"]["value"] is not None:
+        sizes = {name: amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency")}
+        lines.append(("half of peak to peak", sizes["amplitude"], f"scatters by {scatter(answer, 'amplitude')}"))
+        lines.append(
+            ("frequency", sizes["frequency"], f"scatters by {scatter(answer, 'frequency')}; own frequency {own}")
+        )
+    else:
+        lines.append(("own frequency", own, "there is no cycle of stick-slip"))
+    return [*lines, _states(answer), ("mean friction", *_friction(answer))]
+
+
+def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
+    mean, deviation = (answer[f"friction_{name}"]["value"] for name in ("mean", "deviation"))
+    note = f"scatters by {digits(100 * deviation / mean, SURE)} %"
+    if (windows := answer["windows"]["value"]) > 1:
+        pad = answer["friction_pad_deviation"]["value"]
+        note = f"scatters by {digits(100 * pad / mean, SURE)} %; one contact window {note}, of {windows:.0f}"
+    return digits(mean), note
+
+
+def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
+    states, durations = answer["states"], []
+    for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
+        mean, minimum, _ = states[name]
+        if mean is not None or minimum is not None:
+            known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
+            durations.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
+    value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
+    if value is None:
+        number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]
+    else:
+        number, notes = f"{value:.0f} %", [] if low is None or high is None else [f"{low:.0f} to {high:.0f} %"]
+    notes += [f"in the mean {joined(durations)}"] if durations else []
+    return "time in stick-slip", number, "; ".join(notes)
+
+
+def friction_curve(scene: Mapping[str, Any]) -> str:
+    """The friction curve of a scene in a sentence."""
+    oscillator, record = scene["oscillator"], (scene.get("friction") or {}).get("record")
+    if record:
+        several = len(record["file"]) > 1
+        return f"The curve is that of the record{'s' if several else ''} {', '.join(record['file'])}."
+    static = f"{digits(oscillator['static_friction'])} at rest"
+    if oscillator["law"] == "table":
+        speed, last = oscillator["friction_table"][-1]
+        return f"The curve is the friction_table of the scene: {static}, {digits(last)} at {amount(speed, 'm s-1')}."
+    return f"The curve is the law {oscillator['law']}: {static}."
+
+
+def budget_summary(budget: Mapping[str, Any]) -> list[str]:
+    """Sentences: the averaged probability, limits with their intervals, rates, what to measure next."""
+    given, mean = budget["answer"]["value"], budget["probability"]["mean"]
+    first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
+    limits, symbols = [], {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
+    for name, limit in budget["limits"].items():
+        number = {**limit, "unit": budget["units"][name]}
+        beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
+        value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
+        limits.append(f"{symbols[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
+    second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
+    return [
+        f"{first}averaged over what is uncertain.",
+        second,
+        rates_in_words(budget["rates"]),
+        next_to_measure(budget),
+    ]
+
+
+def rates_in_words(rates: Mapping[str, Any]) -> str:
+    """How often stick-slip ends and begins."""
+    if not rates:
+        return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
+    words = {"death": ("ends", "a second"), "birth": ("begins", "a second of sliding")}
+    shown = []
+    for name, (verb, unit) in words.items():
+        mean, (low, high) = rates[name]["mean"], rates[name]["interval"]
+        often = f"{mean:.2g} times ({low:.2g} to {high:.2g}) {unit}" if mean > NEVER else "practically never"
+        shown.append(f"{verb} {often}")
+    return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
+
+
+def is_sure(budget: Mapping[str, Any]) -> bool:
+    """Whether the averaged probability is so near 0 or 1 that the margin is what is left to know."""
+    mean = float(budget["probability"]["mean"])
+    return max(mean, 1.0 - mean) > CERTAIN
+
+
+def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
+    if is_sure(budget):
+        parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
+    else:
+        parts = {**budget["outcome"], SCATTER: budget["scatter"]}
+    return sorted(((name, 100.0 * min(part, 1.0)) for name, part in parts.items()), key=lambda one: -one[1])
+
+
+def next_to_measure(budget: Mapping[str, Any]) -> str:
+    """The source whose exact knowledge takes away most, and how much."""
+    rows: Sequence[tuple[str, float]] = bars(budget)
+    known = [row for row in rows if row[0] != SCATTER and row[1] > 0.0]
+    if not known:
+        return "No number that the scene gives with an uncertainty matters here."
+    (name, part), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
+    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
+    if is_sure(budget):
+        return f"That is sure enough. {sentence}."
+    kept = digits(100 * budget["scatter"], SURE)
+    return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

@@ -50,7 +50,6 @@ def known(run, stored):
     for name, first, last in (("z", 0, 5), ("y", 5, STRIPS)):  # named in another order than numbered
         part = slice(first, last)
         fields = sums(area["s"][part], solved[part])
-        fields |= {f"area_{name}": (("sample", "level"), area["s"][part, :, 0]) for name in ("corrected", "of_nodes")}
         residual = (("sample", "level"), np.full((last - first, 3), 1e-11 * (1 + first)))
         contact.append(stored(f"{name}.nc", {"first": first, "model": "solved"}, residual=residual, **fields))
     expansion = stored("e.nc", {"first": 0, "model": "expansion"}, **sums(area["e"], expanded))

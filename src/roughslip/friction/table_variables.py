@@ -11,7 +11,6 @@ from roughslip.friction.correlation import LENGTHS, triangular, window_lengths
 from roughslip.friction.level import Windows
 from roughslip.friction.marginal import SHAPES, nearest_level
 from roughslip.friction.penetration import curve_over_penetration, trend
-from roughslip.friction.statistics import ratio_of_sums
 from roughslip.friction.table import BY_SOURCE, FrictionTable
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
@@ -44,7 +43,6 @@ TITLES = {
     "kurtosis": "excess kurtosis; of 20 strips or more its interval holds the truth in 90 to 96 %, else it is too low",
     "missing_share": "share of windows with too little contact for a friction coefficient",
     "ratio_of_sums": "shear strength times contact area over normal force, all windows together",
-    "area_correction": "contact area without the error of the mesh at edges over the area of the nodes in contact",
     "autocorrelation": "autocorrelation of the friction coefficient along the strip",
     "length_least_squares": "exponential length by least squares over lags to three windows",
     "length_log_line": "length of a straight line through the logarithm to lags of 0.9 of a window",
@@ -187,13 +185,9 @@ def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> st
     return "\n".join([*(f"# {line}" for line in comment), ",".join(header), *rows]) + "\n"
 
 
-def solve_variables(batches: list[store.Result], shear: Estimate, weights: np.ndarray) -> dict[str, store.Variable]:
-    """Shear strength [Pa], what the mesh does to the contact area, and the largest residual of all solves."""
+def solve_variables(batches: list[store.Result], shear: Estimate) -> dict[str, store.Variable]:
+    """Shear strength [Pa], and the largest residual of all solves."""
     title = "shear strength that gives the mean at the median"
     variables = store.with_interval("shear_strength", (), columns_of(shear), "Pa", title)
-    corrected, of_nodes = (store.join(batches, f"area_{name}").T for name in ("corrected", "of_nodes"))
-    pairs = zip(corrected, of_nodes, strict=True)
-    ratios = [ratio_of_sums(area[:, None], other[:, None], 1.0, weights) for area, other in pairs]
-    variables |= stored("area_correction", ("level",), ratios)
     residual = max(float(batch["residual"].max()) for batch in batches)
     return variables | {"largest_residual": store.Variable((), residual, "1", "largest residual of all contact solves")}

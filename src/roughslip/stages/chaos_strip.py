@@ -75,8 +75,9 @@ def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarr
     """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
     if not elastic.counts_shares(scene):
         return np.ones(levels)
-    corrected, of_nodes = (store.join(batches, f"area_{name}") for name in ("corrected", "of_nodes"))
-    return np.asarray(corrected.sum(axis=0) / of_nodes.sum(axis=0))
+    trained = sum(len(batch["pressure"]) for batch in batches)
+    area, of_nodes = (store.join(batches, name)[:trained] for name in ("area", "area_of_nodes"))
+    return np.asarray(area[:, 0].sum(axis=(0, 2, 3)) / of_nodes.sum(axis=0))
 
 
 def _of_fit(fitted: StripExpansion, means: ConditionalMeans, covered: np.ndarray) -> dict[str, store.Variable]:

@@ -41,7 +41,7 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
     meshes, count, levels = domain.meshes, len(numbers), len(domain.levels)
     blocks = domain.blocks(np.zeros(domain.grid.shape)).shape
     area, force = np.zeros((2, count, len(meshes), levels, *blocks))
-    residual, of_nodes, corrected, yielded = np.zeros((4, count, levels))
+    residual, of_nodes, yielded = np.zeros((3, count, levels))
     columns = np.arange(0) if domain.periodic else geometry.training_columns(domain.middle())
     trained = 0 if domain.periodic else max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     pressure, gap = np.zeros((2, trained, levels, len(columns), domain.grid.ny))
@@ -57,9 +57,7 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
                 products += solution.work
                 if mesh > 1:
                     continue
-                middle = domain.middle()
-                of_nodes[row, level] = domain.grid.cell_area * np.count_nonzero(solution.contact[middle])
-                corrected[row, level] = domain.grid.cell_area * solution.shares[middle].sum()
+                of_nodes[row, level] = domain.blocks(solution.contact).sum()
                 yielded[row, level] = solution.yielded_share
                 if row < trained:
                     pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
@@ -77,9 +75,8 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
         f"residual{size}": store.Variable(
             (of_sample, of_level), residual, "1", "largest residual of the complementarity"
         ),
-        f"area_of_nodes{size}": store.Variable((of_sample, of_level), of_nodes, "m2", "area of the nodes in contact"),
-        f"area_corrected{size}": store.Variable(
-            (of_sample, of_level), corrected, "m2", "the same, less the error at edges"
+        f"area_of_nodes{size}": store.Variable(
+            (of_sample, of_level), of_nodes, "m2", "area of the nodes in contact, all blocks"
         ),
     }
     if domain.periodic:

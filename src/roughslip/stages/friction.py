@@ -93,5 +93,5 @@ def over_penetration(
     job.usage.count(windows=sums[0][0].size, expanded_windows=others[0][0].size)
     variables = table_variables(table) | windows_variables(table.mu, layout.median)
     variables |= load_table.load_variables(loads) | correlation_variables(scene, job.arguments.scan)
-    variables |= solve_variables(solved, table.shear, table.weights)
+    variables |= solve_variables(solved, table.shear)
     return variables, summary(variables, percentiles)

@@ -1,9 +1,9 @@
-"""Contact of an array of heights: at a penetration, under a load, area against load; and with coordinates."""
+"""Contact of an array of heights: at a penetration, under a load, area against load; and as a Dataset."""
 
 import numpy as np
 import xarray as xr
 
-from roughslip import Grid
+from roughslip import Grid, to_xarray
 from roughslip.contact import Influence, Material, solve, solve_load, solve_loads
 
 # Any heights [m] on equal cells: here waves in random directions.
@@ -20,6 +20,7 @@ curve = solve_loads(influence, heights, np.geomspace(1e6, 1e9, 7))
 for pressure, area, residual in zip(curve.mean_pressure, curve.area, curve.residual, strict=True):
     print(f"{pressure / 1e6:7.1f} MPa: {area:.4f} of the area in contact, residual {residual:.0e}")
 
-# A DataArray with coordinates brings its cells, and pressures and gaps have the coordinates too.
+# A DataArray with coordinates brings its cells; results become Datasets.
 field = xr.DataArray(heights, {"x": x[:, 0], "y": y[0]}, ("x", "y"))
-print(solve(Influence(Grid.of(field), steel), field, penetration_m=1e-7).pressure[:2, :2])
+grid = Grid.of(field)
+print(to_xarray(solve(Influence(grid, steel), field, penetration_m=1e-7), grid).pressure[:2, :2])

@@ -22,7 +22,7 @@ from roughslip.contact import ContactSolution
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.oscillator import Oscillator, Trajectory
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 __all__ = ["friction_path", "limit_cycle", "pressure", "surface"]
 
@@ -35,6 +35,7 @@ def surface(heights: np.ndarray, grid: Grid, axes: Axes | None = None) -> Axes:
 
     heights : (nx, ny) [m]
     """
+    heights = finite("heights", heights, 2)
     return _map(1e6 * heights, grid, "height [µm]", axes, cmap="viridis")
 
 
@@ -53,6 +54,7 @@ def friction_path(mu: np.ndarray, spacing_m: float, axes: Axes | None = None) ->
 
     mu : (nodes,) [-] at the multiples of spacing_m
     """
+    mu = finite("mu", mu, 1)
     axes = axes or plt.gca()
     axes.plot(1e3 * spacing_m * np.arange(len(mu)), mu, color=LINE, lw=1.0)
     axes.axhline(float(np.mean(mu)), color="0.2", lw=0.8, ls="--")

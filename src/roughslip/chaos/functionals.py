@@ -54,6 +54,7 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border. Raises ParameterError for heights that
     are not finite.
     """
+    heights = finite("heights", heights)
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
     return np.stack(
         [

@@ -81,6 +81,7 @@ def hermite_basis(xi: np.ndarray, indices: np.ndarray) -> np.ndarray:
 
     Returns basis : (K, P). Raises ParameterError where the variables do not match or a sample is not finite.
     """
+    xi = finite("xi", xi, 2)
     return np.ascontiguousarray(HermiteBasis(indices).by_term(xi).T)
 
 
@@ -104,6 +105,7 @@ class HermiteBasis:
 
         Returns values : (P, K). Raises ParameterError where the variables do not match or a point is not finite.
         """
+        points = finite("points", points, 2)
         values = self._polynomials(points)
         table = np.empty((len(self.indices), values.shape[2]))
         _multiply(values, *self._products, table)
@@ -118,6 +120,7 @@ class HermiteBasis:
 
         Returns values : (n, K). Raises as `by_term`.
         """
+        points = finite("points", points, 2)
         values = self._polynomials(points)
         sums = np.zeros((coefficients.shape[1], values.shape[2]))
         _add_terms(values, *self._products, np.ascontiguousarray(coefficients), sums)

@@ -63,6 +63,7 @@ def least_squares(
     Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as `Regression`, and
     for a constant target.
     """
+    weights = None if weights is None else finite("weights", weights, 1)
     return Regression(basis, weights, group).fit(target)
 
 

@@ -62,6 +62,7 @@ class StripExpansion:
         Returns s : (levels, columns, ny) [target]. Raises ParameterError for another width, or heights that are not
         finite.
         """
+        heights = finite("heights", heights, 2)
         rows, _, levels = self.coefficients.shape
         if heights.ndim != 2 or heights.shape[1] != rows:
             raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
@@ -103,6 +104,8 @@ def fit_strip(
     at each node from the other strips. Raises ParameterError for arrays that do not match and for a single strip,
     IllPosedError as the whitening and the regression.
     """
+    target_values = finite("target_values", target_values, 3)
+    functionals = finite("functionals", functionals, 3)
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")

@@ -30,7 +30,7 @@ from roughslip.contact.problem import Problem
 from roughslip.contact.solve import dense_pays, solve
 from roughslip.errors import ParameterError
 from roughslip.short_repr import short_repr
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 # K_ii on a mesh of any size over that on the patch of Influence.approximate_inverse: at most 1.0003 for square cells
 # and 1.016 for cells of ten to one.
@@ -78,6 +78,7 @@ def solve_at(
     Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Raises
     as `solve`.
     """
+    interference = finite("interference", interference, 2)
     if interference.shape != influence.grid.shape:
         raise ParameterError(f"the interference has the shape {interference.shape}, not {influence.grid.shape}")
     nodes = check_nodes(nodes, interference.shape)

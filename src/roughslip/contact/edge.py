@@ -23,7 +23,7 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 # Mean share of a cell that is covered, by the number of its four neighbours out of contact. Fitted to elliptical Hertz
 # contacts of 0.3 to 19 cells at random places and angles, whose area they then give to 1.5 %, from 0.6 cells to 0.5 %.
@@ -44,6 +44,7 @@ def contact_shares(
     out of contact. On Hertz contacts the error falls with the square of the cell. On rough surfaces it is below 0.4 %
     with 5.7 cells in a correlation length, where nodes in contact give 8 to 14 % too much.
     """
+    pressure = finite("pressure", pressure, 2)
     around_x, around_y = (periodic, periodic) if isinstance(periodic, bool | np.bool_) else periodic
     return _shares(pressure, hardness_pa, np.array(COVERED), bool(around_x), bool(around_y))
 
@@ -81,6 +82,7 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     Cells beyond the mesh count as out of contact. The share of nodes in contact and the distribution of their pressures
     are of second order in the cell. A lone cell has no gradient and keeps its pressure.
     """
+    pressure = finite("pressure", pressure, 2)
     x, y = check_nodes(nodes, pressure.shape)
     squared = np.pad(pressure, 1) ** 2
     own = squared[x + 1, y + 1]

@@ -30,7 +30,7 @@ from scipy.special import erf
 
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
-from roughslip.validation import gate, positive
+from roughslip.validation import finite, gate, positive
 
 # erf(6) = 1 to rounding, and so is 1 - exp(-6^2).
 REACH = 6.0
@@ -82,6 +82,7 @@ def cell_heights(heights: np.ndarray, grid: Grid) -> np.ndarray:
     mean stays. They are for waves of four cells and more, not for heights that are independent from cell to cell or
     have steps. Raises ParameterError for heights of another shape.
     """
+    heights = finite("heights", heights, 2)
     if heights.shape != grid.shape:
         raise ParameterError(f"the heights have the shape {heights.shape}, the mesh has {grid.shape}")
     return np.fft.irfft2(_cell_factors(grid) * np.fft.rfft2(heights), grid.shape)

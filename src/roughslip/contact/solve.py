@@ -14,7 +14,7 @@ from roughslip.contact.kernels import square_ratio
 from roughslip.contact.problem import Problem
 from roughslip.contact.solution import ContactSolution, ContactSweep, curve_of
 from roughslip.errors import ConvergenceError, ParameterError, real
-from roughslip.validation import Field, finite, gate
+from roughslip.validation import finite, gate
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
 # the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
@@ -40,7 +40,7 @@ CROPPED_SHARE = 0.7
 @gate
 def solve(
     influence: Influence,
-    interference: Field,
+    interference: np.ndarray,
     tolerance: float = 1e-10,
     initial_pressure: np.ndarray | None = None,
     hardness_pa: float = math.inf,
@@ -59,12 +59,12 @@ def solve(
     hardness_pa : H, the highest pressure [Pa]; infinite for elastic contact
     penetration_m : [m] depth of the plane below the highest node, without deformation
 
-    Returns the solution, with fields over the coordinates of a DataArray where one is given.
-
     Raises ParameterError for input that is not finite or has the wrong shape, and for a periodic cell, whose energy at
     a fixed plane may have no minimum: use solve_load. Raises ConvergenceError where the residual stays above the
     tolerance.
     """
+    initial_pressure = None if initial_pressure is None else finite("initial_pressure", initial_pressure, 2)
+    interference = finite("interference", interference, 2)
     _check_free(influence)
     interference = _field("interference", interference, influence)
     _check(tolerance, hardness_pa)
@@ -141,7 +141,7 @@ def _dense_pays(candidates: int, nodes: int) -> bool:
 @gate
 def solve_load(
     influence: Influence,
-    heights: Field,
+    heights: np.ndarray,
     mean_pressure_pa: float,
     tolerance: float = 1e-10,
     initial_pressure: np.ndarray | None = None,
@@ -159,6 +159,8 @@ def solve_load(
     periodic cell the height of the plane is relative to the mean of the
     deformed surface.
     """
+    initial_pressure = None if initial_pressure is None else finite("initial_pressure", initial_pressure, 2)
+    heights = finite("heights", heights, 2)
     heights = _field("heights", heights, influence)
     _check(tolerance, hardness_pa)
     initial_pressure = _guess(initial_pressure, influence)
@@ -224,7 +226,7 @@ def _lone_node(
 @gate
 def sweep(
     influence: Influence,
-    heights: Field,
+    heights: np.ndarray,
     planes: Sequence[float] | np.ndarray,
     tolerance: float = 1e-10,
     hardness_pa: float = math.inf,
@@ -244,6 +246,8 @@ def sweep(
     takes a tenth more products, from three planes or in p^2 or p - gap / B_00 as many. What remains is the linear
     convergence after the contact has been found.
     """
+    planes = finite("planes", planes, 1)
+    heights = finite("heights", heights, 2)
     _check_free(influence)
     heights = _field("heights", heights, influence)
     if not all(math.isfinite(real("the height of a plane", plane)) for plane in planes):
@@ -280,7 +284,7 @@ def _on_line(places: Sequence[float], fields: Sequence[np.ndarray], place: float
 @gate
 def solve_loads(
     influence: Influence,
-    heights: Field,
+    heights: np.ndarray,
     mean_pressures_pa: Sequence[float] | np.ndarray,
     tolerance: float = 1e-10,
     hardness_pa: float = math.inf,
@@ -295,6 +299,8 @@ def solve_loads(
     Returns the curve, with the k solutions in the order of the loads; they agree with single solves to the tolerance.
     Raises as solve_load, and before anything is solved where one of the loads is refused.
     """
+    heights = finite("heights", heights, 2)
+    mean_pressures_pa = finite("mean_pressures_pa", mean_pressures_pa, 1)
     for load in mean_pressures_pa:
         sum_of_pressures(load, hardness_pa, influence)
     solutions: dict[float, ContactSolution] = {}
@@ -373,7 +379,7 @@ def _guess(values: np.ndarray | None, influence: Influence) -> np.ndarray | None
     return pressure
 
 
-def _field(name: str, values: Field, influence: Influence) -> np.ndarray:
+def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:
     if values.shape != influence.grid.shape:
         raise ParameterError(f"the {name} has the shape {values.shape}, the mesh has {influence.grid.shape}")
     return np.ascontiguousarray(values)

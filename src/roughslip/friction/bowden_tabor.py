@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from roughslip.errors import ParameterError, real, whole
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, reals
 
 
 @gate
@@ -57,6 +57,8 @@ def friction_coefficient(
     Returns (mu, valid): mu (...) [-], 0 where a window has none, and valid (...) bool.
     Raises ParameterError where a contact carries no force: area and force then do not belong together.
     """
+    force = finite("force", force)
+    area = finite("area", area)
     area, force = reals("contact area", area), reals("normal force", force)
     if area.shape != force.shape:
         raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")

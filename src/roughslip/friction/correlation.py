@@ -18,7 +18,7 @@ from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.statistics import check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
 from roughslip.short_repr import short_repr
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, reals
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
@@ -192,6 +192,7 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
     estimate : (K,) autocorrelation at the lags
     window : [m] length of a window
     """
+    lags = finite("lags", lags, 1)
     lags = reals("lags", lags)
     if lags.shape != estimate.value.shape:
         raise ParameterError(f"lags {lags.shape} and autocorrelation {estimate.value.shape} must have one shape")

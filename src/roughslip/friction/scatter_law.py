@@ -45,7 +45,7 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.pad import NODE, WEIGHT, distances
-from roughslip.validation import gate, positive
+from roughslip.validation import finite, gate, positive
 
 Covariance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -110,6 +110,7 @@ def autocorrelation_of_friction(
     From pairs of points of the window before and after. Far longer windows than the longest wave have the triangle
     1 - lag / length. So friction is correlated over the length of the pad, not over that of its roughness.
     """
+    lags_m = finite("lags_m", lags_m, 1)
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
     means = [mean_over_window(covariance, rough, load, window_m, abs(float(lag))) for lag in (0.0, *lags_m)]
     return np.array(means[1:]) / means[0]

@@ -16,7 +16,7 @@ from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
 from roughslip.short_repr import short_repr
-from roughslip.validation import gate, reals
+from roughslip.validation import finite, gate, reals
 
 SCALE = ("std", "variation")
 SHAPE = ("skewness", "kurtosis")
@@ -168,6 +168,7 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     skewness and kurtosis are widened too, and cover 94 to 98 % and 90 to 96 %; those of kurtosis lie too low where they
     miss. Raises IllPosedError where strips in contact are too few or mu has no scatter.
     """
+    mu = finite("mu", mu, 2)
     mu, valid = check_windows(mu, valid, weights)
     if (mu[valid] <= 0.0).any():
         raise ParameterError("a friction coefficient must be positive")
@@ -199,6 +200,8 @@ def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float,
     shear_strength_pa : [Pa] shear strength tau
     weights : (1 + R, S) counts from `strip_weights`
     """
+    force = finite("force", force, 2)
+    area = finite("area", area, 2)
     area, loaded = check_windows(area, np.asarray(force) > 0.0, weights)
     force, _ = check_windows(force, loaded, weights)
     totals = resampled(weights, np.stack((area.sum(axis=1), force.sum(axis=1)), axis=1))

@@ -113,6 +113,7 @@ def reattachment_statistics(
     ParameterError for input that is not finite or does not match; IllPosedError where fewer than FEWEST_REALISATIONS
     runs stick again, or where the points of a resampled ensemble do not scatter.
     """
+    position = finite("position", position, 1)
     finite("position", position, 1)
     if position.shape != realisation.shape:
         raise ParameterError(f"{position.size} reattachment points need as many realisations, not {realisation.shape}")

@@ -10,7 +10,7 @@ import scipy
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import gate, positive, reals
+from roughslip.validation import finite, gate, positive, reals
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
@@ -71,6 +71,7 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
 
     Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
     """
+    values = finite("values", values)
     x = checked_values(values)
     deviation = float(np.std(x)) if standard_deviation is None else standard_deviation
     positive("standard_deviation", deviation)

@@ -21,7 +21,7 @@ from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import embed, embed_cell
 from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
 from roughslip.surface.measured_covariance import measured_covariance, tapered
-from roughslip.validation import gate
+from roughslip.validation import finite, gate
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +214,7 @@ def measured_model(
     A correction is that of each lag; the covariance near to the table so found, tapered, is taken, as without one.
     Raises IllPosedError as `measured_covariance`.
     """
+    correlation = finite("correlation", correlation, 2)
     if marginal is not None and correct_correlation:
         translation = translate(marginal)
         correlation = translation.gaussian_correlation(np.maximum(correlation, translation.least_correlation))

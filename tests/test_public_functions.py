@@ -14,7 +14,7 @@ import xarray as xr
 
 from roughslip import Grid, MissingPackageError, ParameterError
 from roughslip.chaos import hermite_basis, least_squares, multi_indices
-from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load, solve_loads
+from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load
 from roughslip.friction import FrictionProcess, sample_path, strip_weights, window_statistics
 from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate
 from roughslip.probability import BetaDistribution, empirical_distribution

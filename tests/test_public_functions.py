@@ -33,8 +33,8 @@ RESULTS = {
     *("Durations", "LimitCycle", "Motion", "Reattachment", "States", "Trajectory", "TroughMap"),
     *("EmpiricalDistribution", "Estimate", "ContactSweep"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography"),
-    *("IsotropicCovariance", "Distribution"),
-    *("FrictionLaw", "Answer", "Budget", "Uncertain", "Split"),
+    "IsotropicCovariance",
+    *("FrictionLaw", "Answer", "Budget", "Uncertain"),
 }
 # Methods that the package calls: of solvers, also in single precision, of fits, and of laws from scenes.
 INNER = {"apply", "on", "of_fit", "profile", "transform", "check_not_negative", "example", "from_scene", "steeper_than"}

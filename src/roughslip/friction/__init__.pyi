@@ -13,6 +13,5 @@ from roughslip.friction.process import average_beta as average_beta
 from roughslip.friction.scatter_law import autocorrelation_of_friction as autocorrelation_of_friction
 from roughslip.friction.scatter_law import scatter_of_friction as scatter_of_friction
 from roughslip.friction.statistics import WindowStatistics as WindowStatistics
-from roughslip.friction.statistics import ratio_of_sums as ratio_of_sums
 from roughslip.friction.statistics import strip_weights as strip_weights
 from roughslip.friction.statistics import window_statistics as window_statistics

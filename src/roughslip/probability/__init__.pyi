@@ -6,8 +6,6 @@ from roughslip.probability.empirical import empirical_distribution as empirical_
 from roughslip.probability.estimate import Estimate as Estimate
 from roughslip.probability.estimate import wilson_interval as wilson_interval
 from roughslip.probability.sensitivity import Source as Source
-from roughslip.probability.sensitivity import Split as Split
 from roughslip.probability.sensitivity import variance_split as variance_split
-from roughslip.probability.translation import Distribution as Distribution
 from roughslip.probability.translation import Translation as Translation
 from roughslip.probability.translation import translate as translate

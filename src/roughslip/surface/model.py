@@ -15,7 +15,8 @@ import numpy as np
 
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
-from roughslip.probability import Distribution, Translation, translate
+from roughslip.probability import Translation, translate
+from roughslip.probability.translation import Distribution
 from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import embed, embed_cell

@@ -15,7 +15,6 @@ from roughslip.friction.penetration import trend
 from roughslip.friction.statistics import strip_weights
 from roughslip.friction.table import WindowLayout, friction_table
 from roughslip.friction.table_variables import summary, table_variables
-from tests.friction.test_windows import autoregressive
 
 RHO, STRIPS, MANY, WINDOWS = 0.95, 25, 250, 4
 SHARE = MANY / (STRIPS + MANY)
@@ -135,30 +134,6 @@ def test_levels_that_do_not_nest_and_weights_of_other_groups_are_refused(counts,
     levels = Levels(*(windows(np.ones(shape)) for shape in zip(counts, widths, strict=True)))
     with pytest.raises(ParameterError):
         combine(levels, tuple(np.ones((61, count), int) for count in groups))
-
-
-@pytest.mark.slow
-def test_intervals_cover_mean_and_std_of_a_known_process() -> None:
-    """80 solved strips of correlated windows, and 800 strips of a control with another mean and a correlation of 0.95.
-
-    The 95 % intervals hold the truth in 90 to 99 % of 200 repetitions. Percentile intervals of few strips fall short by
-    1 to 3 %, and 200 repetitions give a share to 1.5 %.
-    """
-    solved, many, windows, factor, rho, repetitions = 80, 800, 20, 0.8, 0.95, 200
-    truth = {"mean": 0.3, "std": 0.03}
-    hits = dict.fromkeys(truth, 0)
-    for k in range(repetitions):
-        rng = np.random.default_rng([18, k])
-        control = autoregressive(rng, solved + many, windows, factor)
-        own = autoregressive(rng, solved, windows, factor)
-        mu = 0.3 + 0.03 * (rho * control[:solved] + math.sqrt(1 - rho**2) * own)
-        coarse = 0.29 + 0.027 * control
-        valid = np.ones(coarse.shape, bool)
-        levels = Levels((mu, valid[:solved]), (coarse, valid))
-        result = combine(levels, levels.weights(200, rng)).estimates()
-        for name, value in truth.items():
-            hits[name] += bool(result[name].low <= value <= result[name].high)
-    assert all(0.90 * repetitions <= count <= 0.99 * repetitions for count in hits.values()), hits
 
 
 MEANS, SCATTER, ROWS, COLUMNS = (1.25, 1.0, 0.8), 0.05, 60, 12

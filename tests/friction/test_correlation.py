@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import stats
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.bowden_tabor import window_sums
@@ -123,19 +122,6 @@ def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
     # the misfits of a curve within a few per cent of the exponential
     assert fit.misfit_exponential.low == 0.0
     assert fit.misfit_triangle.value > 0.05
-
-
-@pytest.mark.slow
-def test_band_covers_the_autocorrelation() -> None:
-    hits = np.zeros(3)
-    for k in range(200):
-        rng = np.random.default_rng([6, k])
-        mu = ornstein_uhlenbeck(rng, 50, 12, 0.8)
-        r = autocorrelation(mu, everywhere(mu), 4, strip_weights(50, 100, rng))
-        hits += (r.low[1:] <= 0.8 ** np.arange(1, 4)) & (0.8 ** np.arange(1, 4) <= r.high[1:])
-    # as for the mean (t, variance with 1/S, 100 replicates); skewness and the bias of the mean cost O(1/sqrt(S)) more
-    nominal = (2 * stats.t.cdf(1.96 * math.sqrt(49 / 50), 49) - 1) * 99 / 101 - 0.05
-    assert hits.min() >= stats.binom.ppf(0.0005, 200, nominal)
 
 
 def test_faults_are_refused() -> None:

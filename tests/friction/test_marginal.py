@@ -132,22 +132,6 @@ def test_distance_of_the_beta_to_itself_and_to_a_normal() -> None:
     assert distance_to_beta(mu, valid, weights(), 3.0, 2.0).value == pytest.approx(exact, abs=1.5e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("normal", [False, True])
-def test_interval_of_the_distance_covers_zero_and_a_distance(normal: bool) -> None:
-    mean, std, _, _ = beta_moments(2.1, 5.0)
-    z = np.linspace(-4.0, 4.0, 100_001)
-    true = np.max(np.abs(special.ndtr(z) - stats.beta.cdf(mean + std * z, 2.1, 5.0))) if normal else 0.0
-    hits = 0
-    for k in range(100):
-        rng = np.random.default_rng([6, k])
-        mu = 5.0 + (rng.standard_normal((40, 10)) if normal else rng.beta(2.1, 5.0, (40, 10)))
-        e = distance_to_beta(mu, np.ones(mu.shape, bool), strip_weights(40, 100, rng))
-        hits += int(e.low <= true <= e.high + 1e-3)
-    # conservative by the triangle inequality; 100 replicates and 40 strips take some 3 % of 95 %
-    assert hits >= stats.binom.ppf(0.001, 100, 0.92)
-
-
 def test_faults_are_refused() -> None:
     mu, valid = windows(PROBABILITIES)
     same = np.full(mu.shape, 0.3)

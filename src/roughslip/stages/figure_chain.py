@@ -17,7 +17,7 @@ STAGE = Stage(
     name="figure_chain",
     reads="description seed material roughness oscillator ensemble strip.cell_m numerics.contact_tolerance",
     reads_if_given="friction.statistics friction.scatter load numerics.contact_area "
-    "strip.window_m strip.width_m strip.window_spacing_m",
+    "strip.window_m strip.width_m strip.window_spacing_m strip.samples",
     inputs={"cycles": "cycles"},
     optional={"friction": "friction record", "scan": "scan"},
     result="figure_chain.nc",

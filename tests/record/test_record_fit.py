@@ -8,8 +8,8 @@ import pytest
 from roughslip import IllPosedError
 from roughslip.record.fit import _tilted, fit_record
 from roughslip.record.likelihood import Samples
+from roughslip.record.process import Scatter, through_instrument
 from roughslip.record.result import FrictionCurve
-from roughslip.record.synthetic import scatter_at, through_instrument
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
 RECORDS, N = 120, 1200
@@ -35,7 +35,7 @@ def record(
     speed = share * lengths * LENGTH / np.sum(share * dt)
     slipped = np.cumsum(speed * dt)
     mean = law(np.interp(time - lag, time, share))
-    path = scatter_at("exponential", LENGTH, (), slipped, generator)
+    path = Scatter("exponential", LENGTH).path(slipped, generator)
     friction = mean * (1.0 + path * DEVIATION / np.mean(mean)) if multiplicative else mean + DEVIATION * path
     friction += drift * (time / SECONDS - 0.5) + wobble * np.cos(2 * np.pi * slipped / around(lengths))
     friction = through_instrument(friction, np.full(n, np.exp(-1.0))) + noise * generator.standard_normal(n)
@@ -158,15 +158,6 @@ def test_few_samples_are_refused():
     few = Samples(*(getattr(samples, name)[:100] for name in ("friction", "speed", "step", "seconds", "change")))
     with pytest.raises(IllPosedError, match="100 samples of sliding"):
         fit_record(few)
-
-
-@pytest.mark.slow
-def test_drawn_curves_scatter_as_the_interval_says():
-    curve = fitted(0, 20.0)[0].curve
-    generator = np.random.default_rng(1)
-    drawn = np.array([curve.draw(generator) for _ in range(2000)])
-    low, high = curve.interval()
-    assert np.std(drawn, axis=0) == pytest.approx((high - low) / (2 * 1.96), rel=0.1)  # six errors of 1 / sqrt(4000)
 
 
 def test_slips_tilt_the_curve_by_a_fifth_of_the_scatter():

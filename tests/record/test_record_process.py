@@ -6,16 +6,13 @@ from scipy import stats
 
 from roughslip.record.fit import _best_shape
 from roughslip.record.likelihood import Samples, fitted_process
-from roughslip.record.process import SHAPES, Course, autocorrelation, modes, whitened
-from roughslip.record.synthetic import scatter_at, through_instrument
-
-PARAMETERS = {"exponential": (), "two_exponentials": (0.5, -1.5), "triangle": ()}
+from roughslip.record.process import SHAPES, Course, Scatter, through_instrument, whitened
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_the_correlation_length_is_the_integral(shape):
     lags = np.linspace(0.0, 60.0, 60_001)
-    rho = autocorrelation(modes(shape, 1.0, PARAMETERS[shape]), lags)
+    rho = Scatter(shape, 1.0).autocorrelation(lags)
     assert rho[0] == pytest.approx(1.0)
     assert np.trapezoid(rho, lags) == pytest.approx(1.0, abs=1e-6)
 
@@ -26,7 +23,7 @@ def test_whitening_is_that_of_the_dense_covariance(shape):
     generator, n, second, noise = np.random.default_rng(3), 200, 110, 0.1
     step, memory = generator.uniform(0.01, 0.3, n), generator.uniform(0.2, 0.7, n)
     step[[0, second]], weight = -1.0, generator.uniform(0.5, 1.5, n)
-    found, covariance = modes(shape, 1.0, PARAMETERS[shape]), noise * np.eye(n)
+    found, covariance = Scatter(shape, 1.0), noise * np.eye(n)
     for first, last in ((0, second), (second, n)):
         place = np.cumsum(np.append(0.0, step[first + 1 : last]))
         shown = np.zeros((last - first, last - first))
@@ -34,7 +31,7 @@ def test_whitening_is_that_of_the_dense_covariance(shape):
             keep = memory[first + t] if t else 0.0
             shown[t] = keep * shown[t - 1] if t else 0.0
             shown[t, t] = (1.0 - keep) * weight[first + t]
-        within = autocorrelation(found, np.abs(place[:, None] - place))
+        within = found.autocorrelation(np.abs(place[:, None] - place))
         covariance[first:last, first:last] += shown @ within @ shown.T
     columns, root = generator.standard_normal((n, 3)), np.linalg.cholesky(covariance)
     white, log_det = whitened(found, Course(step, memory, weight), noise, columns)
@@ -47,9 +44,9 @@ def test_whitening_is_that_of_the_dense_covariance(shape):
 def test_synthetic_scatter_has_its_autocorrelation():
     """Over 4000 lengths the autocorrelation at a lag errs by some 1 / sqrt(4000); five of these are allowed."""
     place = np.arange(40_000) * 0.1
-    for shape, parameters in PARAMETERS.items():
-        path = scatter_at(shape, 1.0, parameters, place, np.random.default_rng(5))
-        wanted = autocorrelation(modes(shape, 1.0, parameters), np.arange(30) * 0.1)
+    for scatter in (Scatter(shape, 1.0) for shape in SHAPES):
+        path = scatter.path(place, np.random.default_rng(5))
+        wanted = scatter.autocorrelation(np.arange(30) * 0.1)
         found = [np.mean(path[: path.size - k] * path[k:]) for k in range(30)]
         assert found == pytest.approx(wanted, abs=5.0 / np.sqrt(4000.0))
 
@@ -58,13 +55,15 @@ def test_a_fit_sees_through_the_instrument():
     """Scatter 0.02 with length 1 mm, a low-pass of two samples, noise 0.01: each within four of its errors."""
     generator, n = np.random.default_rng(8), 1500
     step, memory = np.full(n, 1e-4), np.full(n, np.exp(-0.5))
-    path = 0.02 * scatter_at("exponential", 1e-3, (), np.cumsum(step), generator)
+    path = 0.02 * Scatter("exponential", 1e-3).path(np.cumsum(step), generator)
     friction = 0.3 + through_instrument(path, memory) + 0.01 * generator.standard_normal(n)
     step[0] = -1.0
     samples = Samples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n))
     fit = fitted_process(samples, np.ones((n, 1)), "exponential", None, np.ones(n))
     errors = np.sqrt(np.diag(fit.log_covariance))
-    assert np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3])) == pytest.approx([0, 0], abs=4 * errors.max())
+    assert np.abs(np.log([fit.deviation / 0.02, fit.scatter.length / 1e-3])) == pytest.approx(
+        [0, 0], abs=4 * errors.max()
+    )
     assert errors == pytest.approx(
         [0.08, 0.24], rel=0.4
     )  # 150 lengths: sqrt(1 / 150); noise and low-pass widen the other
@@ -77,7 +76,7 @@ def chosen(truth, seed, n):
     generator = np.random.default_rng([seed, 11])
     step = np.exp(0.7 * np.abs(np.arange(n) / n * 4.0 % 2.0 - 1.0))
     step *= 0.1 / np.sum(step)
-    path = 0.02 * scatter_at(truth, 1e-3, (), np.cumsum(step), generator)
+    path = 0.02 * Scatter(truth, 1e-3).path(np.cumsum(step), generator)
     friction = 0.3 + through_instrument(path, np.full(n, np.exp(-1.0))) + 0.005 * generator.standard_normal(n)
     step[0] = -1.0
     samples, ones = Samples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n)), np.ones(n)
@@ -87,7 +86,7 @@ def chosen(truth, seed, n):
 
 def inside(fit, errors):
     """Whether standard deviation and length are right within so many standard errors."""
-    missed = np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3]))
+    missed = np.abs(np.log([fit.deviation / 0.02, fit.scatter.length / 1e-3]))
     return missed <= errors * np.sqrt(np.diag(fit.log_covariance))
 
 
@@ -95,15 +94,6 @@ def test_a_record_tells_a_triangle_from_an_exponential():
     """400 samples of 100 lengths."""
     for seed in range(3):
         triangle = chosen("triangle", seed, 400)
-        assert triangle.shape == "triangle"
+        assert triangle.scatter.shape == "triangle"
         assert inside(triangle, 4.0).all()
-        assert chosen("exponential", seed, 400).shape == "exponential"
-
-
-@pytest.mark.slow
-def test_intervals_of_a_triangle_hold_the_truth():
-    """Of twelve records, fewer than ten are right with a probability of 2 % where intervals hold 95 % of the truths."""
-    found = [chosen("triangle", seed, 1000) for seed in range(12)]
-    assert sum(fit.shape == "triangle" for fit in found) >= 10
-    assert np.all(np.sum([inside(fit, 1.96) for fit in found], axis=0) >= 10)
-    assert sum(chosen("exponential", seed, 1000).shape == "exponential" for seed in range(12)) >= 10
+        assert chosen("exponential", seed, 400).scatter.shape == "exponential"

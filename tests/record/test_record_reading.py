@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughslip import InputError
-from roughslip.record.reading import read_record, read_records
+from roughslip.record.reading import read_records
 
 TIME = np.arange(200) * 0.01
 
@@ -25,7 +25,7 @@ def test_units_become_si(tmp_path):
         np.full(200, 10.0),
         np.full(200, 5.0),
     )
-    (trace,) = read_record(path, radius_m=0.5)
+    (trace,) = read_records([path], 0.5)
     assert trace.time == pytest.approx(TIME)
     assert trace.speed == pytest.approx(np.pi)  # one turn a second on 0.5 m
     assert trace.friction == pytest.approx(0.3)
@@ -36,14 +36,14 @@ def test_units_become_si(tmp_path):
 
 def test_a_time_that_falls_begins_a_new_record(tmp_path):
     path = write(tmp_path, "time [s],speed [m/s],friction [1]", np.tile(TIME, 2), np.ones(400), np.full(400, 0.3))
-    assert [trace.time.size for trace in read_record(path)] == [200, 200]
+    assert [trace.time.size for trace in read_records([path])] == [200, 200]
 
 
 def test_semicolons_with_decimal_commas(tmp_path):
     path = tmp_path / "trace.csv"
     rows = [f"{time:.2f};0,5;0,3".replace(".", ",") for time in TIME]
     path.write_text("\n".join(["time [s];speed [m/s];friction [1]", *rows]))
-    (trace,) = read_record(path)
+    (trace,) = read_records([path])
     assert (trace.time[1], trace.speed[0], trace.friction[0]) == (0.01, 0.5, 0.3)
 
 
@@ -59,7 +59,7 @@ def test_semicolons_with_decimal_commas(tmp_path):
 def test_headers_and_rows_as_programs_write_them(tmp_path, head, row):
     path = tmp_path / "trace.csv"
     path.write_bytes("\r\n".join([*head.split("\n"), *(row.format(time) for time in TIME)]).encode())
-    (trace,) = read_record(path)
+    (trace,) = read_records([path])
     assert trace.time == pytest.approx(TIME)
     assert np.abs(trace.speed) == pytest.approx(0.5)
     assert trace.friction == pytest.approx(0.3)
@@ -88,13 +88,13 @@ def test_what_is_no_sliding_in_one_direction_is_refused(tmp_path, speed, frictio
     ones = np.ones(200)
     path = write(tmp_path, "time [s],speed [m/s],friction [1]", TIME, speed * ones, friction * ones)
     with pytest.raises(InputError, match=line):
-        read_record(path)
+        read_records([path])
 
 
 def test_every_mistake_of_a_header_is_a_line(tmp_path):
     path = write(tmp_path, "zeit [s],speed [rpm],speed [m/s],force [lb]", *[TIME] * 4)
     with pytest.raises(InputError) as error:
-        read_record(path)
+        read_records([path])
     assert [line.removeprefix(f"{path}: ") for line in error.value.lines] == [
         "column 'zeit': not known; allowed are time, position, speed, friction, force, load, each as `name [unit]` in "
         "the first line",
@@ -130,13 +130,13 @@ def test_a_mistake_in_the_rows_is_named(tmp_path, change, line):
     rows = [f"{time:.2f},0.5,0.3" for time in TIME]
     path.write_text("\n".join(["time [s],speed [m/s],friction [1]", *change(rows)]))
     with pytest.raises(InputError, match=r"trace\.csv: ") as error:
-        read_record(path)
+        read_records([path])
     assert line in error.value.lines[0]
 
 
 def test_what_is_no_text_is_named(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
-        read_record(tmp_path / "absent.csv")
+        read_records([tmp_path / "absent.csv"])
     (tmp_path / "bytes.csv").write_bytes(b"\xff\xfe\xfa")
     with pytest.raises(InputError, match="not UTF-8"):
-        read_record(tmp_path / "bytes.csv")
+        read_records([tmp_path / "bytes.csv"])

@@ -8,7 +8,7 @@ import pytest
 
 from roughslip import IllPosedError
 from roughslip.record.fit import fit_record
-from roughslip.record.reading import Trace, read_record
+from roughslip.record.reading import Trace, read_records
 from roughslip.record.slips import Rig, sliding
 
 RECORDS = Path(__file__).parents[2] / "config" / "records"
@@ -77,7 +77,7 @@ def test_a_specimen_that_never_slides_has_no_friction():
 def test_the_shipped_record_is_what_its_script_makes_and_holds_its_truth():
     """A third of it is stick. Curve, standard deviation 0.015 and length 5 mm lie within four standard errors."""
     made = runpy.run_path(str(RECORDS / "tribometer.py"))
-    (shipped,) = read_record(RECORDS / "tribometer.csv")
+    (shipped,) = read_records([RECORDS / "tribometer.csv"])
     again = made["record"]()
     assert shipped.friction == pytest.approx(again[:, 2] / again[:, 3], abs=1e-4)  # of three digits of a newton
     assert shipped.speed == pytest.approx(again[:, 1], abs=1e-5)

@@ -12,7 +12,7 @@ from roughslip.friction import scatter_of_friction
 from roughslip.friction.moving_average import moving_average
 from roughslip.oscillator.stick_slip import leaves_known_speeds
 from roughslip.probability import beta_moments
-from roughslip.record.synthetic import scatter_at
+from roughslip.record.process import Scatter
 from roughslip.scene.types import scene_of
 from roughslip.stages import record
 from roughslip.stages.from_scene import mass_on_belt, variation
@@ -32,7 +32,7 @@ def recorded(tmp_path_factory):
     speed = 2e-3 * np.exp(3.0 * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
     slipped = np.cumsum(speed) * SECONDS / N
     generator = np.random.default_rng(6)
-    friction = 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * scatter_at("exponential", LENGTH / 2, (), slipped, generator)
+    friction = 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * Scatter("exponential", LENGTH / 2).path(slipped, generator)
     header = "time [s],speed [mm/s],friction [1]"
     np.savetxt(folder / "trace.csv", np.c_[time, 1e3 * speed, friction], header=header, comments="", delimiter=",")
     scene = {

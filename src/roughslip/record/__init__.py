@@ -1,9 +1,9 @@
 """Measured friction records: the mean curve over speed and the scatter about it, with their errors.
 
-    slid = sliding(read_record(Path("trace.csv")), Rig(mass_kg=2.0, stiffness_n_per_m=800.0))
+    slid = sliding(read_records(["trace.csv"]), Rig(mass_kg=2.0, stiffness_n_per_m=800.0))
     found = fit_record(slid.samples)
 
-- read_record, read_records: text of a tribometer, in one file or several
+- read_records: text of a tribometer, in one file or several
 - sliding: samples of sliding, in slips of stick-slip by the balance of forces
 - fit_record: mean curve and scatter, with drift, the period of a revolution and ramps that differ
 

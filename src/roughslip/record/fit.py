@@ -115,7 +115,7 @@ def fit_record(
     curve = _curve(samples, columns[:, spline.shape[1] :], chosen, from_slips)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
-    if (lengths := total / chosen.length) < FEWEST_LENGTHS:
+    if (lengths := total / chosen.scatter.length) < FEWEST_LENGTHS:
         notes.append(
             f"the record holds {lengths:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it cannot tell "
             "the scatter"
@@ -178,7 +178,7 @@ def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
 def _best_shape(samples: Samples, columns: np.ndarray, time_constant_s: float | None, simple: ProcessFit) -> ProcessFit:
     """The fit of the shape of the least criterion. simple : the exponential one; others start from it."""
     found = [simple]
-    for shape in SHAPES.keys() - {simple.shape}:
+    for shape in SHAPES[1:]:
         try:
             found.append(fitted_process(samples, columns, shape, time_constant_s, simple.weight, simple))
         except IllPosedError:  # the record does not determine it
@@ -268,7 +268,7 @@ def _moments(
     variance = float(np.var(residual))
     share = min(fit.deviation**2 / variance, 1.0)
     standard = (residual - residual.mean()) / np.sqrt(variance)
-    count = max(float(samples.slipped[-1]) / (2.0 * fit.length), 8.0)
+    count = max(float(samples.slipped[-1]) / (2.0 * fit.scatter.length), 8.0)
     skewness = float(np.mean(standard**3)) / share**1.5
     excess = (float(np.mean(standard**4)) - 3.0) / share**2
     return (skewness, np.sqrt(6.0 / count) / share**1.5), (excess, np.sqrt(24.0 / count) / share**2)
@@ -276,13 +276,12 @@ def _moments(
 
 def _scatter(fit: ProcessFit, total: float, unit: float) -> FrictionScatter:
     """The scatter of a fit. unit : of its deviation"""
-    lengths = total / fit.length
+    lengths = total / fit.scatter.length
     return FrictionScatter(
         fit.deviation * unit,
-        fit.length,
+        fit.scatter.length,
         fit.log_covariance,
-        fit.shape,
-        fit.parameters,
+        fit.scatter.shape,
         lengths,
         lengths >= FEWEST_LENGTHS,
     )

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError
-from roughslip.record.process import SHAPES, Course, Modes, Window, modes, samples_a_window, whitened
+from roughslip.record.process import Course, Scatter, samples_a_window, whitened
 
 STEP = 0.02  # of a logarithm, for second differences of the likelihood
 NOISE = (-9.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
@@ -61,16 +61,15 @@ class Samples:
 class ProcessFit:
     """The most likely scatter of one shape about given regressors.
 
-    deviation : [-]; length : [m]; parameters : of the shape; noise : [-] deviation of the white noise
+    scatter : shape and correlation length
+    deviation : [-] of the scatter; noise : [-] deviation of the white noise
     time_constant : [s] of the instrument
     log_covariance : (2, 2) of log deviation and log length
     log_likelihood : restricted, comparable where the regressors are the same
     """
 
-    shape: str
+    scatter: Scatter
     deviation: float
-    length: float
-    parameters: tuple[float, ...]
     noise: float
     time_constant: float
     log_covariance: np.ndarray
@@ -78,20 +77,15 @@ class ProcessFit:
     weight: np.ndarray
 
     @property
-    def modes(self) -> Modes | Window:
-        """The modes of the scatter."""
-        return modes(self.shape, self.length, self.parameters)
-
-    @property
     def criterion(self) -> float:
         """Bayesian criterion: less is better."""
-        count = AS_PARAMETERS if self.shape == "triangle" else len(self.parameters)
+        count = AS_PARAMETERS if self.scatter.shape == "triangle" else 0
         return count * float(np.log(self.weight.size)) - 2.0 * self.log_likelihood
 
     def whiten(self, samples: Samples, columns: np.ndarray) -> np.ndarray:
         """Columns : (n, k) as independent unit normals."""
         course = samples.course(self.time_constant, self.weight)
-        return whitened(self.modes, course, (self.noise / self.deviation) ** 2, columns)[0] / self.deviation
+        return whitened(self.scatter, course, (self.noise / self.deviation) ** 2, columns)[0] / self.deviation
 
 
 def fitted_process(
@@ -118,9 +112,8 @@ def fitted_process(
 
     def parts(theta: np.ndarray) -> tuple[float, float]:
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
-        seconds, rest = _split(theta, time_constant_s)
-        course = samples.course(seconds, weight)
-        white, log_det = whitened(modes(shape, float(np.exp(theta[0])), rest), course, np.exp(theta[1]), columns)
+        course = samples.course(_seconds(theta, time_constant_s), weight)
+        white, log_det = whitened(Scatter(shape, float(np.exp(theta[0]))), course, np.exp(theta[1]), columns)
         upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
         return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))
 
@@ -128,12 +121,11 @@ def fitted_process(
         squares, others = parts(theta)
         return (n - k) * np.log(squares) + others
 
-    starts = [first] if start is not None else [[first[0] + a, first[1], *first[2:]] for a in LENGTHS]
+    starts = [first] if start is not None else [[first[0] + a, *first[1:]] for a in LENGTHS]
     if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
-        starts += [[*one[:2], one[2] + SLOWER, *one[3:]] for one in starts]
+        starts += [[*one[:2], one[2] + SLOWER] for one in starts]
     theta = _most_likely_average(profile, first, bounds) if shape == "triangle" else _best(profile, starts, bounds)
     variance = parts(theta)[0] / (n - k)
-    seconds, rest = _split(theta, time_constant_s)
     deviation = float(np.sqrt(variance))
 
     def minus_twice(full: np.ndarray) -> float:
@@ -149,12 +141,10 @@ def fitted_process(
             f"to {longest:.2g} m, the record, is the most likely one; record longer, or with more samples a second"
         )
     return ProcessFit(
-        shape,
+        Scatter(shape, float(np.exp(theta[0]))),
         deviation,
-        float(np.exp(theta[0])),
-        rest,
         deviation * float(np.exp(0.5 * theta[1])),
-        seconds,
+        _seconds(theta, time_constant_s),
         covariance,
         -0.5 * minus_twice(found),
         weight,
@@ -196,31 +186,27 @@ def _most_likely_average(
 def _search_space(
     samples: Samples, shape: str, time_constant_s: float | None, start: ProcessFit | None
 ) -> tuple[list[float], list[tuple[float, float]]]:
-    """Start and bounds of the logarithms of length, noise and time constant, and of the parameters of the shape."""
+    """Start and bounds of the logarithms of length, noise and time constant."""
     total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))
     ds = float(np.median(samples.step[samples.step > 0.0]))
     first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(0.3 * ds), np.log(total)), NOISE]
     if start is not None:
-        at = np.log(start.length)
+        at = np.log(start.scatter.length)
         if shape == "triangle":
             bounds[0] = (max(bounds[0][0], at + RANGE[0]), min(bounds[0][1], at + RANGE[1]))
-            if (most := samples_a_window(start.length, samples.step)) > MOST_A_WINDOW:
-                raise IllPosedError(f"a window of {start.length:.2g} m holds {most} samples, more than {MOST_A_WINDOW}")
+            length = start.scatter.length
+            if (most := samples_a_window(length, samples.step)) > MOST_A_WINDOW:
+                raise IllPosedError(f"a window of {length:.2g} m holds {most} samples, more than {MOST_A_WINDOW}")
         first = [at, 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
     if time_constant_s is None:
         bounds.append((np.log(0.1 * dt), np.log(30.0 * dt)))
         first.append(np.log(0.5 * dt if start is None else max(start.time_constant, 0.2 * dt)))
-    for at, low, high in SHAPES[shape]:
-        first.append(at)
-        bounds.append((low, high))
     return first, bounds
 
 
-def _split(theta: np.ndarray, time_constant_s: float | None) -> tuple[float, tuple[float, ...]]:
-    """Time constant [s] and parameters of the shape."""
-    if time_constant_s is None:
-        return float(np.exp(theta[2])), tuple(map(float, theta[3:]))
-    return time_constant_s, tuple(map(float, theta[2:]))
+def _seconds(theta: np.ndarray, time_constant_s: float | None) -> float:
+    """Time constant [s]: the one known, or the third of the parameters."""
+    return float(np.exp(theta[2])) if time_constant_s is None else time_constant_s
 
 
 def _covariance(minus_twice: Callable[[np.ndarray], float], at: np.ndarray, free: list[int]) -> np.ndarray | None:

@@ -1,8 +1,8 @@
-"""State-space model of scatter along the slipped distance, seen through an instrument: its likelihood in O(n).
+"""Scatter along the slipped distance, seen through an instrument: its likelihood, and synthetic records.
 
-The scatter x(s) is a sum of independent modes, each a first-order process in s. The instrument is a first-order
-low-pass in time, and white noise is added to what it shows. A Kalman filter whitens data and regressors alike, so that
-generalised least squares is ordinary least squares of the whitened columns.
+The scatter x(s) of an exponential autocorrelation is a first-order process in the distance s. The instrument is a
+first-order low-pass in time, and white noise is added to what it shows. A Kalman filter whitens data and regressors
+alike, in O(n), so that generalised least squares is ordinary least squares of the whitened columns.
 
 An average over a window, whose autocorrelation is a triangle, has no state of finite size. Its covariance over the
 slipped distance is zero beyond the window, so a banded Cholesky factor whitens it, in O(n b^2) for b samples a window.
@@ -12,6 +12,7 @@ Method: J. Hartikainen & S. Särkkä, IEEE Int. Workshop MLSP (2010) 379, for Ga
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,26 +20,57 @@ import scipy
 
 from roughslip.compilation.cache import compiled
 
-# By shape, the start of its parameters after the correlation length, and their bounds: of two exponentials the logit
-# of the share of the longer one and the logarithm of the ratio of their lengths.
-SHAPES: dict[str, tuple[tuple[float, float, float], ...]] = {
-    "exponential": (),
-    "two_exponentials": ((0.0, -4.0, 4.0), (-1.5, -5.0, -0.4)),
-    "triangle": (),
-}
+SHAPES = ("exponential", "triangle")
 
 
-class Modes(NamedTuple):
-    """rates : (p,) [1/m] of decay; variances : (p,) [-] of the modes, whose sum x has unit variance."""
+@dataclass(frozen=True)
+class Scatter:
+    """A process of unit variance.
 
-    rates: np.ndarray
-    variances: np.ndarray
+    shape : of its autocorrelation, one of SHAPES; a triangle is that of an average over a window
+    length : [m] integral of the autocorrelation from zero on
+    """
 
-
-class Window(NamedTuple):
-    """An average of white noise over a window of this length [m], of unit variance."""
-
+    shape: str
     length: float
+
+    @property
+    def window(self) -> float:
+        """[m] of an average: twice the length."""
+        return 2.0 * self.length
+
+    def autocorrelation(self, lags_m: np.ndarray) -> np.ndarray:
+        """Autocorrelation : (as lags) [-] at lags [m] >= 0."""
+        if self.shape == "triangle":
+            return np.maximum(1.0 - np.asarray(lags_m) / self.window, 0.0)
+        return np.asarray(np.exp(-np.asarray(lags_m) / self.length))
+
+    def path(self, slipped_m: np.ndarray, generator: np.random.Generator) -> np.ndarray:
+        """A Gaussian path at slipped distances : (n,) [m], which do not fall.
+
+        An exponential is an exact recursion. An average over a window is the increment of Brownian motion over it.
+        """
+        if self.shape == "triangle":
+            ends = np.concatenate([slipped_m, slipped_m + self.window])
+            order = np.argsort(ends, kind="stable")
+            motion = np.empty(ends.size)
+            rises = np.sqrt(np.diff(ends[order], prepend=ends[order[0]]))
+            motion[order] = np.cumsum(rises * generator.standard_normal(ends.size))
+            return np.asarray((motion[slipped_m.size :] - motion[: slipped_m.size]) / np.sqrt(self.window))
+        keep = np.exp(-np.diff(slipped_m, prepend=-np.inf) / self.length)
+        path = np.sqrt(1.0 - keep**2) * generator.standard_normal(keep.size)
+        for t in range(1, path.size):
+            path[t] += keep[t] * path[t - 1]
+        return path
+
+
+def through_instrument(values: np.ndarray, memory: np.ndarray) -> np.ndarray:
+    """values : (n,) after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
+    shown, level = np.empty(values.size), values[0]
+    for t, (value, a) in enumerate(zip(values, memory, strict=True)):
+        level = a * level + (1.0 - a) * value
+        shown[t] = level
+    return shown
 
 
 class Course(NamedTuple):
@@ -54,82 +86,42 @@ class Course(NamedTuple):
     weight: np.ndarray
 
 
-def modes(shape: str, length_m: float, parameters: tuple[float, ...] = ()) -> Modes | Window:
-    """The modes of a shape of the given correlation length, the integral of the autocorrelation from zero on.
-
-    Of a triangle it is half the window.
-    """
-    if shape == "triangle":
-        return Window(2.0 * length_m)
-    if shape == "exponential":
-        return Modes(np.array([1.0 / length_m]), np.ones(1))
-    share, ratio = 1.0 / (1.0 + np.exp(-parameters[0])), np.exp(parameters[1])
-    longer = length_m / (share + (1.0 - share) * ratio)
-    return Modes(np.array([1.0 / longer, 1.0 / (longer * ratio)]), np.array([share, 1.0 - share]))
-
-
-def autocorrelation(found: Modes | Window, lags_m: np.ndarray) -> np.ndarray:
-    """Autocorrelation : (as lags) [-] of the scatter at lags [m] >= 0."""
-    if isinstance(found, Window):
-        return np.maximum(1.0 - np.asarray(lags_m) / found.length, 0.0)
-    return np.asarray(np.exp(-found.rates * np.asarray(lags_m)[..., None]) @ found.variances)
-
-
 @compiled()
 def _filter(
-    rates: np.ndarray,
-    variances: np.ndarray,
-    step: np.ndarray,
-    memory: np.ndarray,
-    weight: np.ndarray,
-    noise: float,
-    columns: np.ndarray,
+    rate: float, step: np.ndarray, memory: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
 ) -> float:
-    """Whiten the columns : (n, k) in place; the sum of the logarithms of the variances of the innovations."""
-    p, (n, k) = rates.size, columns.shape
-    within, cross, shown, log_det = np.zeros((p, p)), np.zeros(p), 0.0, 0.0
-    state, level, keep = np.zeros((k, p)), np.zeros(k), np.ones(p)
+    """Whiten the columns : (n, k) in place; the sum of the logarithms of the variances of the innovations.
+
+    rate : [1/m] of decay of the scatter, whose variance is `within`; `shown` is that of what the instrument shows of
+        it, and `cross` their covariance
+    """
+    n, k = columns.shape
+    within, cross, shown, log_det = 0.0, 0.0, 0.0, 0.0
+    state, level, keep = np.zeros(k), np.zeros(k), 1.0
     for t in range(n):
-        fresh, a, w = step[t] < 0.0, memory[t], weight[t]
-        if fresh:
-            a, shown = 0.0, 0.0
-            within[:, :], cross[:], state[:, :], level[:] = np.diag(variances), 0.0, 0.0, 0.0
+        a, w = memory[t], weight[t]
+        if step[t] < 0.0:
+            a, shown, within, cross = 0.0, 0.0, 1.0, 0.0
+            state[:], level[:] = 0.0, 0.0
         else:
-            keep[:] = np.exp(-rates * step[t])
-            for i in range(p):
-                cross[i] *= keep[i]
-                for j in range(p):
-                    within[i, j] *= keep[i] * keep[j]
-                within[i, i] += (1.0 - keep[i] * keep[i]) * variances[i]
+            keep = np.exp(-rate * step[t])
+            cross *= keep
+            within = within * (keep * keep) + (1.0 - keep * keep)
         b = (1.0 - a) * w
-        through, total = 0.0, 0.0
-        for i in range(p):
-            row_sum = 0.0
-            for j in range(p):
-                row_sum += within[i, j]
-            through += cross[i]
-            total += row_sum
-            cross[i] = a * cross[i] + b * row_sum
-        shown = a * a * shown + 2.0 * a * b * through + b * b * total
+        shown = a * a * shown + 2.0 * a * b * cross + b * b * within
+        cross = a * cross + b * within
         variance = shown + noise
         log_det += np.log(variance)
         scale = 1.0 / np.sqrt(variance)
         for c in range(k):
-            total = 0.0
-            for i in range(p):
-                state[c, i] *= keep[i]
-                total += state[c, i]
-            level[c] = a * level[c] + b * total
+            state[c] *= keep
+            level[c] = a * level[c] + b * state[c]
             innovation = columns[t, c] - level[c]
-            for i in range(p):
-                state[c, i] += cross[i] / variance * innovation
+            state[c] += cross / variance * innovation
             level[c] += shown / variance * innovation
             columns[t, c] = innovation * scale
-        for i in range(p):
-            for j in range(p):
-                within[i, j] -= cross[i] * cross[j] / variance
-        for i in range(p):
-            cross[i] -= cross[i] * shown / variance
+        within -= cross * cross / variance
+        cross -= cross * shown / variance
         shown -= shown * shown / variance
     return log_det
 
@@ -169,12 +161,12 @@ def _whitened_average(window_m: float, course: Course, noise: float, columns: np
     return white, 2.0 * float(np.sum(np.log(factor[0]) - np.log(own)))
 
 
-def whitened(found: Modes | Window, course: Course, noise: float, columns: np.ndarray) -> tuple[np.ndarray, float]:
+def whitened(found: Scatter, course: Course, noise: float, columns: np.ndarray) -> tuple[np.ndarray, float]:
     """Columns : (n, k) as independent unit normals, if they are the scatter of unit variance and noise; log det.
 
     noise : [-] variance of the white noise over that of the scatter
     """
-    if isinstance(found, Window):
-        return _whitened_average(found.length, course, float(noise), columns)
+    if found.shape == "triangle":
+        return _whitened_average(found.window, course, float(noise), columns)
     white = np.array(columns, dtype=float, order="C")
-    return white, _filter(*found, *course, float(noise), white)
+    return white, _filter(1.0 / found.length, *course, float(noise), white)

@@ -49,12 +49,18 @@ class Trace:
 
 
 def read_records(paths: Sequence[Path | str], radius_m: float | None = None) -> list[Trace]:
-    """The records of all files, as `read_record`. Raises InputError with the mistakes of all of them."""
+    """The records of text files. radius_m : [m] of the track, for a speed in rpm
+
+    Columns are separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas. Lines that
+    begin with # or % are comments, but for a header among them.
+
+    Raises InputError with a line for each mistake of all files: file, column, what is allowed.
+    """
     traces: list[Trace] = []
     wrong: list[str] = []
     for path in paths:
         try:
-            traces += read_record(path, radius_m)
+            traces += _read(Path(path), radius_m)
         except InputError as error:
             wrong += error.lines
     if wrong:
@@ -62,15 +68,7 @@ def read_records(paths: Sequence[Path | str], radius_m: float | None = None) -> 
     return traces
 
 
-def read_record(path: Path | str, radius_m: float | None = None) -> list[Trace]:
-    """The records of a text file. radius_m : [m] of the track, for a speed in rpm
-
-    Columns are separated by commas, semicolons, tabs or blanks; all but the first allow decimal commas. Lines that
-    begin with # or % are comments, but for a header among them.
-
-    Raises InputError with a line for each mistake: file, column, what is allowed.
-    """
-    path = Path(path)
+def _read(path: Path, radius_m: float | None) -> list[Trace]:
     try:
         lines = path.read_text(encoding="utf-8-sig").replace('"', "").splitlines()
     except OSError as error:

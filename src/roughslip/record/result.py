@@ -35,10 +35,6 @@ class FrictionCurve:
         half = NORMAL_95 * np.sqrt(np.sum(self.factor**2, axis=1))
         return self.friction - half, self.friction + half
 
-    def draw(self, generator: np.random.Generator) -> np.ndarray:
-        """A curve : (K,) [-] as it may be, given the record; never negative."""
-        return np.maximum(self.friction + self.factor @ generator.standard_normal(self.factor.shape[1]), 0.0)
-
 
 @dataclass(frozen=True, eq=False)
 class FrictionScatter:
@@ -47,8 +43,7 @@ class FrictionScatter:
     standard_deviation : [-] additive: of the friction; multiplicative: of the friction over its mean
     correlation_length_m : [m] integral of the autocorrelation from zero on
     log_covariance : (2, 2) of the errors of the logarithms of these two
-    shape : of the autocorrelation: exponential, two_exponentials or triangle
-    parameters : of the shape; see `record.process.SHAPES`
+    shape : of the autocorrelation: exponential or triangle
     lengths : correlation lengths that the record holds
     identified : false, "cannot tell", where these are too few; the numbers are then no more than a guess
     """
@@ -57,7 +52,6 @@ class FrictionScatter:
     correlation_length_m: float
     log_covariance: np.ndarray
     shape: str
-    parameters: tuple[float, ...]
     lengths: float
     identified: bool
 
@@ -66,9 +60,3 @@ class FrictionScatter:
         values = np.log([self.standard_deviation, self.correlation_length_m])
         half = NORMAL_95 * np.sqrt(np.diag(self.log_covariance))
         return np.exp(np.stack([values - half, values + half], axis=1))
-
-    def draw(self, generator: np.random.Generator) -> tuple[float, float]:
-        """Standard deviation [-] and correlation length [m] as they may be, given the record."""
-        values = np.log([self.standard_deviation, self.correlation_length_m])
-        deviation, length = np.exp(generator.multivariate_normal(values, self.log_covariance))
-        return float(deviation), float(length)

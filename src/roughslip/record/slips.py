@@ -67,7 +67,7 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     rig : needed to use slip phases of stick-slip. Without it they are left out. Raises IllPosedError where nothing
     slides.
     """
-    parts = [_of_rig(trace, rig) if rig is not None and _has_force(trace) else _alone(trace) for trace in traces]
+    parts = [_of_rig(trace, rig) if rig is not None and trace.load is not None else _alone(trace) for trace in traces]
     fastest = max(float(np.max(np.abs(trace.speed))) for trace in traces)
     notes, used = [], []
     for trace, (_, speed, stick) in zip(traces, parts, strict=True):
@@ -95,10 +95,6 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     return Sliding(
         samples, used, sticks, [one[0] for one in parts], [one[1] for one in parts], tuple(notes), bool(lost and rig)
     )
-
-
-def _has_force(trace: Trace) -> bool:
-    return trace.load is not None
 
 
 def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

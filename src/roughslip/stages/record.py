@@ -11,10 +11,9 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.scatter_law import autocorrelation_of_friction, scatter_of_friction
 from roughslip.record.fit import RecordFit, fit_record
-from roughslip.record.process import autocorrelation
+from roughslip.record.process import through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
-from roughslip.record.synthetic import scatter_at, through_instrument
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene, get
 from roughslip.stages.from_scene import elastic
@@ -130,17 +129,17 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     kind = found.kind if found.kind in found.fits else "additive"
     fit, samples = found.fits[kind], slid.samples
     place, residual = samples.slipped, (samples.friction - found.explained) / fit.weight
-    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.length * LAGS / REACH, 1e5)) + 2)
+    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.scatter.length * LAGS / REACH, 1e5)) + 2)
     values = np.interp(even, place, residual)
     values -= values.mean()
     lags = min(LAGS, even.size - 1)
     products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
-    modelled = fit.deviation**2 * autocorrelation(fit.modes, even[:lags])
+    modelled = fit.deviation**2 * fit.scatter.autocorrelation(even[:lags])
     step = -(-samples.friction.size // record_table.MOST_DRAWN)
     twins = []
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])
-        path = fit.deviation * fit.weight * scatter_at(fit.shape, fit.length, fit.parameters, place, generator)
+        path = fit.deviation * fit.weight * fit.scatter.path(place, generator)
         memory = samples.course(fit.time_constant, fit.weight).memory
         noise = fit.noise * generator.standard_normal(place.size)
         twins.append((found.explained + through_instrument(path, memory) + noise)[::step])

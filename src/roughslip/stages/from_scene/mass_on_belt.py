@@ -308,13 +308,11 @@ def curve_of(result: Result) -> FrictionCurve:
 
 def scatter_of(result: Result, kind: str) -> FrictionScatter:
     """The scatter of a stored record, additive or multiplicative."""
-    parameters = result[f"{kind}_parameters"]
     return FrictionScatter(
         float(result[f"{kind}_std"]),
         float(result[f"{kind}_length"]),
         result[f"{kind}_log_covariance"],
         str(result[f"{kind}_shape"][0]),
-        tuple(map(float, parameters[np.isfinite(parameters)])),
         float(result[f"{kind}_lengths"]),
         bool(result[f"{kind}_identified"]),
     )

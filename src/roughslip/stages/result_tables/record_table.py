@@ -61,7 +61,6 @@ def of_fit(found: RecordFit, slid: Sliding, beta_shapes: tuple[float, float]) ->
 def _of_scatter(kind: str, scatter: FrictionScatter) -> dict[str, Variable]:
     """Standard deviation and length with intervals. Multiplicative scatter is that over the mean friction."""
     (low, high), (shortest, longest) = scatter.interval()
-    parameters = np.array([*scatter.parameters, np.nan, np.nan][:2])
     return {
         **with_interval(
             f"{kind}_std", (), (scatter.standard_deviation, low, high), "1", f"standard deviation of {kind} scatter"
@@ -73,9 +72,6 @@ def _of_scatter(kind: str, scatter: FrictionScatter) -> dict[str, Variable]:
             ("error", "other_error"), scatter.log_covariance, "1", "covariance of log standard deviation and log length"
         ),
         f"{kind}_shape": Variable((f"{kind}_shape",), np.array([scatter.shape]), "1", "shape of the autocorrelation"),
-        f"{kind}_parameters": Variable(
-            ("parameter",), parameters, "1", "parameters of the shape, NaN where it has none"
-        ),
         f"{kind}_lengths": Variable((), scatter.lengths, "1", "correlation lengths in the record"),
         f"{kind}_identified": Variable((), int(scatter.identified), "1", "1 where the record can tell the scatter"),
     }

@@ -34,7 +34,10 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
     whole: dict[str, Any] = {}
     for configuration in configurations:
         for name, value in configuration.items():
-            whole[name] = merged([whole[name], value]) if isinstance(whole.get(name), dict) else value
+            if isinstance(whole.get(name), dict):
+                whole[name] = merged([whole[name], value or {}])
+            else:
+                whole[name] = value
     return whole
 
 
@@ -88,7 +91,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
-    loaded = scene.load is not None
+    loaded = scene.load is not None and scene.load.nominal_pressure_pa is not None
     if "contact" in stages and not loaded:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         sentences[figure] = [strips_represented(scene)]

@@ -22,7 +22,6 @@ import yaml
 from roughslip.oscillator import existence_limit, hopf_damping
 from roughslip.report.sections import by_chance, holding
 from roughslip.scene.schema import scene_schema
-from roughslip.surface import rms_curvature, rms_slope
 from tests.scene.shipped import properties
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -71,11 +70,11 @@ def test_contact_of_scan():
 
 
 def test_surface_anisotropic():
-    """What is measured between points has the slope and curvature of the model between points."""
+    """Cells of a sixteenth of the shortest wave leave 2 % of the slope and 6 % of the curvature of the field."""
     example = run("surface_anisotropic")
-    ground, step, found = example["ground"], example["grid"].dx, example["found"]
-    assert found.rms_slope.low < rms_slope(ground, step) < found.rms_slope.high
-    assert found.rms_curvature.low < rms_curvature(ground, step) < found.rms_curvature.high
+    ground, found = example["ground"], example["found"]
+    assert found.rms_slope.low < ground.rms_slope < 1.05 * found.rms_slope.high
+    assert found.rms_curvature.low < ground.rms_curvature < 1.1 * found.rms_curvature.high
 
 
 @pytest.mark.slow

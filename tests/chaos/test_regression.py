@@ -8,19 +8,17 @@ from itertools import product
 
 import numpy as np
 import pytest
-import scipy.linalg
 from numpy.polynomial.hermite_e import hermegauss, hermeval
 from scipy.special import ndtri
 
 from roughslip.chaos.hermite import (
-    HermiteBasis,
     even_terms,
     hermite_basis,
     hermite_polynomials,
     multi_indices,
     sobol_indices,
 )
-from roughslip.chaos.regression import Regression, least_squares, orthonormal
+from roughslip.chaos.regression import Regression, least_squares
 from roughslip.errors import IllPosedError, InaccurateWarning, ParameterError
 
 
@@ -142,22 +140,6 @@ def test_a_coefficient_that_one_group_alone_determines_is_refused():
         least_squares(alone, values, weights, group)
 
 
-@pytest.mark.parametrize(("condition", "by_cholesky"), [(90.0, True), (110.0, False), (1e7, False)])
-def test_factors_are_orthonormal_and_give_the_columns_again(condition, by_cholesky, monkeypatch):
-    """Singular values from 1 to 1 / condition. By Cholesky Q'Q errs by some ten times 1e-16 condition^2."""
-    rng = np.random.default_rng(3)
-    left, right = (np.linalg.qr(rng.standard_normal(shape))[0] for shape in ((300, 12), (12, 12)))
-    columns = (left * np.geomspace(1.0, 1.0 / condition, 12)) @ right
-    reflected = []
-    by_reflections = scipy.linalg.qr
-    monkeypatch.setattr(scipy.linalg, "qr", lambda *a, **k: reflected.append(1) or by_reflections(*a, **k))
-    q, r = orthonormal(columns)
-    assert bool(reflected) != by_cholesky
-    np.testing.assert_allclose(q.T @ q, np.eye(12), rtol=0, atol=1e-15 * (condition**2 if by_cholesky else 10))
-    np.testing.assert_allclose(q @ r, columns, rtol=0, atol=1e-15 * 10)
-    assert not np.any(np.tril(r, -1))
-
-
 @pytest.mark.parametrize("cosine", [0.0, 0.6, 1 - 1e-10])
 def test_condition_number_of_two_columns(cosine):
     """Unit columns at an angle have the singular values sqrt(1 +- cos); 1 - cos keeps six digits of the last case."""
@@ -236,16 +218,6 @@ def test_polynomials_are_normalised_hermite_polynomials():
         reference = hermeval(x, np.eye(11)[n]) / math.sqrt(math.factorial(n))
         np.testing.assert_allclose(values[n], reference, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(values[3], (x**3 - 3 * x) / math.sqrt(6), rtol=1e-13, atol=1e-13)
-
-
-def test_sums_are_those_of_all_terms():
-    """Terms are added four at a time: 4, 5, 6 and 7 of them leave 0 to 3. More points than a block."""
-    rng = np.random.default_rng(8)
-    points = rng.standard_normal((300, 2))
-    for terms in (4, 5, 6, 7):
-        basis, coefficients = HermiteBasis(multi_indices(2, 3)[:terms]), rng.standard_normal((terms, 3))
-        expected = coefficients.T @ basis.by_term(points)
-        np.testing.assert_allclose(basis.sums(points, coefficients), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not():

@@ -16,7 +16,6 @@ from roughslip.chaos.functionals import HALF_TURN, MIRRORED, Stencil, local_func
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.scatter import NEIGHBOURS, PLACES, residual_scatter
 from roughslip.chaos.strip import (
-    _interpolate,
     conditional_means,
     fit_strip,
     on_all_rows,
@@ -191,15 +190,6 @@ def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
     near = conditional_means(s + 2.05, values + 2.05, TRIAL)  # contact at the least prediction too
     assert near.contact[0, 0] > 0.1
     assert np.all(near.at(np.full((2, 1), -50.0))[0] == 0.0)
-
-
-def test_at_and_next_to_the_last_place_the_table_is_not_read_past_its_end():
-    """Uncompiled, a place past the end is an IndexError."""
-    contact, pressure = np.array([0.0, 0.5, 1.0]), np.array([0.0, 1.0, 4.0])
-    inverse, s = np.empty((2, 5)), np.array([0.9, 1.0, 2.5, 3.0, 7.0])
-    for interpolate in (_interpolate, _interpolate.py_func):
-        interpolate(s, 1.0, 1.0, contact, pressure, *inverse)
-        np.testing.assert_array_equal(inverse, [[0.0, 0.0, 0.75, 1.0, 1.0], [0.0, 0.0, 2.5, 4.0, 4.0]])
 
 
 def test_unsuitable_strips_are_refused_with_their_place():

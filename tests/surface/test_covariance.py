@@ -19,7 +19,7 @@ from roughslip.surface.embedding import embed
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve
-from roughslip.surface.plausibility import rms_curvature, rms_slope
+from roughslip.surface.plausibility import rms_slope
 
 ISOTROPIC = [kind for kind, model in MODELS.items() if issubclass(model, IsotropicCovariance)]
 MONOTONE = [kind for kind, model in MODELS.items() if not model.has_cutoff]
@@ -71,8 +71,7 @@ def test_rms_slope_and_curvature_are_moments_of_the_spectrum(kind, shapes):
     scale = covariance.scale / np.array(covariance.lengths_m)
     assert rms_slope(covariance) == pytest.approx(2.0 * np.sqrt(slope / 2 * np.sum(scale**2)), rel=1e-8)
     directions = 3 / 8 * np.sum(scale**4) + 2 / 8 * np.prod(scale**2)  # means of cos^4, and of 2 cos^2 sin^2
-    assert rms_curvature(covariance) == pytest.approx(2.0 * np.sqrt(curvature * directions / 4), rel=1e-8)
-    assert rms_curvature(covariance, 2e-3) == pytest.approx(rms_curvature(covariance), rel=2e-4)
+    assert covariance.rms_curvature == pytest.approx(2.0 * np.sqrt(curvature * directions / 4), rel=1e-8)
     assert rms_slope(covariance, 1e-5) == pytest.approx(rms_slope(covariance), rel=1e-4)
 
 
@@ -81,17 +80,16 @@ def test_rms_slope_is_infinite_where_heights_have_none():
     two steps, the Gaussian of a user within 1e-6."""
     for kind, shapes in (("exponential", {}), ("separable_exponential", {}), ("matern", {"smoothness": 1.0})):
         assert rms_slope(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
-        assert rms_curvature(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
+        assert covariance_of(kind, 2.0, 3.0, **shapes).rms_curvature == np.inf
     rough = covariance_of("matern", 2.0, 3.0, smoothness=2.0)
-    assert rms_slope(rough) < rms_curvature(rough) == np.inf
+    assert rms_slope(rough) < rough.rms_curvature == np.inf
     for kind, curvature in (("gaussian", 2.0), ("exponential", np.inf)):
         tried = IsotropicCovariance.curvature.fget(MODELS[kind](1.0, 1.0))
         assert tried == pytest.approx(curvature, rel=1e-6)
         tried = IsotropicCovariance.fourth_derivative.fget(MODELS[kind](1.0, 1.0))
         assert tried == pytest.approx(6.0 * curvature, rel=1e-4)
-    for statistic in (rms_slope, rms_curvature):
-        with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
-            statistic(lambda x, y: x)
+    with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
+        rms_slope(lambda x, y: x)
 
 
 def test_a_self_affine_surface_of_a_given_slope():

@@ -18,7 +18,6 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
 
-CHOLESKY_CONDITION = 100.0  # of columns that are factorised by Cholesky, with an error of 1e-12
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding error
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
@@ -99,7 +98,7 @@ class Regression:
         self._norms = np.linalg.norm(columns, axis=0)
         if not np.all(self._norms > 0):
             raise IllPosedError(f"a term of the basis vanishes on every sample: {FEWER_TERMS}")
-        self.q, self.r = orthonormal(columns / self._norms)
+        self.q, self.r = scipy.linalg.qr(columns / self._norms, mode="economic", check_finite=False)
         singular = scipy.linalg.svdvals(self.r, check_finite=False)
         self.condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
         if self.condition > WORST_CONDITION:
@@ -173,19 +172,6 @@ class Regression:
         except np.linalg.LinAlgError as error:
             raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}") from error
         return np.asarray(scipy.linalg.cho_solve(factor, side, check_finite=False))
-
-
-def orthonormal(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """QR factors (K, P), (P, P) of columns : (K, P); by Cholesky where that is exact, in half the time.
-
-    The columns of Q are then orthonormal to 1e-16 times the squared condition number (Yamamoto et al., Electron. Trans.
-    Numer. Anal. 44 (2015) 306), so to CHOLESKY_CONDITION^2 1e-16. Others are factorised by reflections.
-    """
-    gram = columns.T @ columns
-    r, info = scipy.linalg.lapack.dpotrf(gram, clean=True)
-    if info == 0 and np.linalg.cond(r) <= CHOLESKY_CONDITION:
-        return scipy.linalg.solve_triangular(r, columns.T, trans="T", check_finite=False).T, r
-    return scipy.linalg.qr(columns, mode="economic", check_finite=False)
 
 
 def point_numbers(basis: np.ndarray) -> np.ndarray:

@@ -18,7 +18,6 @@ from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, mul
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
-from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
@@ -70,7 +69,7 @@ class StripExpansion:
         xi = self.whiten @ np.ascontiguousarray(functionals)
         values = np.empty((levels, rows, xi.shape[2]))
         for row in range(rows):
-            values[:, row] = self._basis.sums(xi[row].T, self.coefficients[row])
+            values[:, row] = self.coefficients[row].T @ self._basis.by_term(xi[row].T)
         return values.transpose(0, 2, 1)
 
     @gate
@@ -198,9 +197,11 @@ class ConditionalMeans:
             if self.scatter[level] <= 2 * self.step[level]:
                 contact[level], pressure[level] = s > 0, self.target.pressure(s)
                 continue
-            tables = self.low[level], self.step[level], self.contact[level], self.pressure[level]
-            fields = (field.ravel(order="K") for field in (contact[level], pressure[level]))  # as they lie in memory
-            _interpolate(s.ravel(order="K"), *tables, *fields)
+            place = np.clip((s - self.low[level]) / self.step[level], 0.0, TABLE_PLACES - 1.0)
+            below = np.minimum(place.astype(np.int64), TABLE_PLACES - 2)
+            share = place - below
+            for table, found in ((self.contact[level], contact[level]), (self.pressure[level], pressure[level])):
+                found[...] = np.where(place > 0, table[below] + share * (table[below + 1] - table[below]), 0.0)
         return contact, pressure
 
 
@@ -228,26 +229,3 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
         scatter[level] = np.sqrt(np.mean((value[near] - distribution.centre(s[near])) ** 2))
         contact[level], pressure[level] = (drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)
     return ConditionalMeans(target, low, step, scatter, contact, pressure)
-
-
-@compiled()
-def _interpolate(
-    s: np.ndarray,
-    low: float,
-    step: float,
-    contact: np.ndarray,
-    pressure: np.ndarray,
-    found_contact: np.ndarray,
-    found_pressure: np.ndarray,
-) -> None:
-    """Write both tables at s : (n,), zero below their first place, constant above their last; NaN where s is NaN."""
-    last = len(contact) - 1
-    for k in range(len(s)):
-        place = min((s[k] - low) / step, float(last))
-        if place > 0:
-            below = min(int(place), last - 1)
-            share = place - below
-            found_contact[k] = contact[below] + share * (contact[below + 1] - contact[below])
-            found_pressure[k] = pressure[below] + share * (pressure[below + 1] - pressure[below])
-        else:
-            found_contact[k] = found_pressure[k] = 0.0 * place

@@ -7,7 +7,7 @@
 - IsotropicCovariance: what a model of your own inherits
 - gaussian_model, fractal_on with FractalModel: surfaces to draw on any mesh, with heights of any distribution
 - embed, karhunen_loeve: exact samples, and modes
-- plane_height: where a rigid plane stands; rms_slope, rms_curvature: of a covariance, or between nodes
+- plane_height: where a rigid plane stands; rms_slope: of a covariance, or between nodes
 
 `__init__.pyi` lists all public names and their modules.
 """

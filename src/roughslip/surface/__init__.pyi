@@ -10,5 +10,4 @@ from roughslip.surface.models import MODELS as MODELS
 from roughslip.surface.models import covariance_of as covariance_of
 from roughslip.surface.models import self_affine as self_affine
 from roughslip.surface.modes import karhunen_loeve as karhunen_loeve
-from roughslip.surface.plausibility import rms_curvature as rms_curvature
 from roughslip.surface.plausibility import rms_slope as rms_slope

@@ -47,27 +47,6 @@ def rms_slope(covariance: Callable[..., np.ndarray], step_m: float | None = None
     return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
 
 
-@gate
-def rms_curvature(covariance: Callable[..., np.ndarray], step_m: float | None = None) -> float:
-    """Root mean square [1/m] of the mean curvature, half the Laplacian of the heights.
-
-    covariance, step_m : as of `rms_slope`
-
-    With a step it is that of second differences between nodes, which is finite. Without one it is that of the field,
-    infinite where heights have no curvature; (8)^(1/2) Sq / l^2 of the Gaussian covariance. Raises as `rms_slope`.
-    """
-    if step_m is None:
-        curvature: float | None = getattr(covariance, "rms_curvature", None)
-        if curvature is None:
-            raise ParameterError("give step_m where the covariance is not one of roughslip.surface.MODELS")
-        return curvature
-    positive("the step", step_m, "m")
-    places, weights = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]]), np.array([-4, 1, 1, 1, 1])
-    lags = step_m * (places[:, None] - places)
-    variance = weights @ covariance(lags[..., 0], lags[..., 1]) @ weights
-    return math.sqrt(max(float(variance), 0.0)) / (2 * step_m**2)
-
-
 def slope_mistake(covariance: Callable[..., np.ndarray]) -> str:
     """Why no load can be given to heights without slope, whose contact shrinks with the cell; "" for others."""
     if math.isfinite(getattr(covariance, "rms_slope", 0.0)):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from roughslip.oscillator import Oscillator, ensemble, existence_limit, friction_law, hopf_damping, simulate
+from roughslip.oscillator import Machine, Oscillator, ensemble, existence_limit, friction_law, hopf_damping, simulate
 
 belt = Oscillator(
     mass_kg=2.0,
@@ -34,7 +34,7 @@ print(f"{ended.cycles} cycles on a track once, in 100 natural periods round and 
 runs = [itertools.repeat(track) for track in tracks]
 counts = {}
 for name, values in {"damping": np.linspace(0.05, 0.45, 9), "belt_velocity": np.linspace(0.02, 0.18, 9)}.items():
-    counts[name] = ensemble(belt, law, runs, spacing_m=5e-5, over={name: values}).cycles
-    (without,) = ensemble(belt, law, [None], over={name: values}).cycles
+    counts[name] = ensemble(Machine(belt, law), runs, spacing_m=5e-5, over={name: values}).cycles
+    (without,) = ensemble(Machine(belt, law), [None], over={name: values}).cycles
     for value, some, one in zip(values, counts[name].T, without, strict=True):
         print(f"  {name} {value:.2f}: {some.mean():.1f} ({some.min()} to {some.max()}), without the tracks {one}")

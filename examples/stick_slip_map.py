@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from roughslip.friction import FrictionProcess, sample_path
-from roughslip.oscillator import Oscillator, StribeckLaw, existence_limit, hopf_damping, run_until_known
+from roughslip.oscillator import Machine, Oscillator, StribeckLaw, existence_limit, hopf_damping, run_until_known
 from roughslip.probability import BetaDistribution
 
 pad = Oscillator(
@@ -22,7 +22,7 @@ paths = [sample_path(process, spacing_m=7e-5, nodes=15_000, seed=[1, number]) fo
 
 def stick_slip_share(belt: Oscillator, path: np.ndarray) -> float:
     """Of the second half of 20 natural periods after the first departure."""
-    _, first, states = run_until_known(belt, law, path, 7e-5, 20.0)
+    _, first, states = run_until_known(Machine(belt, law), path, 7e-5, 20.0)
     return states.share(first + 10.0, first + 20.0)
 
 

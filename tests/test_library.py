@@ -16,7 +16,7 @@ import roughslip
 from roughslip import Grid, ParameterError, to_xarray
 from roughslip.contact import Influence, solve, solve_loads
 from roughslip.friction import FrictionProcess, path_sampler, sample_path, strip_weights, window_statistics
-from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate, trajectory
+from roughslip.oscillator import Machine, Oscillator, StribeckLaw, ensemble, simulate, trajectory
 from roughslip.probability import BetaDistribution
 
 SUBJECTS = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability", "record")
@@ -100,7 +100,7 @@ def test_results_show_shapes_of_arrays():
         "ContactSolution(pressure=array(8, 6), gap=array(8, 6), plastic_displacement=array(8, 6), plane="
     )
     assert repr(curve).endswith("residual=array(5,), solutions=tuple of 5 ContactSolution)")
-    counts = ensemble(BELT, StribeckLaw(0.3), [None], duration_periods=3.0, over={"damping": [0.1, 0.2]})
+    counts = ensemble(Machine(BELT, StribeckLaw(0.3)), [None], duration_periods=3.0, over={"damping": [0.1, 0.2]})
     assert repr(counts).startswith("Counts(cycles=array(1, 2)")
     assert repr(counts).endswith("over={'damping': array(2,)})")
 

@@ -16,7 +16,7 @@ from roughslip import Grid, MissingPackageError, ParameterError
 from roughslip.chaos import hermite_basis, least_squares, multi_indices
 from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load
 from roughslip.friction import FrictionProcess, sample_path, strip_weights, window_statistics
-from roughslip.oscillator import Oscillator, StribeckLaw, ensemble, simulate
+from roughslip.oscillator import Machine, Oscillator, StribeckLaw, ensemble, simulate
 from roughslip.probability import BetaDistribution, empirical_distribution
 from roughslip.probability.estimate import wilson_interval
 
@@ -133,7 +133,9 @@ def test_arrays_of_other_kinds_give_the_same():
         lambda array: hermite_basis(array(1e6 * heights), array(indices)),
         lambda array: least_squares(array(heights), array(MU[0][:8])).coefficients,
         lambda array: simulate(BELT, StribeckLaw(0.3), array(1e-3 * MU.ravel()), 1.0, 5.0).position,
-        lambda array: ensemble(BELT, StribeckLaw(0.3), [None], 1.0, 5.0, over={"damping": array(MU[0])}).cycles,
+        lambda array: (
+            ensemble(Machine(BELT, StribeckLaw(0.3)), [None], 1.0, 5.0, over={"damping": array(MU[0])}).cycles
+        ),
         lambda array: wilson_interval(array(np.arange(3.0)), array(np.full(3, 9.0)))[0],
     )
     for number, function in enumerate(functions):

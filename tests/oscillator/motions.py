@@ -17,14 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import _advance, recursion
+from roughslip.friction.pad_friction import Friction
+from roughslip.friction.recursion import _advance
 from roughslip.oscillator.equation import Oscillator, slip_state
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.oscillator.path import piece_at
 from roughslip.oscillator.runge_kutta import step
@@ -32,7 +32,13 @@ from roughslip.oscillator.states import longest_slip, slip_phases
 
 STUDY = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 LAW = StribeckLaw(0.3)
+NEARLY_GAUSSIAN = (200.0, 200.0)
 F, V = STUDY.F, STUDY.V
+
+
+def machine(deviation=0.03, length=3e-4, belt=STUDY, law=LAW, shapes=NEARLY_GAUSSIAN, **changes):
+    """A machine whose friction scatters so. changes : of its parameters"""
+    return Machine(belt, law, Friction(0.3, deviation, length, shapes)).changed(changes)
 
 
 def ends(motion):
@@ -87,8 +93,10 @@ class Slip:
 class Slips:
     """Slips of an oscillator on paths of a friction process."""
 
-    def __init__(self, oscillator: Oscillator, law: FrictionLaw, process: FrictionProcess, spacing: float) -> None:
-        self.oscillator, self.law, self.paths, self.spacing = oscillator, law, recursion(process, spacing), spacing
+    def __init__(self, made: Machine) -> None:
+        self.oscillator, self.law, self.paths = made.oscillator, made.law, made.paths
+        oscillator, law, spacing = made.oscillator, made.law, self.paths.spacing
+        self.spacing = spacing
         self.longest, self.rest = longest_slip(oscillator, law), equilibrium(oscillator, law)
         cycle = slip_loop(oscillator, law).cycle
         self.before = departure_point(oscillator, law) - 0.2 * oscillator.V

@@ -7,31 +7,33 @@ import numpy as np
 import pytest
 
 from roughslip.errors import ParameterError
-from roughslip.friction import FrictionProcess, path_sampler
+from roughslip.friction import Friction
 from roughslip.oscillator import (
     CoulombLaw,
-    KeptPath,
     Machine,
     Oscillator,
     StribeckLaw,
+    durations_by_theory,
     existence_limit,
     grazing_response,
     run_until_known,
     uncertainty_budget,
 )
 from roughslip.oscillator.budget import ACCURACY, _Chance, _Rates
-from roughslip.oscillator.motion import DEFAULTS
-from roughslip.oscillator.trough_chain import theory_or_nan
-from roughslip.probability import BetaDistribution, Source
+from roughslip.probability import Source
 
 RELATIVE = {"speed": 0.1, "stiffness": 0.3, "mass": 0.2}
+
+
+def made_of(belt, law, deviation, length, shapes=(200.0, 200.0)):
+    return Machine(belt, law, Friction(0.3, deviation, length, shapes))
 
 
 def coulomb(values):
     """Of what scales, all is N (static - kinetic) / (v0 sqrt(k m)) at a given damping ratio."""
     m, k = values.get("mass", 1.0), values.get("stiffness", 1e5)
     belt = Oscillator(m, math.sqrt(k / m), values.get("damping", 0.1), 0.5 * values.get("speed", 1.0), 2500.0)
-    return Machine(belt, CoulombLaw(0.3, 0.4), 0.003 * values.get("scatter", 1.0), 3e-4)
+    return made_of(belt, CoulombLaw(0.3, 0.4), 0.003 * values.get("scatter", 1.0), 3e-4)
 
 
 @pytest.fixture(scope="module")
@@ -86,13 +88,10 @@ def test_without_uncertain_inputs_only_scatter_is_left():
 def test_the_blur_scales_as_the_orbit_of_another_machine():
     """Softer, faster, and with friction of another length: by the scaled orbit and by its own one, within a tenth."""
     law = StribeckLaw(0.3, 0.4)
-    own = Machine(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), law, 0.01, 3e-4)
-    other = Machine(Oscillator(1.2, 280.0, 0.3, 1.0, 2300.0), law, 0.02, 5e-4)
-    chance, response = (
-        _Chance(own, grazing_response(own.oscillator, law), None),
-        grazing_response(other.oscillator, law),
-    )
-    blur = other.deviation * response.scatter(other.length_m)
+    own = made_of(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), law, 0.01, 3e-4)
+    other = made_of(Oscillator(1.2, 280.0, 0.3, 1.0, 2300.0), law, 0.02, 5e-4)
+    chance, response = _Chance(own, grazing_response(own), None), grazing_response(other)
+    blur = 0.02 * response.scatter(5e-4)
     shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
     found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)
     assert found == pytest.approx(0.8413, abs=0.1 * 0.242)
@@ -109,21 +108,18 @@ def test_the_probability_is_that_of_simulated_machines_of_drawn_inputs():
     def machine(values):
         m = values["mass"]
         belt = Oscillator(m, 316.0 / math.sqrt(m), values["damping"], 0.948, 2500.0)
-        return Machine(belt, law, 0.03 * values["scatter"], length)
+        return made_of(belt, law, 0.03 * values["scatter"], length, (2.1, 5.0))
 
     def stick_slips(one, number):
-        marginal = BetaDistribution.of_moments(2.1, 5.0, 0.3, one.deviation)
-        paths = path_sampler(FrictionProcess(marginal, length), length / 4)
-        path = KeptPath(paths.realisation([5, number]))
         time = 10.0 * (1.0 + (number * 0.618) % 1.0)
-        _, first, states = run_until_known(one.oscillator, law, path, paths.spacing, time)
+        _, first, states = run_until_known(one, one.kept_path([5, number]), one.paths.spacing, time)
         return states.is_stick_slip(first + time)
 
     ratios = np.linspace(0.18, 0.40, 12)
     shares = [np.mean([stick_slips(machine(given | {"damping": d}), n) for n in range(80)]) for d in ratios]
     band = tuple(float(np.interp(-level, -np.array(shares), ratios)) for level in (0.95, 0.05))
     rougher = machine(given | {"scatter": 1.4})
-    response = grazing_response(rougher.oscillator, law)
+    response = grazing_response(rougher)
     chance = _Chance(machine(given), response, band).probability(rougher, response.limit)
     assert chance == pytest.approx(np.mean([stick_slips(rougher, 500 + n) for n in range(100)]), abs=0.15)
     sources = [
@@ -161,15 +157,15 @@ def test_rates_of_another_machine_follow_from_chains_of_the_given_one():
 
     def machine(values):
         belt = Oscillator(1.1 * values["mass"], 300.0, values["damping"], 1.0, 2500.0)
-        return Machine(belt, law, 0.036 * values["scatter"], length)
+        return made_of(belt, law, 0.036 * values["scatter"], length)
 
-    given = Machine(Oscillator(1.0, 316.0, 0.3, 0.948, 2500.0), law, 0.03, length)
-    response, other = grazing_response(given.oscillator, law), machine({"mass": 1.0, "damping": 0.32, "scatter": 1.0})
+    given = made_of(Oscillator(1.0, 316.0, 0.3, 0.948, 2500.0), law, 0.03, length)
+    response, other = grazing_response(given), machine({"mass": 1.0, "damping": 0.32, "scatter": 1.0})
     chance = _Chance(given, response, None)
-    rates = _Rates(given, response.limit, chance.blur(given), DEFAULTS)
+    rates = _Rates(given, response.limit, chance.blur(given))
     of_other = other, existence_limit(other.oscillator, law), (1.1, 2.5)
     for one, limit, factors in ((given, response.limit, (1.0001, 1.0001)), of_other):
-        theory = theory_or_nan(one.oscillator, law, one.deviation, length)
+        theory = durations_by_theory(one)
         periods = one.oscillator.natural_frequency_rad_per_s / (2.0 * math.pi)
         found = rates.at(one, (limit - one.oscillator.damping_ratio) / chance.blur(one))
         wanted = [periods * theory.death[0], periods * theory.birth[0]]

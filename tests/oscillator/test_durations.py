@@ -5,28 +5,22 @@ Censored durations against textbook values, intervals that cover as often as the
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import recursion
 from roughslip.oscillator.limits import hopf_damping
-from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.state_durations import durations, exponential_mean, states_of_answer, stationary_share
 from roughslip.oscillator.states import States, run_until_known
-from roughslip.oscillator.trough_chain import durations_by_theory, theory_or_nan, trough_map
-from roughslip.probability import BetaDistribution
-from tests.oscillator.motions import LAW, STUDY, Slips, lifetime
+from roughslip.oscillator.trough_chain import durations_by_theory, durations_of, trough_map
+from tests.oscillator.motions import LAW, STUDY, Slips, lifetime, machine
 
 LENGTH = 3e-4
-NEARLY_GAUSSIAN = 200.0, 200.0
 
 
 def theory(damping, deviation, length=LENGTH):
-    return durations_by_theory(trough_map(replace(STUDY, damping_ratio=damping), LAW, deviation, length))
+    return durations_of(trough_map(machine(deviation, length, damping=damping)))
 
 
 def states_in_turn(stick_slip, sliding):
@@ -111,7 +105,7 @@ def renewal(rng, again, end, state):
 def test_theory_where_a_state_lasts_for_ever(damping, stick_slip, sliding):
     """Scatter of 1e-4: well below the existence limit a cycle never fails, far above it no slip sticks. So far from it
     the chain is left out, with the same result."""
-    without_chain = theory_or_nan(replace(STUDY, damping_ratio=damping), LAW, 1e-4, LENGTH)
+    without_chain = durations_by_theory(machine(1e-4, damping=damping))
     for found in (theory(damping, 1e-4), without_chain):
         assert (found.stick_slip[0], found.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
 
@@ -131,8 +125,7 @@ def test_intervals_of_resampled_spells_hold_the_means():
 def test_without_friction_s_drift_a_map_is_that_of_the_flow():
     """At the Hopf damping small loops neither grow nor shrink, and beyond it they shrink by exp(-2 pi d)."""
     for excess in (0.0, 0.02):
-        belt = replace(STUDY, damping_ratio=hopf_damping(STUDY, LAW) + excess)
-        troughs = trough_map(belt, LAW, 1e-9, LENGTH)
+        troughs = trough_map(machine(1e-9, damping=hopf_damping(STUDY, LAW) + excess))
         first, second = troughs.following[1:3] / troughs.start[:2]
         assert 2 * first - second == pytest.approx(math.exp(-2 * math.pi * excess), abs=0.03)
 
@@ -140,7 +133,7 @@ def test_without_friction_s_drift_a_map_is_that_of_the_flow():
 @pytest.mark.slow
 def test_scatter_of_a_small_loop_is_that_of_a_linear_oscillator():
     """White friction: each quadrature gains pi S in a loop, S = 2 (F sigma / V)^2 L / V, short of the correlation."""
-    troughs = trough_map(STUDY, LAW, 0.001, 3e-5)
+    troughs = trough_map(machine(0.001, 3e-5))
     white = 0.001 * STUDY.F / STUDY.V * math.sqrt(2 * math.pi * 3e-5 / STUDY.V)
     assert troughs.deviation[1] == pytest.approx(white, rel=0.05)
 
@@ -157,37 +150,29 @@ def test_the_logarithm_of_a_lifetime_is_a_line_against_the_inverse_variance():
     assert np.max(np.abs(slope * x + offset - y)) < 0.03 * np.ptp(y)
 
 
+def long_runs(made, count):
+    """States of runs of 5000 natural periods."""
+    return [run_until_known(made, made.kept_path([1, run]), made.paths.spacing, 5000.0)[2] for run in range(count)]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("deviation", [0.03, 0.035, 0.04, 0.05])
+@pytest.mark.parametrize("deviation", [0.03, 0.05])
 def test_theory_against_long_runs(deviation):
-    """Five dampings each, nearly Gaussian friction. Sliding within a factor of 2, stick-slip within one of 1.5."""
-    paths = recursion(gaussian(deviation), LENGTH / 4)
-    for damping in (0.28, 0.29, 0.3, 0.31, 0.32):
-        belt = replace(STUDY, damping_ratio=damping)
-        runs = [
-            run_until_known(belt, LAW, KeptPath(paths.realisation([1, run])), paths.spacing, 5000.0)[2]
-            for run in range(4)
-        ]
+    """Three dampings each, nearly Gaussian friction. Sliding within a factor of 2, stick-slip within one of 1.5."""
+    for damping in (0.28, 0.3, 0.32):
+        runs = long_runs(machine(deviation, damping=damping), 4)
         measured, expected = durations(runs, np.random.default_rng(3)), theory(damping, deviation)
         for name, factor in (("stick_slip", 1.5), ("sliding", 2.0)):
             _, low, high = getattr(measured, name)
             assert low / factor <= getattr(expected, name)[0] <= high * factor, (damping, name)
 
 
-def gaussian(deviation, length=LENGTH):
-    return FrictionProcess(BetaDistribution.of_moments(*NEARLY_GAUSSIAN, 0.3, deviation), length)
-
-
 @pytest.mark.slow
 def test_splitting_against_long_runs():
     """At a lifetime of 200 natural periods: some 200 ends in eight long runs, and eight estimates by splitting."""
-    belt, process = replace(STUDY, damping_ratio=0.28), gaussian(0.0165)
-    paths, rng = recursion(process, LENGTH / 4), np.random.default_rng(4)
-    runs = [
-        run_until_known(belt, LAW, KeptPath(paths.realisation([1, run])), paths.spacing, 5000.0)[2] for run in range(8)
-    ]
-    value, low, high = durations(runs, rng).stick_slip
-    slips = Slips(belt, LAW, process, paths.spacing)
+    made, rng = machine(0.0165, damping=0.28), np.random.default_rng(4)
+    value, low, high = durations(long_runs(made, 8), rng).stick_slip
+    slips = Slips(made)
     logs = np.log([lifetime(slips, 200, rng) for _ in range(8)])
     error = math.hypot(np.std(logs, ddof=1) / math.sqrt(8), math.log(high / low) / 3.92)
     assert 100 < value < 1000
@@ -201,7 +186,7 @@ def test_splitting_against_long_runs():
 )
 def test_long_lifetimes_of_theory_against_splitting(damping, length, deviation, order, runs):
     """Within a factor of 3. The chance of failure is the mean of several runs: one of six at 1e6 errs by seven."""
-    slips = Slips(replace(STUDY, damping_ratio=damping), LAW, gaussian(deviation, length), length / 4)
+    slips = Slips(machine(deviation, length, damping=damping))
     rates = [1 / lifetime(slips, 1000, np.random.default_rng(5 + run)) for run in range(runs)]
     mean_time = 1 / float(np.mean(rates))
     assert order / 2.5 < mean_time < 2.5 * order

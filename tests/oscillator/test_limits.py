@@ -33,6 +33,7 @@ from roughslip.oscillator.limits import (
     limit_cycle,
     slip_loop,
 )
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
 from roughslip.oscillator.slip_flow import SlipFlow, next_peak, slip_flow, stiff_return
@@ -211,7 +212,7 @@ def test_cycles_are_counted_by_their_period(law, periods):
     From rest the mass first departs at tau = X_d / V. Then every cycle is the first one again.
     """
     dampings = [0.0, 0.05, 0.17, 0.23, 0.3, 0.324, 0.325, 0.34, 0.6, 0.99, 1.5]
-    counts = ensemble(STUDY, law, [None], duration_periods=periods, over={"damping": dampings})
+    counts = ensemble(Machine(STUDY, law), [None], duration_periods=periods, over={"damping": dampings})
     for damping, cycles, last in zip(dampings, counts.cycles[0], counts.last_cycle[0], strict=True):
         if damping >= existence_limit(STUDY, law):
             assert (cycles, last) == (0, 0.0)
@@ -230,7 +231,7 @@ JUMP = CoulombLaw(0.3, 0.3 + STUDY.V / STUDY.F)
 
 @pytest.fixture(scope="module")
 def response():
-    return grazing_response(STUDY, LAW)
+    return grazing_response(Machine(STUDY, LAW))
 
 
 def peak_at(law, damping, shift=0.0):
@@ -252,14 +253,12 @@ def test_responses_are_difference_quotients(response):
 def test_the_departure_point_matters_where_friction_jumps(response):
     """Of Coulomb's law, which does not turn at the belt. Without a jump the mass departs along the belt's line, y' = 1
     and w' = 0, so that an earlier departure is the same orbit."""
-    h, jump = 1e-4, grazing_response(STUDY, JUMP)
+    h, jump = 1e-4, grazing_response(Machine(STUDY, JUMP))
     slope = (peak_at(JUMP, jump.limit, h) - peak_at(JUMP, jump.limit, -h)) / (2 * h)
-    departure = jump.kernel - grazing_response(STUDY, JUMP, stochastic_static_limit=False).kernel
-    assert not departure[1:].any()
-    assert departure[0] == pytest.approx(STUDY.F / STUDY.V * slope, rel=1e-6)
-    assert departure[0] > 1.0
-    fixed = grazing_response(STUDY, LAW, stochastic_static_limit=False)
-    assert fixed.scatter(LENGTH) == pytest.approx(response.scatter(LENGTH), rel=1e-9)
+    departure = jump.kernel[0] - 0.5 * jump.kernel[1]  # the end of the trapezoidal rule has half a sample of slip
+    assert departure == pytest.approx(STUDY.F / STUDY.V * slope, rel=1e-2)
+    assert departure > 1.0
+    assert response.kernel[0] == pytest.approx(0.5 * response.kernel[1], rel=1e-2)
 
 
 def test_long_windows_move_the_limit_farther_until_friction_is_constant_over_a_loop(response):
@@ -290,7 +289,7 @@ def test_a_constant_factor_moves_the_limit_as_the_normal_force_does(law):
     The paper's oscillator has d ln D / d ln N = 0.933: long waves of the friction of a pad, which only change the force
     on it, move its limit by 0.933 of their coefficient of variation.
     """
-    response, h = grazing_response(STUDY, law, scatter="multiplicative"), 1e-3
+    response, h = grazing_response(Machine(STUDY, law, options=MotionOptions(scatter="multiplicative"))), 1e-3
     more, less = (
         existence_limit(replace(STUDY, normal_force_n=STUDY.normal_force_n * math.exp(step)), law) for step in (h, -h)
     )

@@ -18,9 +18,10 @@ from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.oscillator.states import time_scales
-from tests.oscillator.motions import LAW, STUDY, F, V, coulomb
+from tests.oscillator.motions import LAW, STUDY, F, V, coulomb, machine
 
 COULOMB = StribeckLaw(fit=0.0, decay_s_per_m=0.0, quadratic_s2_per_m2=0.0)
 UNDAMPED = replace(STUDY, damping_ratio=0.0)
@@ -60,10 +61,9 @@ def test_count_of_the_study():
 
 def test_trajectory_draws_the_motion():
     """Same events as simulate, stick lines exact, X' = V there, slip on the closed form."""
-    path = np.full(20_000, -0.1)
-    options = MotionOptions(stochastic_static_limit=False)
-    drawn = trajectory(UNDAMPED, COULOMB, path, 1e-4, 3.0, replace(options, samples_per_period=500))
-    plain = simulate(UNDAMPED, COULOMB, path, 1e-4, 3.0, options)
+    law, path = CoulombLaw(0.3, 0.4), np.zeros(20_000)
+    drawn = trajectory(UNDAMPED, law, path, 1e-4, 3.0, MotionOptions(samples_per_period=500))
+    plain = simulate(UNDAMPED, law, path, 1e-4, 3.0)
     assert np.array_equal(drawn.motion.time, plain.time)
     assert drawn.time.size == 1500
     leave, back, again = plain.time[:3]
@@ -293,19 +293,21 @@ def test_limits_cycles_and_counts():
         assert getattr(cycles[1], name) == pytest.approx(METRE * getattr(cycles[0], name), rel=1e-9)
     for name in ("slip_duration", "period"):
         assert getattr(cycles[1], name) == pytest.approx(getattr(cycles[0], name), rel=1e-12)
-    responses = grazing_response(free, first), grazing_response(other, second)
+    responses = grazing_response(Machine(free, first)), grazing_response(Machine(other, second))
     assert responses[1].scatter(METRE * 3e-4) == pytest.approx(responses[0].scatter(3e-4), rel=1e-6)
     np.testing.assert_allclose(responses[1].slipped, METRE * responses[0].slipped, atol=1e-8 * METRE)
-    assert time_scales(other, second, METRE * 3e-4) == pytest.approx(time_scales(free, first, 3e-4), rel=1e-9)
+    assert time_scales(machine(0.03, METRE * 3e-4, other, second)) == pytest.approx(
+        time_scales(machine(0.03, 3e-4, free, first)), rel=1e-9
+    )
     dampings, path = {"damping": [0.1, 0.3, 0.4]}, 0.2 * NODES
     for one, two in (
         (
-            ensemble(free, first, [None], 0.0, 30.0, over=dampings),
-            ensemble(other, second, [None], 0.0, 30.0, over=dampings),
+            ensemble(Machine(free, first), [None], 0.0, 30.0, over=dampings),
+            ensemble(Machine(other, second), [None], 0.0, 30.0, over=dampings),
         ),
         (
-            ensemble(free, first, [path], 1e-3, 10.0, over=dampings),
-            ensemble(other, second, [path], 1e-3 * METRE, 10.0, over=dampings),
+            ensemble(Machine(free, first), [path], 1e-3, 10.0, over=dampings),
+            ensemble(Machine(other, second), [path], 1e-3 * METRE, 10.0, over=dampings),
         ),
     ):
         np.testing.assert_array_equal(two.cycles, one.cycles)

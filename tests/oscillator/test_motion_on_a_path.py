@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from roughslip.errors import ParameterError
 from roughslip.oscillator.counts import ensemble
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
@@ -150,15 +151,13 @@ def test_turning_point_between_steps():
 
 
 def test_departure_follows_the_path():
-    """Each departure at F (0.4 + mu_S(s)) - 2 D V; with a constant limit at F max(0.4, 0.4 + mu_S(s)) - 2 D V."""
+    """Each departure at F (0.4 + mu_S(s)) - 2 D V."""
     path, spacing = wave()
     mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))
-    for stochastic in (True, False):
-        motion = simulate(STUDY, LAW, path, spacing, 8.0, MotionOptions(stochastic_static_limit=stochastic))
-        leave = motion.kind == DEPARTURE
-        scatter = mu_s(motion.slipped_distance[leave])
-        limit = 0.4 + (scatter if stochastic else np.maximum(scatter, 0.0))
-        assert motion.position[leave] == pytest.approx(F * limit - 2 * 0.17 * V, rel=1e-12)
+    motion = simulate(STUDY, LAW, path, spacing, 8.0)
+    leave = motion.kind == DEPARTURE
+    limit = 0.4 + mu_s(motion.slipped_distance[leave])
+    assert motion.position[leave] == pytest.approx(F * limit - 2 * 0.17 * V, rel=1e-12)
 
 
 def test_negative_friction_is_cut_and_counted():
@@ -200,7 +199,7 @@ def test_counts_of_an_ensemble_are_those_of_single_runs():
     omega and D; another parameter is refused."""
     path, spacing = wave(length=1.0)
     paths, values = [path, itertools.repeat(path[:50]), None], {"belt_velocity": [0.5, 0.9], "load": [2e3, 3e3, 4e3]}
-    counts = ensemble(STUDY, LAW, paths, spacing, 30.0, over=values)
+    counts = ensemble(Machine(STUDY, LAW), paths, spacing, 30.0, over=values)
     for place in np.ndindex(3, 2, 3):
         velocity, load = values["belt_velocity"][place[1]], values["load"][place[2]]
         belt = replace(STUDY, belt_velocity_m_per_s=velocity, normal_force_n=load)
@@ -208,7 +207,9 @@ def test_counts_of_an_ensemble_are_those_of_single_runs():
         single = motion.cycles, motion.micro_slips, motion.last_cycle, motion.cuts
         assert tuple(getattr(counts, name)[place] for name in ("cycles", "micro_slips", "last_cycle", "cuts")) == single
     stiffer = replace(STUDY, natural_frequency_rad_per_s=2 * 316.0, damping_ratio=STUDY.damping_ratio / 2)
-    runs = ensemble(STUDY, LAW, [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]})
+    runs = ensemble(
+        Machine(STUDY, LAW), [None], duration_periods=30.0, over={"stiffness": [4 * STUDY.stiffness_n_per_m]}
+    )
     assert runs.cycles.tolist() == [[simulate(stiffer, LAW, duration_periods=30.0).cycles]]
     refused = (
         ({"speed": [1.0]}, "over must have values of damping.* not of speed"),
@@ -219,7 +220,7 @@ def test_counts_of_an_ensemble_are_those_of_single_runs():
     )
     for wrong, line in refused:
         with pytest.raises(ParameterError, match=line):
-            ensemble(STUDY, LAW, [None], over=wrong)
+            ensemble(Machine(STUDY, LAW), [None], over=wrong)
 
 
 @pytest.mark.parametrize("size", [1, 3, 1000])

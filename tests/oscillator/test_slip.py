@@ -51,7 +51,7 @@ def start(x, u, sigma=1.0):
 
 
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, settings=None, path=NO_PATH):
-    settings = settings or Settings(1e-9, True)
+    settings = settings or Settings(1e-9)
     since = y.tau if allowed == 0.0 else -1.0
     control, horizon = StepControl(allowed, 0.0, 0.0, -1), Horizon(duration, 1000)
     return slip(y, since, control, False, sigma, path, p, settings, horizon, Samples(1.0, NONE, NONE))
@@ -69,7 +69,7 @@ def test_step_to_node_solves_its_cubic(rates):
 
 def test_velocity_of_the_belt_is_met_to_rounding():
     """Undamped, constant friction: X' = V at twice the angle to the bottom, and X there mirrors the start."""
-    end = phase(start(0.013, V), settings=Settings(1e-12, True))
+    end = phase(start(0.013, V), settings=Settings(1e-12))
     assert (end.status, end.y.u, end.backwards) == (Status.AT_BELT, V, True)
     assert end.y.tau == pytest.approx(2 * math.pi - 2 * math.atan2(0.013 - 0.4 * F, V), abs=1e-10)
     assert end.y.x == pytest.approx(0.8 * F - 0.013, abs=1e-11 * F)
@@ -113,7 +113,7 @@ def test_double_crossing_inside_a_step_is_seen(top, h):
 def test_extreme_below_the_belt_is_passed():
     """By 1e-9 of V: the step that ends at the extreme decides, above and below it."""
     for excess, status in ((1e-9 * V, Status.AT_BELT), (-1e-9 * V, Status.TIME_OVER)):
-        phase_ = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(1e-13, True))
+        phase_ = phase(near_top(0.2, excess), duration=1.0, allowed=0.5, settings=Settings(1e-13))
         assert phase_.status == status
         assert phase_.steps < 300
 
@@ -126,8 +126,8 @@ def test_steep_friction_at_the_belt_is_not_passed_over(decay):
     """
     p = coefficients(STUDY, StribeckLaw(0.1, 0.4, decay, 0.0))._replace(D=0.0)
     y = slip_state(0.0, 0.0, V - 0.05 * F, 0.0, 1.0, FREE, p)
-    end = phase(y, allowed=0.5, p=p, settings=Settings(1e-6, True))
-    exact = phase(y, allowed=1e-3, p=p, settings=Settings(1e-12, True))
+    end = phase(y, allowed=0.5, p=p, settings=Settings(1e-6))
+    exact = phase(y, allowed=1e-3, p=p, settings=Settings(1e-12))
     assert end.error <= 1e-6 * end.y.tau * 2.0 * F  # |X| and |X'| stay below F
     assert end.y.x == pytest.approx(exact.y.x, abs=1e-6 * F)
 

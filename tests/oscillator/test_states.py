@@ -8,8 +8,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import recursion
 from roughslip.oscillator import states as module
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
@@ -17,12 +15,11 @@ from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.limits import departure_point, existence_limit, limit_cycle, slip_loop
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
-from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.slip_flow import next_peak, slip_flow, stiff_return
 from roughslip.oscillator.states import longest_slip, run_until_known, states_of, time_scales
-from roughslip.probability import BetaDistribution
-from tests.oscillator.motions import LAW, STUDY
+from tests.oscillator.motions import LAW, STUDY, machine
 
 TURN = 2.0 * math.pi
 LONG = 3.0  # natural periods
@@ -142,7 +139,7 @@ def test_coulomb_s_law_without_a_step_has_no_cycle(damping):
 def test_the_first_loading_is_no_state():
     """mu N / (k v0) = 0.7 s, 31.5 natural periods: a damped mass on a slow belt never sticks again."""
     belt = Oscillator(25.0, math.sqrt(2e6 / 25.0), 0.03, 1e-4, 400.0)
-    _, first, states = run_until_known(belt, StribeckLaw(0.35, 0.4), None, 0.0, 20.0)
+    _, first, states = run_until_known(Machine(belt, StribeckLaw(0.35, 0.4)), None, 0.0, 20.0)
     assert first == pytest.approx(departure_point(belt, StribeckLaw(0.35, 0.4)) / belt.V / TURN, rel=1e-9)
     assert first > 30.0
     assert states.stick_slip.size == 0
@@ -153,18 +150,17 @@ def test_a_run_goes_on_until_its_state_is_known():
     """On the slow belt a cycle lasts 88 natural periods, nearly all of them stick. The state after 15 shows in the
     departure 75 periods later."""
     asked = 15.0
-    run, first, states = run_until_known(SLOW, LUBRICATED, None, 0.0, asked)
+    run, first, states = run_until_known(Machine(SLOW, LUBRICATED), None, 0.0, asked)
     assert states.is_stick_slip(first + asked)
     assert run.duration / TURN > first + limit_cycle(SLOW, LUBRICATED).period / TURN
 
 
 def test_time_scales_by_hand():
-    belt = replace(STUDY, damping_ratio=0.01)
-    scales = time_scales(belt, LAW, 3e-4)
+    scales, belt = time_scales(machine(damping=0.01)), replace(STUDY, damping_ratio=0.01)
     assert scales["decays of a free vibration"] == pytest.approx(4 / (TURN * 0.01))
     assert scales["correlation lengths of friction"] == pytest.approx(3e-4 * 316 / (TURN * 0.948))
     assert scales["cycles"] == pytest.approx(10 * limit_cycle(belt, LAW).period / TURN, rel=1e-6)
-    assert math.isinf(time_scales(replace(belt, damping_ratio=0.0), LAW, 3e-4)["decays of a free vibration"])
+    assert math.isinf(time_scales(machine(damping=0.0))["decays of a free vibration"])
 
 
 def random_case(number):
@@ -208,9 +204,9 @@ def test_below_the_limit_a_nearly_undamped_mass_may_pass_the_belt_twice_without_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("batch", range(6))
+@pytest.mark.parametrize("batch", range(2))
 def test_all_functions_say_the_same_of_random_oscillators(batch):
-    """The cycle, its limit in damping, the counts and long runs from rest, of 300 cases. A limit within
+    """The cycle, its limit in damping, the counts and long runs from rest, of 100 cases. A limit within
     1e-6 of the damping is a draw."""
     for number in range(50 * batch, 50 * batch + 50):
         belt, law = random_case(number)
@@ -230,7 +226,7 @@ def test_all_functions_say_the_same_of_random_oscillators(batch):
         assert cycles >= 11 if exists else cycles == 0, number
         shares = []
         for periods in (20.0, 200.0):
-            _, first, states = run_until_known(belt, law, None, 0.0, periods)
+            _, first, states = run_until_known(Machine(belt, law), None, 0.0, periods)
             shares.append(states.share(first + 0.5 * periods, first + periods))
         assert shares == [float(exists)] * 2, number
 
@@ -240,21 +236,18 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
     """Shares of 40 runs over T and 10 T, Beta friction, where runs from rest and from sliding agree over T: within four
     standard errors of each other, family-wise over the twelve cases of both laws."""
     agreed = 0
-    for number in range(24):
+    for number in range(12):
         belt, law = random_case(number)
         if slip_loop(belt, law).cycle is None and number % 3:
             continue
         deviation, length = 0.02 * law.static, 2.0 * belt.V
-        process = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, deviation), length)
-        paths = recursion(process, length / 4)
-        kept = [KeptPath(paths.realisation([3, number, run])) for run in range(24)]
+        made = machine(deviation, length, belt, law, (2.1, 5.0))
+        made = replace(made, options=MotionOptions(1e-6))
+        kept = [made.kept_path([3, number, run]) for run in range(24)]
         states = {}
         for periods in (40.0, 400.0):
             for sliding in (False, True):
-                runs = [
-                    run_until_known(belt, law, path, paths.spacing, periods, MotionOptions(1e-6), sliding)
-                    for path in kept
-                ]
+                runs = [run_until_known(made, path, made.paths.spacing, periods, sliding) for path in kept]
                 shares = np.nan_to_num([s.share(first + 0.5 * periods, first + periods) for _, first, s in runs])
                 states[periods, sliding] = float(shares.mean()), float(shares.std(ddof=1)) / math.sqrt(len(kept))
         (rest, error), (slid, other) = states[40.0, False], states[40.0, True]
@@ -262,7 +255,7 @@ def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
             agreed += 1
             later, later_error = states[400.0, False]
             assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
-    assert agreed >= 5
+    assert agreed >= 3
 
 
 def test_an_unknown_state_is_an_error_with_the_time_that_was_run(monkeypatch):
@@ -270,6 +263,6 @@ def test_an_unknown_state_is_an_error_with_the_time_that_was_run(monkeypatch):
     monkeypatch.setattr(module, "EXTENSIONS", 1)
     until = departure_point(STUDY, LAW) / STUDY.V / TURN
     with pytest.raises(ConvergenceError, match="do not show when the mass leaves the belt: raise the ") as caught:
-        run_until_known(STUDY, LAW, np.full(9, 5.0), 1.0, 0.5)
+        run_until_known(Machine(STUDY, LAW), np.full(9, 5.0), 1.0, 0.5)
     run = float(str(caught.value).split()[0])
     assert run == pytest.approx(0.5 + longest_slip(STUDY, LAW) + until + 1.0, rel=5e-3)  # of three digits

@@ -94,9 +94,7 @@ class Equation:
     def limit(self, s: np.ndarray) -> np.ndarray:
         """Return the largest force [m] of stick."""
         static, scatter = self.law.static, self.scatter(s)
-        if self.options.stochastic_static_limit:
-            return self.oscillator.F * np.maximum(static + scatter, 0.0)
-        return self.oscillator.F * np.maximum(np.maximum(static, float(self.law.mu(0.0)) + scatter), 0.0)
+        return self.oscillator.F * np.maximum(static + scatter, 0.0)
 
     def slip(self, start: np.ndarray, h: np.ndarray, steps: int) -> np.ndarray:
         """Return X and X' after slips of h each in so many steps, from start : (tau, X, X', s, sign of v_rel)."""
@@ -198,7 +196,6 @@ def attempt(trial: Trial) -> None:
     nodes = size_of_path * rng.uniform(-1, 1, BLOCK) if size_of_path > 0 else np.zeros(0)
     options = MotionOptions(
         tolerance=float(choose(rng, TOLERANCES, TOLERANCE_SHARES)),
-        stochastic_static_limit=bool(rng.integers(2)),
         samples_per_period=SAMPLES,
     )
     equation, F = Equation(oscillator, law, nodes, travel / per_cycle, options), oscillator.F

@@ -9,9 +9,8 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from roughslip.friction import FrictionProcess, path_sampler
+from roughslip.friction import Friction
 from roughslip.oscillator import (
-    KeptPath,
     Machine,
     Oscillator,
     TableLaw,
@@ -20,7 +19,6 @@ from roughslip.oscillator import (
     grazing_response,
     run_until_known,
 )
-from roughslip.probability import BetaDistribution
 from roughslip.record.fit import fit_record
 from roughslip.stages.from_scene.uncertain_inputs import law_of_record, sources_of_record
 from tests.record.test_record_fit import DEVIATION, LENGTH, around, record, stribeck
@@ -29,11 +27,15 @@ RECORDS, STICKING, RUNS, RANGE = 20, 6, 100, 4.0
 STATIC = stribeck(0.0)
 
 
+def friction(deviation, length):
+    return Friction(0.3, deviation, length, (100.0, 100.0))
+
+
 def machine_at(fastest, damping_ratio, law, scatter=(DEVIATION, LENGTH)):
     """A belt of 0.3 of the fastest speed measured; V is two lengths and F five V."""
     speed = 0.3 * fastest
     omega = speed / (2.0 * LENGTH)
-    return Machine(Oscillator(1.0, omega, damping_ratio, speed, 5.0 * speed * omega), law, *scatter)
+    return Machine(Oscillator(1.0, omega, damping_ratio, speed, 5.0 * speed * omega), law, friction(*scatter))
 
 
 @pytest.fixture(scope="module")
@@ -42,19 +44,16 @@ def truth():
     fastest = record(0, span=RANGE).speed.max()
     shares = np.geomspace(1e-3, 1.5, 60)
     law = TableLaw((0.0, *(fastest * shares)), (STATIC, *stribeck(shares)), STATIC)
-    paths = path_sampler(FrictionProcess(BetaDistribution.of_moments(100.0, 100.0, 0.3, DEVIATION), LENGTH), LENGTH / 4)
     limit = existence_limit(machine_at(fastest, 0.1, law).oscillator, law)
     ratios = np.linspace(0.5, 1.2, 11) * limit
 
-    def stick_slips(belt, number):
+    def stick_slips(made, number):
         time = 10.0 * (1.0 + (number * 0.618) % 1.0)
-        path = KeptPath(paths.realisation([5, number]))
-        _, first, states = run_until_known(belt, law, path, paths.spacing, time)
+        _, first, states = run_until_known(made, made.kept_path([5, number]), made.paths.spacing, time)
         return states.is_stick_slip(first + time)
 
     counted = [
-        np.mean([stick_slips(machine_at(fastest, ratio, law).oscillator, number) for number in range(RUNS)])
-        for ratio in ratios
+        np.mean([stick_slips(machine_at(fastest, ratio, law), number) for number in range(RUNS)]) for ratio in ratios
     ]
     return fastest, ratios, np.array(counted), limit
 
@@ -73,7 +72,7 @@ def interval(found, made, static, apart):
         of_scatter = np.multiply((scatter.standard_deviation, scatter.correlation_length_m), factors)
         return made(law_of_record(own, drawn), of_scatter.tolist())
 
-    fitted = grazing_response(machine({}).oscillator, own).limit
+    fitted = grazing_response(machine({})).limit
     stored = {"record_mean": 0.3, "curve": curve.friction, "curve_factor": curve.factor}
     stored |= {"curve_at_rest": curve.at_rest, "curve_factor_at_rest": curve.factor_at_rest}
     sources = sources_of_record(stored | {"additive_log_covariance": scatter.log_covariance}, "additive")

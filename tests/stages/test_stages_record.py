@@ -1,7 +1,6 @@
 """A record as the friction of a scene: what is stored is read back, and gives law and process of the oscillator."""
 
 from argparse import Namespace
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,12 +9,11 @@ from roughslip import store
 from roughslip.figures.figure_record import DRAWN, figure_record
 from roughslip.friction import scatter_of_friction
 from roughslip.friction.moving_average import moving_average
-from roughslip.oscillator.stick_slip import leaves_known_speeds
-from roughslip.probability import beta_moments
+from roughslip.oscillator.answers import leaves_known_speeds
 from roughslip.record.process import Scatter
 from roughslip.scene.types import scene_of
 from roughslip.stages import record
-from roughslip.stages.from_scene import mass_on_belt, variation
+from roughslip.stages.from_scene.machine import friction_of, machine_of
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.usage import Usage
 from roughslip.surface import covariance_of
@@ -51,41 +49,36 @@ def recorded(tmp_path_factory):
 def test_the_law_of_the_oscillator_is_the_measured_curve(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
     result = store.read(output)
-    curve = mass_on_belt.curve_of(result)
-    numbers = mass_on_belt.friction_numbers(scene, output)
-    law = mass_on_belt.law(scene, numbers)
-    assert law.mu(curve.speeds_m_per_s) == pytest.approx(curve.friction, rel=1e-12)
+    law = machine_of(scene, output).law
+    assert law.mu(result["curve_speed"]) == pytest.approx(result["curve"], rel=1e-12)
     assert law.fastest_known == pytest.approx(2e-3, rel=0.02)
     assert law.slowest_known == pytest.approx(2e-3 * np.exp(-3.0), rel=0.02)
-    assert law.static == max(OSCILLATOR["static_friction"], curve.friction[0])
+    assert law.static == max(OSCILLATOR["static_friction"], result["curve"][0])
 
 
 def test_a_mean_that_is_varied_takes_the_curve_with_it(recorded):
     scene, output = scene_of(recorded[0] | {"ensemble": {}}), recorded[1]
-    numbers = mass_on_belt.friction_numbers(scene, output)
-    more = variation.changed(scene, numbers, {"mean_friction": 1.2 * numbers.mean})
+    own = machine_of(scene, output)
+    more = own.changed({"mean_friction": 1.2 * own.friction.mean})
     speeds = np.array([1e-4, 5e-4, 2e-3])
-    assert more.law.mu(speeds) == pytest.approx(1.2 * mass_on_belt.law(scene, numbers).mu(speeds), rel=1e-12)
+    assert more.law.mu(speeds) == pytest.approx(1.2 * own.law.mu(speeds), rel=1e-12)
 
 
 def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
     scene, output = scene_of(recorded[0]), recorded[1]
-    scatter = mass_on_belt.scatter_of(store.read(output), "additive")
-    process = mass_on_belt.friction_process(scene, mass_on_belt.friction_numbers(scene, output), output)
-    assert process.correlation_length_m == scatter.correlation_length_m
-    assert process.autocorrelation(np.array([scatter.correlation_length_m])) == pytest.approx([np.exp(-1)])
-    marginal = process.marginal
-    assert marginal.scale * beta_moments(marginal.a, marginal.b)[1] == pytest.approx(scatter.standard_deviation)
-    low, high = scatter.interval()[0]
-    assert low < 0.02 < high
+    result, process = store.read(output), friction_of(scene, output).process
+    assert process.correlation_length_m == result["additive_length"]
+    assert process.autocorrelation(np.array([process.correlation_length_m])) == pytest.approx([np.exp(-1)])
+    assert process.marginal.standard_deviation == pytest.approx(result["additive_std"])
 
 
-def test_a_triangle_is_that_of_the_oscillator_too(recorded):
+def test_a_triangle_is_that_of_the_oscillator_too(recorded, tmp_path):
     """An average over a window of two lengths: nothing beyond it."""
-    scene, output = scene_of(recorded[0]), recorded[1]
-    result = store.read(output)
-    stored = {name: result[name] for name in result} | {"additive_shape": np.array(["triangle"])}
-    process = mass_on_belt.friction_process(scene, mass_on_belt.of_record(scene, stored), output)
+    scene, result = scene_of(recorded[0]), store.read(recorded[1])
+    variables = {name: result.variable(name) for name in result}
+    variables["additive_shape"] = variables["additive_shape"]._replace(values=np.array(["triangle"]))
+    store.write(tmp_path / "record.nc", variables, store.Key({}, "code"))
+    process = friction_of(scene, tmp_path / "record.nc").process
     lags = process.correlation_length_m * np.array([0.0, 0.5, 1.0, 2.0, 3.0])
     assert process.autocorrelation(lags) == pytest.approx([1.0, 0.75, 0.5, 0.0, 0.0])
     assert moving_average(process, process.correlation_length_m / 16).correlation_error < 0.01
@@ -94,18 +87,16 @@ def test_a_triangle_is_that_of_the_oscillator_too(recorded):
 def test_multiplicative_scatter_is_over_the_mean(recorded):
     values, output = recorded
     scene = scene_of(values | {"friction": values["friction"] | {"scatter": "multiplicative"}})
-    numbers = mass_on_belt.friction_numbers(scene, output)
-    relative = mass_on_belt.scatter_of(store.read(output), "multiplicative").standard_deviation
-    assert numbers.standard_deviation / numbers.mean == pytest.approx(relative)
+    friction, relative = friction_of(scene, output), store.read(output)["multiplicative_std"]
+    assert friction.deviation / friction.mean == pytest.approx(float(relative)) == friction.path_deviation
 
 
 @pytest.mark.parametrize(("velocity", "outside"), [(5e-4, True), (1e-3, False), (3e-3, True)])
 def test_an_answer_outside_the_measured_speeds_is_not_identified(recorded, velocity, outside):
     """Known from 0.1 mm/s, more than a tenth of 0.5 mm/s, to 2 mm/s; a light load lets no slip be much faster."""
     scene, output = scene_of(recorded[0]), recorded[1]
-    law = mass_on_belt.law(scene, mass_on_belt.friction_numbers(scene, output))
-    belt = replace(mass_on_belt.oscillator(scene), belt_velocity_m_per_s=velocity, normal_force_n=0.1)
-    assert leaves_known_speeds(belt, law) == outside
+    machine = machine_of(scene, output).changed({"belt_velocity": velocity, "load": 0.1})
+    assert leaves_known_speeds(machine) == outside
 
 
 def test_the_figure_draws_what_is_stored(recorded):

@@ -1,7 +1,5 @@
 """From a scene, and from the model of a scan, to meshes, windows, nodes, surfaces, targets and variables.
 
-What follows from a change of one parameter of the oscillator: the other parts of the machine stay as they are.
-
 What all stages share: errors in one line, the record of cost, their end, the sum of costs, the report.
 """
 
@@ -17,20 +15,17 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, InputError
 from roughslip.grid import Grid
-from roughslip.oscillator.changed import damper_kg_per_s
-from roughslip.probability import BetaDistribution, beta_moments
+from roughslip.probability import BetaDistribution
 from roughslip.scan.statistics import fitted_marginal, scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total
-from roughslip.stages.from_scene import expansion, geometry, surface_model, variation
+from roughslip.stages.from_scene import expansion, geometry, surface_model
 from roughslip.stages.from_scene.expansion import directions
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
-from roughslip.stages.from_scene.mass_on_belt import FrictionNumbers
-from roughslip.stages.from_scene.variation import PARAMETERS, changeable, changed, system
 from roughslip.stages.report import read_scene
 from roughslip.stages.result_tables import scan_table
 from roughslip.stages.runtime.command import execute
@@ -38,7 +33,6 @@ from roughslip.stages.runtime.usage import Usage
 from roughslip.surface.model import GaussianModel, gaussian_model
 from roughslip.surface.models import covariance_of
 from roughslip.surface.modes import karhunen_loeve
-from tests.stages.scenes import OSCILLATOR
 
 # Of the paper's scene: lengths that are no whole numbers of cells in floating point.
 STRIP = {
@@ -194,73 +188,6 @@ def test_signs_of_the_variables_are_those_of_surfaces_turned_with_their_nodes(la
         for (x, y), number in at.items():
             image = at[23 - x if 0 in flip else x, 23 - y if 1 in flip else y]
             np.testing.assert_allclose(even[image] @ turn, even[number] * (-1.0) ** signs[:, None], atol=1e-7)
-
-
-NUMBERS = FrictionNumbers(0.3, 0.05, 2.5e-4, 2.1, 5.0)
-SCENE = scene_of({"oscillator": OSCILLATOR})
-KEPT = {"mass_kg": 1, "k": 1, "d": 1, "v0": 1, "N": 1, "n": 1, "mean": 1, "std": 1, "L": 1, "static": 1}
-CHANGES = {
-    "damping": {"d": 2},
-    "belt_velocity": {"v0": 2},
-    "mass": {"mass_kg": 2},
-    "stiffness": {"k": 2},
-    "load": {"N": 2},
-    "windows": {"n": 2},
-    "correlation_length": {"L": 2},
-    "mean_friction": {"mean": 1.2, "std": 1.2},
-}
-
-
-def parts(one):
-    return {
-        "mass_kg": one.belt.mass_kg,
-        "k": one.belt.stiffness_n_per_m,
-        "d": damper_kg_per_s(one.belt),
-        "v0": one.belt.belt_velocity_m_per_s,
-        "N": one.belt.normal_force_n,
-        "n": one.windows,
-        "mean": one.law.fit,
-        "std": one.numbers.standard_deviation,
-        "L": one.numbers.correlation_length_m,
-        "static": one.law.static,
-    }
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_a_change_leaves_all_other_parts_of_the_machine_alone(name):
-    own = system(SCENE, NUMBERS)
-    factor = max(CHANGES[name].values())
-    other = changed(SCENE, NUMBERS, {name: factor * PARAMETERS[name].value(own)})
-    assert PARAMETERS[name].value(other) == pytest.approx(factor * PARAMETERS[name].value(own), rel=1e-14)
-    expected = {part: value * (KEPT | CHANGES[name])[part] for part, value in parts(own).items()}
-    assert parts(other) == pytest.approx(expected, rel=1e-14)
-
-
-def test_mass_and_stiffness_in_proportion_scale_the_damping_ratio_alone():
-    """omega stays and D falls as 1 / m, for d stays; a damping ratio given with them holds as it is."""
-    both = {"mass": 4.0, "stiffness": 4 * 316.0**2}
-    scaled = changed(SCENE, NUMBERS, both).belt
-    assert scaled.natural_frequency_rad_per_s == pytest.approx(316, rel=1e-14)
-    assert scaled.damping_ratio == pytest.approx(0.17 / 4, rel=1e-14)
-    assert changed(SCENE, NUMBERS, both | {"damping": 0.2}).belt.damping_ratio == 0.2
-
-
-def test_windows_make_the_process_scatter_less_by_their_root():
-    for n, deviation in ((1, 0.05), (16.2, 0.05 / 4)):
-        of_mean = variation.process(SCENE, changed(SCENE, NUMBERS, {"windows": n}), None).marginal
-        _, std, _, _ = beta_moments(of_mean.a, of_mean.b)
-        assert (of_mean.upper - of_mean.lower) * std == pytest.approx(deviation, rel=1e-9)
-
-
-def test_parameters_without_effect_and_impossible_values_are_refused():
-    fixed = scene_of({"oscillator": OSCILLATOR | {"law": "table"}, "ensemble": {"marginal": "empirical"}})
-    assert set(PARAMETERS) - set(changeable(fixed)) == {"mean_friction", "windows"}
-    with pytest.raises(ParameterError, match=r"^windows has no effect in this scene; choose of: damping, "):
-        changed(fixed, NUMBERS, {"windows": 2})
-    with pytest.raises(ParameterError, match=r"mass must be finite and positive, not 0"):
-        changed(SCENE, NUMBERS, {"mass": 0})
-    with pytest.raises(InputError, match=r"static_friction: 0.4 is less than the mean friction coefficient 0.5"):
-        changed(SCENE, NUMBERS, {"mean_friction": 0.5})
 
 
 STAGE = Stage(name="contact", result="contact.nc")

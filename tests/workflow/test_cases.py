@@ -15,7 +15,7 @@ import pytest
 from roughslip import store
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene.mass_on_belt import friction_numbers, independent_windows
+from roughslip.stages.from_scene.machine import friction_of
 from roughslip.stages.result_tables.scan_table import NUMBERS
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project
@@ -149,10 +149,10 @@ def test_real_area_and_scatter_of_a_case_follow_from_its_load(cases, name):
     x = load["nominal_pressure_pa"] / (result["plasticity_index"] * hardness)
     assert result["real_area_high"] > math.erf(math.sqrt(2.0) * x)
     assert result["real_area_low"] < math.sqrt(2.0 * math.pi) * x + load["nominal_pressure_pa"] / hardness
-    numbers = friction_numbers(case, path)
-    assert numbers.mean == load["mean_friction"]
-    scatter = numbers.standard_deviation / numbers.mean / math.sqrt(independent_windows(case, path))
-    assert scatter == pytest.approx(result["load_std"] / numbers.mean, rel=1e-9)
+    friction = friction_of(case, path)
+    assert friction.mean == load["mean_friction"]
+    scatter = friction.pad_deviation / friction.mean
+    assert scatter == pytest.approx(result["load_std"] / friction.mean, rel=1e-9)
     length = scene["roughness"].get("correlation_length_m") or store.read(folder / "surface/scan.nc")["length_x"]
     contacts = load["apparent_area_m2"] / length**2 * float(result["real_area"])
     assert 0.05 < scatter * math.sqrt(contacts) < 2.0

@@ -5,6 +5,7 @@ from roughslip.friction.correlation import autocorrelation as autocorrelation
 from roughslip.friction.correlation import correlation_fit as correlation_fit
 from roughslip.friction.marginal import BetaFit as BetaFit
 from roughslip.friction.marginal import fit_beta as fit_beta
+from roughslip.friction.pad_friction import Friction as Friction
 from roughslip.friction.paths import path_sampler as path_sampler
 from roughslip.friction.paths import sample_path as sample_path
 from roughslip.friction.process import CorrelationShape as CorrelationShape

@@ -4,13 +4,14 @@
                       belt_velocity_m_per_s=0.948, normal_force_n=2500.0)
     cycles = simulate(belt, StribeckLaw(0.3), duration_periods=100.0).cycles
 
-- Oscillator, StribeckLaw, CoulombLaw, TableLaw: the system
-- simulate, trajectory: its motion, with or without scatter, by MotionOptions; ensemble: many, over any parameters
-- limit_cycle, hopf_damping, existence_limit, grazing_response: the cycle without scatter, its limits, and their shift
-- answer: whether it stick-slips with ScatteringFriction, where that ends or begins, and why, by a Sampling of runs
-- uncertainty_budget: how sure that is, and which uncertain input of a Machine decides it
-- run_until_known, states_of: when it is in stick-slip and when in steady sliding
-- durations, durations_by_theory: how long both last, by long runs and by the chain of a trough_map
+- Oscillator, StribeckLaw, CoulombLaw, TableLaw, friction_law: mass on the belt, and friction against sliding speed
+- simulate, trajectory: its motion, with or without scatter, by MotionOptions
+- limit_cycle, equilibrium, hopf_damping, existence_limit: the cycle without scatter, and its limits
+- Machine: both with the friction that scatters, `changed` in any parameter; ensemble: many of its motions
+- grazing_response, durations_by_theory: how scatter moves the limit, and how long stick-slip and sliding last
+- answer: whether it stick-slips, where that ends or begins, and why, by a Sampling of runs
+- uncertainty_budget: how sure that is, and which uncertain input decides it
+- run_until_known, states_of, durations: when it is in stick-slip and when in steady sliding, and how long
 - reattachment_statistics, count_difference: statistics of ensembles
 
 `__init__.pyi` lists all public names and their modules.

@@ -1,18 +1,15 @@
-"""Runs that tell whether a mass on a belt stick-slips, each looked at at a time of its own, and its cycles drawn."""
+"""Runs that tell whether a machine stick-slips, each looked at at a time of its own, and its cycles drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.changed import changed_oscillator
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.motion import FrictionPath, Motion, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import FrictionPath, Motion, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales
 from roughslip.validation import gate
@@ -24,34 +21,6 @@ LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
 SHOWN = 4  # cycles, or natural periods of sliding, that a picture shows
 STRAIGHT = 1e-6  # of the range of X' and X: what a sample may differ from its neighbours' mean, and be left out
 DIGITS = 5  # of the numbers of a picture
-
-
-class PathSampler(Protocol):
-    """Friction paths by their seeds, as `friction.path_sampler` gives them."""
-
-    @property
-    def spacing(self) -> float:
-        """[m] distance of the nodes."""
-
-    def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
-        """The path of a seed."""
-
-
-@gate
-@dataclass(frozen=True)
-class ScatteringFriction:
-    """Friction that scatters along the slipped distance.
-
-    paths : of mu_S, as `friction.path_sampler` gives them
-    correlation_length_m : [m] of mu_S
-    deviation : standard deviation of mu_S, for the theory of the states; None leaves theory out
-    autocorrelation : of mu_S at lags [m], as `FrictionProcess.autocorrelation`; by default exp(-s / L)
-    """
-
-    paths: PathSampler
-    correlation_length_m: float
-    deviation: float | None = None
-    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @gate
@@ -104,10 +73,7 @@ class Runs:
     The path of run i has the seed (*sampling.seed, i).
     """
 
-    own: Oscillator
-    law: FrictionLaw
-    friction: ScatteringFriction
-    options: MotionOptions
+    own: Machine
     sampling: Sampling
     kept: dict[int, KeptPath] = field(default_factory=dict)
 
@@ -115,51 +81,48 @@ class Runs:
         """The friction path of a run."""
         if number not in self.kept:
             nodes = KEPT_NODES if number < KEPT_PATHS else 0
-            self.kept[number] = KeptPath(self.friction.paths.realisation([*self.sampling.seed, number]), nodes)
+            self.kept[number] = self.own.kept_path([*self.sampling.seed, number], nodes)
         return self.kept[number]
 
-    def scales(self, belt: Oscillator) -> dict[str, float]:
-        """Natural periods that a run has to last, by each of its time scales."""
-        return time_scales(belt, self.law, self.friction.correlation_length_m)
-
-    def periods(self, belt: Oscillator) -> float:
+    def periods(self, machine: Machine) -> float:
         """Natural periods of a run after its first departure."""
         given = self.sampling.duration_periods
-        return min(max(self.scales(belt).values()), LONGEST_RUN) if given is None else float(given)
+        return min(max(time_scales(machine).values()), LONGEST_RUN) if given is None else float(given)
 
-    def one(self, belt: Oscillator, number: int, periods: float, from_sliding: bool) -> Run:
+    def one(self, machine: Machine, number: int, periods: float, from_sliding: bool) -> Run:
         """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
         time = 0.5 * periods * (1.0 + (number + 0.5) / self.sampling.realisations)
-        path, spacing = self.path(number), self.friction.paths.spacing
-        motion, first, states = run_until_known(belt, self.law, path, spacing, time, self.options, from_sliding)
+        path, spacing = self.path(number), self.own.paths.spacing
+        motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
         return Run(motion, first, states, states.is_stick_slip(first + time))
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
         """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""
-        belt = changed_oscillator(self.own, {name: value})
-        periods = self.periods(belt)
-        return np.array([self.one(belt, number, periods, False).cycles for number in numbers], dtype=bool)
+        machine = self.own.changed({name: value})
+        periods = self.periods(machine)
+        return np.array([self.one(machine, number, periods, False).cycles for number in numbers], dtype=bool)
 
     def drawn(self, path: FrictionPath, periods: float) -> Trajectory:
-        """The motion of the own oscillator from rest, sampled as finely as so long a run allows."""
-        options = replace(self.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
-        return trajectory(self.own, self.law, path, self.friction.paths.spacing, periods, options)
+        """The motion of the own machine from rest, sampled as finely as so long a run allows."""
+        own = self.own
+        options = replace(own.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
+        return trajectory(own.oscillator, own.law, path, own.paths.spacing, periods, options)
 
     def cycles_of(self, number: int, run: Run) -> np.ndarray:
-        """The whole cycles of a run of the own oscillator, as `whole_cycles` gives them."""
+        """The whole cycles of a run of the own machine, as `whole_cycles` gives them."""
         if run.motion.cycles < 2:
             return np.empty((0, 2))
         return whole_cycles(self.drawn(self.path(number), run.motion.duration / (2 * np.pi)), run.states)
 
     def curves(self, runs: Sequence[Run]) -> dict[str, Curve]:
-        """A few periods of the own oscillator, with scatter and without.
+        """A few periods of the own machine, with scatter and without.
 
         With scatter they are those of the first run that shows what most runs do.
         """
         usual = np.mean([run.cycles for run in runs]) > 0.5
         number = next(i for i, run in enumerate(runs) if run.cycles == usual)
         periods = runs[number].motion.duration / (2 * np.pi)
-        omega = self.own.natural_frequency_rad_per_s
+        omega = self.own.oscillator.natural_frequency_rad_per_s
         return {
             name: curve(self.drawn(path, periods), omega)
             for name, path in (("with_scatter", self.path(number)), ("without_scatter", None))

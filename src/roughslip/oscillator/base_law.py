@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numba.extending import overload
 
-from roughslip.errors import InputError
+from roughslip.errors import InputError, ParameterError
 from roughslip.validation import gate, not_negative
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
@@ -100,6 +100,11 @@ class FrictionLaw(ABC):
     def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
         return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
+
+    @gate
+    def times(self, factor: float) -> FrictionLaw:
+        """The law of a mean friction coefficient of the contacts that is this factor larger."""
+        raise ParameterError(f"{type(self).__name__} does not follow from a mean friction coefficient: change the law")
 
     def steeper_than(self, maximum: float) -> str:
         """What to change where |slope| exceeds `maximum` [s/m], a step for each change of friction; empty elsewhere."""

@@ -25,19 +25,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
-from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
-from roughslip.oscillator.limits import cycle_period
-from roughslip.oscillator.motion import DEFAULTS, MotionOptions
-from roughslip.oscillator.trough_chain import theory_or_nan
+from roughslip.oscillator.machine import Machine, cycle_exists
+from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import TAILS
 from roughslip.probability.level_search import first_change
 from roughslip.probability.sensitivity import Source, Split, variance_split
@@ -62,22 +58,6 @@ DISTANCES = (
 )  # (D* - D) / b of the chains; cubics of logarithms between
 LEAST_RATE = 1e-30  # [1 / natural period] taken for none
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
-
-
-@gate
-@dataclass(frozen=True)
-class Machine:
-    """A mass on a belt and its friction, at one set of inputs.
-
-    deviation, length_m : standard deviation and correlation length [m] of mu_S, of all that bears the load
-    autocorrelation : of mu_S at lags [m]; by default exp(-s / L)
-    """
-
-    oscillator: Oscillator
-    law: FrictionLaw
-    deviation: float
-    length_m: float
-    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @dataclass(frozen=True)
@@ -106,7 +86,7 @@ class Budget:
     probability : of stick-slip, given the inputs; its mean is that over all that is uncertain
     scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
     outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
-    limits : of the cycle without scatter, by names of `changed.PARAMETERS`; those that exist at the given values
+    limits : of the cycle without scatter, by names of `machine.PARAMETERS`; those that exist at the given values
     rates : [1/s] death, at which stick-slip ends, and birth, at which it begins in the time of sliding; none where they
         are not asked for, or where slip makes no chain
     """
@@ -125,7 +105,6 @@ def uncertainty_budget(
     band: tuple[float, float] | None = None,
     limits: Sequence[str] = LIMITS,
     with_rates: bool = False,
-    options: MotionOptions = DEFAULTS,
     samples: int = 128,
     seed: Sequence[int] = (0,),
 ) -> Budget:
@@ -135,7 +114,6 @@ def uncertainty_budget(
     band : damping ratios of 95 % and of 5 % stick-slip at the given values, as `answer` finds them
     limits : of damping, belt_velocity, mass, stiffness, load; damping is always among them
     with_rates : whether to compute the rates; ten chains take some seconds each
-    options : how friction enters; the tolerance is not used
     samples : a power of two; the machine is made (sources + 2) samples times
 
     Raises IllPosedError where no cycle exists without damping at the given values, ParameterError with excitation.
@@ -143,14 +121,14 @@ def uncertainty_budget(
     if band is not None and not band[0] < band[1]:
         raise ParameterError(f"band must be damping ratios of 95 % and of 5 % stick-slip, rising, not {band}")
     given = machine({name: value for source in sources for name, value in source.values.items()})
-    response = grazing_response(given.oscillator, given.law, options.stochastic_static_limit, options.scatter)
+    response = grazing_response(given)
     chance = _Chance(given, response, band)
     searched = {"damping": (response.limit, True)}
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
     beyond = dict.fromkeys(searched, 0)
-    rates = _Rates(given, response.limit, chance.blur(given), options) if with_rates else None
+    rates = _Rates(given, response.limit, chance.blur(given)) if with_rates else None
     followed = RATES if rates is not None and rates.exist else ()
 
     def of_chance(here: Machine, limit: float) -> tuple[float, list[float]]:
@@ -191,13 +169,12 @@ class _Chance:
     def __init__(self, given: Machine, response: GrazingResponse, band: tuple[float, float] | None) -> None:
         def scatter(ratio: float) -> float:
             """Of the limit for mu_S of unit variance, whose correlation is so much longer."""
-            if given.autocorrelation is None:
-                return response.scatter(ratio * given.length_m)
-            correlation = given.autocorrelation
-            return response.scatter(lambda lag: correlation(lag / ratio))
+            return response.scatter(lambda lag: given.scattering.autocorrelation(lag / ratio))
 
         self._given, self._blur, own = given, np.log([scatter(ratio) for ratio in RATIOS]), scatter(1.0)
-        self._width = self._own = max(positive("deviation", given.deviation) * own, LEAST_BLUR * response.limit)
+        self._width = self._own = max(
+            positive("the deviation of mu_S", given.scattering.path_deviation) * own, LEAST_BLUR * response.limit
+        )
         self._shift, self._of_unit = 0.0, math.log(own)
         if band is not None:
             self._shift = 0.5 * (band[0] + band[1]) - response.limit
@@ -215,9 +192,10 @@ class _Chance:
     def _factor(self, here: Machine) -> float:
         """The blur over that of the given machine."""
         belt, own = here.oscillator, self._given.oscillator
-        ratio = here.length_m / self._given.length_m * own.V / belt.V
+        friction, given = here.scattering, self._given.scattering
+        ratio = friction.correlation_length_m / given.correlation_length_m * own.V / belt.V
         of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._of_unit)
-        return here.deviation / self._given.deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
+        return friction.path_deviation / given.path_deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
 
 
 class _Rates:
@@ -226,13 +204,12 @@ class _Rates:
     exist : whether slip makes a chain at two of these at least
     """
 
-    def __init__(self, given: Machine, limit: float, blur: float, options: MotionOptions) -> None:
+    def __init__(self, given: Machine, limit: float, blur: float) -> None:
         belt, rows = given.oscillator, []
         for distance in sorted({*DISTANCES, (limit - belt.damping_ratio) / blur}):
             ratio = limit - distance * blur
             if ratio > 0.0 and DISTANCES[0] <= distance <= DISTANCES[-1]:
-                of_friction = given.deviation, given.length_m, given.autocorrelation, options
-                found = theory_or_nan(replace(belt, damping_ratio=ratio), given.law, *of_friction)
+                found = durations_by_theory(given.changed({"damping": ratio}))
                 rows.append((distance, found.death[0], found.birth[0]))
         distances, *rates = np.transpose(rows)
         known = [np.isfinite(rate) for rate in rates]
@@ -250,19 +227,14 @@ class _Rates:
         ]
 
 
-def _exists(machine: Machine, name: str) -> Callable[[float], bool | None]:
-    """Whether the cycle exists at a value of a parameter; None where slip is too stiff to tell."""
-
-    def exists(value: float) -> bool | None:
-        period = cycle_period(changed_oscillator(machine.oscillator, {name: value}), machine.law)
-        return None if period is None else period < math.inf
-
-    return exists
+def _existence(machine: Machine, name: str) -> Callable[[float], bool | None]:
+    """Whether the cycle exists, as a function of one parameter."""
+    return lambda value: cycle_exists(machine.changed({name: value}))
 
 
 def _nearest_limit(given: Machine, name: str) -> tuple[float, bool] | None:
     """The limit of the cycle nearest to the given value of a parameter, and whether the cycle exists below it."""
-    exists, own = _exists(given, name), PARAMETERS[name].value(given.oscillator)
+    exists, own = _existence(given, name), given.value(name)
     here = exists(own) if own > 0.0 else None
     if here is None:
         return None
@@ -273,7 +245,7 @@ def _nearest_limit(given: Machine, name: str) -> tuple[float, bool] | None:
 
 def _limit(machine: Machine, name: str, near: float, cycle_below: bool) -> tuple[float, bool]:
     """The limit of the cycle along a parameter, searched from a value near it; and whether there is one in reach."""
-    exists = _exists(machine, name)
+    exists = _existence(machine, name)
     here = exists(near)
     if here is None:
         return near, False

@@ -1,4 +1,4 @@
-"""Counts of cycles on friction paths, at any values of parameters of the oscillator, and the time in stick-slip."""
+"""Counts of cycles on friction paths, at any values of parameters of a machine, and the time in stick-slip."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
+from roughslip.oscillator.machine import OF_OSCILLATOR, Machine
+from roughslip.oscillator.motion import FrictionPath, simulate
 from roughslip.oscillator.states import longest_slip, states_of
 from roughslip.short_repr import short_repr
 from roughslip.validation import finite, gate
@@ -45,48 +43,45 @@ class Counts:
 
 @gate
 def ensemble(
-    oscillator: Oscillator,
-    law: FrictionLaw,
+    machine: Machine,
     paths: Sequence[FrictionPath],
     spacing_m: float = math.nan,
     duration_periods: float = 100.0,
     *,
     over: Mapping[str, Sequence[float] | np.ndarray],
-    options: MotionOptions = DEFAULTS,
 ) -> Counts:
-    """Counts of motions on each friction path while parameters of the oscillator take other values.
+    """Counts of motions on each friction path while parameters of the machine take other values.
 
     paths : each as in `simulate`, None for the motion without scatter; an iterable must start again for each value
-    over : values by parameter, in its unit: damping [-], belt_velocity [m/s], mass [kg], stiffness [N/m], load [N]; of
-        several parameters, all combinations. With mass and stiffness the damper [kg/s] stays as it is
+    over : values by parameter of the oscillator, as of `Machine.changed`: damping [-], belt_velocity [m/s], mass [kg],
+        stiffness [N/m], load [N]; of several parameters, all combinations
 
     Other arguments and errors as in `simulate`, and ParameterError for another parameter.
     """
-    unknown = ", ".join(sorted(over.keys() - PARAMETERS.keys()))
+    unknown = ", ".join(sorted(over.keys() - {*OF_OSCILLATOR}))
     if not paths:
         raise ParameterError("paths must hold a path at least, or None for the motion without scatter")
     if unknown or not over:
-        raise ParameterError(f"over must have values of {', '.join(PARAMETERS)}, not of {unknown or 'nothing'}")
+        raise ParameterError(f"over must have values of {', '.join(OF_OSCILLATOR)}, not of {unknown or 'nothing'}")
     values = {name: np.atleast_1d(finite(name, value)) for name, value in over.items()}
     for name, row in values.items():
         if row.ndim != 1 or row.size == 0:
             raise ParameterError(f"over must have a row of values of {name}, not the shape {row.shape}")
     changes = [dict(zip(values, map(float, each), strict=True)) for each in itertools.product(*values.values())]
-    belts = [changed_oscillator(oscillator, change) for change in changes]
-    rows = [
-        _row(belt, law, simulate(belt, law, path, spacing_m, duration_periods, options))
-        for path in paths
-        for belt in belts
-    ]
+    machines = [machine.changed(change) for change in changes]
+    rows = [_row(one, path, spacing_m, duration_periods) for path in paths for one in machines]
     shape = (len(paths), *(value.size for value in values.values()))
     columns = zip(*rows, strict=True)
     cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
     return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)
 
 
-def _row(oscillator: Oscillator, law: FrictionLaw, motion: Motion) -> tuple[int, int, float, float, int, int, int]:
+def _row(
+    machine: Machine, path: FrictionPath, spacing_m: float, periods: float
+) -> tuple[int, int, float, float, int, int, int]:
     """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined."""
-    share = math.nan
+    oscillator, law, share = machine.oscillator, machine.law, math.nan
+    motion = simulate(oscillator, law, path, spacing_m, periods, machine.options)
     if oscillator.q == 0.0 and oscillator.V > 0.0:
         share = states_of(motion, longest_slip(oscillator, law)).share()
     counted = motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts

@@ -53,6 +53,11 @@ class Oscillator:
         return self.mass_kg * self.natural_frequency_rad_per_s**2
 
     @property
+    def damper_kg_per_s(self) -> float:
+        """d_k = 2 D m omega [kg/s]."""
+        return 2.0 * self.damping_ratio * self.mass_kg * self.natural_frequency_rad_per_s
+
+    @property
     def F(self) -> float:
         """N / c [m]: the deflection under the normal force."""
         return self.normal_force_n / self.stiffness_n_per_m

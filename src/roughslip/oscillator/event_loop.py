@@ -32,15 +32,9 @@ UPPER, LOWER, HELD = 1, -1, 0
 
 
 @compiled()
-def static_limit(mu_s: float, stochastic: bool, p: Coefficients) -> float:
-    """The largest friction deflection F mu [m] that stick transmits.
-
-    It is never below the kinetic friction at vanishing speed: for a force between the two, neither stick nor slip would
-    satisfy the law (Filippov's sliding mode, which is stick). So a constant limit also follows mu_S upwards.
-    """
-    floor, base = (0.0, p.law.static) if stochastic else (p.law.static, p.law.rest)
-    rise = base if p.multiplies is not None else 1.0
-    return p.F * max(floor, base + rise * mu_s)
+def static_limit(mu_s: float, p: Coefficients) -> float:
+    """The largest friction deflection F mu [m] that stick transmits: static friction with mu_S, and never below 0."""
+    return p.F * max(0.0, p.law.static + (p.law.static if p.multiplies is not None else 1.0) * mu_s)
 
 
 @compiled()
@@ -169,10 +163,10 @@ def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
 
 
 @compiled()
-def start_on_belt(x: float, path: Path, stochastic: bool, p: Coefficients) -> tuple[RunState, Events]:
+def start_on_belt(x: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
     """A run that starts at X' = V and X = x [m]."""
     y = State(0.0, x, p.V, 0.0, 0.0, 0.0)
-    limit = static_limit(mu_s_at(piece_at(path, 0.0), 0.0), stochastic, p)
+    limit = static_limit(mu_s_at(piece_at(path, 0.0), 0.0), p)
     sigma = _side(0.0, x, limit, p)
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
@@ -196,7 +190,7 @@ def continue_run(
     run: RunState, events: Events, path: Path, p: Coefficients, settings: Settings, horizon: Horizon, samples: Samples
 ) -> tuple[Status, RunState, Events]:
     """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
-    status, stochastic = Status.TIME_OVER, settings.stochastic
+    status = Status.TIME_OVER
     y, sigma, limit, since, control, backwards, steps, wide, error, cuts = run
     while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
@@ -222,7 +216,7 @@ def continue_run(
             break
         y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
         since, control = y.tau, START
-        limit = static_limit(mu_s_at(piece_at(path, y.s), y.s), stochastic, p)
+        limit = static_limit(mu_s_at(piece_at(path, y.s), y.s), p)
         if limit == 0.0:
             cuts += 1
         side = HELD if phase.status == Status.NO_SLIP else _side(y.tau, y.x, limit, p)

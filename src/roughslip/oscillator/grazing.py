@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import existence_limit
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, next_peak, slip_flow
 from roughslip.short_repr import short_repr
 from roughslip.validation import gate, positive
@@ -62,13 +61,8 @@ class GrazingResponse:
 
 
 @gate
-def grazing_response(
-    oscillator: Oscillator, law: FrictionLaw, stochastic_static_limit: bool = True, scatter: str = "additive"
-) -> GrazingResponse:
+def grazing_response(machine: Machine) -> GrazingResponse:
     """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
-
-    stochastic_static_limit : whether the limit of stick, and so the departure point, moves with mu_S
-    scatter : as of `MotionOptions`
 
     Raises as `existence_limit` does.
 
@@ -83,23 +77,21 @@ def grazing_response(
     the force. Where friction does not jump at the start of slip, as in eq. (13), the first part is zero: an earlier
     departure is on the same orbit.
     """
+    oscillator, law = machine.oscillator, machine.law
     limit = existence_limit(oscillator, law)
     flow = slip_flow(replace(oscillator, damping_ratio=limit), law)
     scale = oscillator.F / oscillator.V
     departure = scale * law.static - flow.steady / oscillator.V - 2.0 * limit
     _, duration = next_peak(flow, departure, 1.0)
-    jump = law.static if stochastic_static_limit else 0.0
-    return orbit_response(oscillator, law, flow, (departure, 1.0), duration, jump, scatter)
+    return orbit_response(machine, flow, (departure, 1.0), duration, law.static)
 
 
 def orbit_response(
-    oscillator: Oscillator,
-    law: FrictionLaw,
+    machine: Machine,
     flow: SlipFlow,
     start: tuple[float, float],
     duration: float,
     static: float = 0.0,
-    scatter: str = "additive",
     samples: int = SAMPLES,
     at: float | None = None,
 ) -> GrazingResponse:
@@ -109,14 +101,15 @@ def orbit_response(
     static : limit of stick where the orbit begins with a departure that moves with mu_S; else 0
     at : [-] tau of a trough, at which the response is taken instead
     """
+    oscillator = machine.oscillator
     scale = oscillator.F / oscillator.V
     weight, (y, w), adjoint = _along_orbit(flow, start, duration, samples, along=at is not None)
     if at is not None:
         adjoint = adjoint / np.interp(at, np.linspace(0.0, duration, samples), adjoint[:, 1])
-    multiplies = scatter == "multiplicative"
+    multiplies = machine.options.scatter == "multiplicative"
     kernel = scale * weight * adjoint[:, 1]
     if multiplies:
-        kernel *= law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
+        kernel *= machine.law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
     if static > 0.0:
         kernel[0] += scale * adjoint[0, 0] * (static if multiplies else 1.0)
     return GrazingResponse(

@@ -101,8 +101,6 @@ class MotionOptions:
 
     tolerance : [-] local errors in X and in X' of the steps in a unit of tau, relative to N / c + max(|X|, |X'|); 1e-13
         to 1e-3
-    stochastic_static_limit : whether the limit of stick scatters too, as static + mu_S. If not, it is static, raised to
-        the friction at vanishing speed where that is larger
     samples_per_period : of a trajectory, at least 1 in a natural period
     scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
 
@@ -110,7 +108,6 @@ class MotionOptions:
     """
 
     tolerance: float = 1e-9
-    stochastic_static_limit: bool = True
     samples_per_period: int = 400
     scatter: str = "additive"
 
@@ -170,10 +167,9 @@ def _followed(
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"the start must be finite, not {x} m, {u} m")
-    stochastic = bool(options.stochastic_static_limit)
-    settings = Settings(float(options.tolerance), stochastic)
+    settings = Settings(float(options.tolerance))
     if u == p.V:
-        run, events = start_on_belt(float(x), feed.path, stochastic, p)
+        run, events = start_on_belt(float(x), feed.path, p)
     else:
         run, events = start_in_slip(float(x), float(u), feed.path, p)
     status = Status.NODES_OVER

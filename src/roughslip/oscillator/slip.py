@@ -63,11 +63,9 @@ class Settings(NamedTuple):
     """How a motion is integrated.
 
     tolerance : [-] of a unit of tau
-    stochastic : whether mu_S enters the limit of stick
     """
 
     tolerance: float
-    stochastic: bool
 
 
 class Horizon(NamedTuple):

@@ -21,7 +21,8 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
-from roughslip.oscillator.motion import DEFAULTS, FrictionPath, Motion, MotionOptions, simulate
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import FrictionPath, Motion, simulate
 from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
@@ -105,13 +106,7 @@ def longest_slip(oscillator: Oscillator, law: FrictionLaw) -> float:
 
 @gate
 def run_until_known(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    path: FrictionPath,
-    spacing_m: float,
-    periods: float,
-    options: MotionOptions = DEFAULTS,
-    from_sliding: bool = False,
+    machine: Machine, path: FrictionPath, spacing_m: float, periods: float, from_sliding: bool = False
 ) -> tuple[Motion, float, States]:
     """A motion of so many natural periods after its first departure, and longer until the state at their end is known.
 
@@ -122,12 +117,13 @@ def run_until_known(
     stick: by the time to the next departure and the longest slip of a cycle. Stick has a closed form, so a slow
     belt costs nothing. Raises as `simulate` and `slip_loop` do, ConvergenceError where the mass does not depart.
     """
+    oscillator, law = machine.oscillator, machine.law
     longest = longest_slip(oscillator, law)
     start: float | tuple[float, float] = (equilibrium(oscillator, law), 0.0) if from_sliding else 0.0
     turn = 2.0 * math.pi
 
     def run(duration: float) -> Motion:
-        return simulate(oscillator, law, path, spacing_m, duration, options, start)
+        return simulate(oscillator, law, path, spacing_m, duration, machine.options, start)
 
     def until_departure(position: float) -> float:
         """Natural periods of stick from X = position on, without scatter."""
@@ -154,13 +150,12 @@ def run_until_known(
     )
 
 
-def time_scales(oscillator: Oscillator, law: FrictionLaw, correlation_length_m: float) -> dict[str, float]:
+def time_scales(machine: Machine) -> dict[str, float]:
     """Natural periods that a run has to last by each of its time scales, after its first departure.
-
-    correlation_length_m : [m] of the friction, over the slipped distance
 
     Raises ParameterError for a belt at rest, and as `slip_loop` does.
     """
+    oscillator, law = machine.oscillator, machine.law
     if not oscillator.V > 0.0:
         raise ParameterError(
             "a belt at rest has no time scale of stick-slip: give it a velocity; scene key: "
@@ -172,7 +167,9 @@ def time_scales(oscillator: Oscillator, law: FrictionLaw, correlation_length_m: 
         "natural periods": NATURAL_PERIODS,
         "decays of a free vibration": DECAYS * decay,
         "slips of the cycle": CYCLES * loop.periods,
-        "correlation lengths of friction": CORRELATIONS * correlation_length_m / (turn * oscillator.V),
+        "correlation lengths of friction": CORRELATIONS
+        * machine.scattering.correlation_length_m
+        / (turn * oscillator.V),
     }
     if loop.cycle is not None:
         scales["cycles"] = CYCLES * loop.cycle.period / turn

@@ -37,7 +37,6 @@ factor of 1.5, and with splitting within one of 3 from 1e4 to 1e6 natural period
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,11 +47,11 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response, orbit_response
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, slip_loop
-from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, slip_flow
 from roughslip.oscillator.state_durations import Durations
 from roughslip.oscillator.states import LOOPS
-from roughslip.validation import gate, positive
+from roughslip.validation import gate
 
 KNOTS = 10  # depths at which the map is computed
 PER_LENGTH, FEWEST_SAMPLES, MOST_SAMPLES = 3.0, 401, 2001  # samples of a loop, by correlation lengths
@@ -122,10 +121,12 @@ def _turn(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
     return float(leg.y_events[0][0][1]), float(leg.t_events[0][0])
 
 
-def _drifting(flow: SlipFlow, oscillator: Oscillator, deviation: float, length_m: float) -> SlipFlow:
+def _drifting(flow: SlipFlow, machine: Machine) -> SlipFlow:
     """The flow with the mean force of friction met sooner."""
-    ratio = oscillator.V / length_m
-    most = (oscillator.F * deviation / oscillator.V) ** 2 * ratio
+    oscillator, friction = machine.oscillator, machine.scattering
+    gain = float(machine.law.mu(oscillator.belt_velocity_m_per_s)) if friction.multiplies else 1.0
+    ratio = oscillator.V / friction.correlation_length_m
+    most = (oscillator.F * (gain * friction.path_deviation) / oscillator.V) ** 2 * ratio
 
     def force(w: float) -> float:
         return flow.force(w) + most / (1.0 + (ratio * (1.0 - w)) ** 2)
@@ -158,43 +159,31 @@ def _reaching(flow: SlipFlow, first: float) -> float:
     return float(scipy.optimize.brentq(lambda depth: _after(flow, depth)[0] - 1.0, 1e-3 * first, deepest, rtol=1e-8))
 
 
-def _grazing(oscillator: Oscillator, law: FrictionLaw, options: MotionOptions) -> GrazingResponse:
+def _grazing(machine: Machine) -> GrazingResponse:
     """The response of the grazing orbit, its kernel in depths of the trough after a departure.
 
     At the limit D* that trough is u*, and U - u* over D* - D makes depths of damping ratios.
     """
-    response = grazing_response(oscillator, law, options.stochastic_static_limit, options.scatter)
-    ratio = oscillator.damping_ratio
+    response, ratio = grazing_response(machine), machine.oscillator.damping_ratio
     if abs(ratio - response.limit) < APART * response.limit:
         ratio = (1.0 - APART) * response.limit
-    damped = replace(oscillator, damping_ratio=ratio)
-    flow = slip_flow(damped, law)
-    depth = -_turn(flow, *_departure(damped, law, flow))[0]
+    damped = replace(machine.oscillator, damping_ratio=ratio)
+    flow = slip_flow(damped, machine.law)
+    depth = -_turn(flow, *_departure(damped, machine.law, flow))[0]
     scale = (depth - _reaching(flow, depth)) / ((response.limit - ratio) * abs(response.damping))
     return replace(response, kernel=scale * response.kernel)
 
 
-@gate
-def trough_map(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    deviation: float,
-    length_m: float,
-    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None,
-    options: MotionOptions = DEFAULTS,
-) -> TroughMap:
+def trough_map(machine: Machine) -> TroughMap:
     """The map of the troughs at the oscillator's own damping ratio.
 
-    deviation, length_m : standard deviation of mu_S, and its correlation length [m] over the slipped distance
-    autocorrelation : of mu_S at lags [m], as `FrictionProcess.autocorrelation`; by default exp(-s / L)
-
-    Raises ParameterError with excitation or a belt at rest; IllPosedError where
-    slip does not swing or reaches the belt from no trough; both and ConvergenceError as `existence_limit`.
+    Raises ParameterError with excitation or a belt at rest; IllPosedError where slip does not swing or reaches the belt
+    from no trough; both and ConvergenceError as `existence_limit`.
     """
-    positive("deviation", deviation), positive("length_m", length_m, "m")
+    oscillator, law, friction = machine.oscillator, machine.law, machine.scattering
+    length_m = friction.correlation_length_m
     flow, cycle = slip_flow(oscillator, law), slip_loop(oscillator, law).cycle
     start = _departure(oscillator, law, flow)
-    correlation = length_m if autocorrelation is None else autocorrelation
     samples = int(np.clip(PER_LENGTH * 2.0 * math.pi * oscillator.V / length_m, FEWEST_SAMPLES, MOST_SAMPLES))
 
     def loop(state: tuple[float, float]) -> tuple[float, float, float]:
@@ -205,22 +194,21 @@ def trough_map(
     def response(state: tuple[float, float]) -> tuple[float, float, GrazingResponse]:
         """The trough after a state, the time of the loop, and its response."""
         trough, down, time = loop(state)
-        return trough, time, orbit_response(oscillator, law, flow, state, time, 0.0, options.scatter, samples, down)
+        return trough, time, orbit_response(machine, flow, state, time, 0.0, samples, down)
 
-    first = *loop(start)[::2], _grazing(oscillator, law, options)
-    gain = float(law.mu(oscillator.belt_velocity_m_per_s)) if options.scatter == "multiplicative" else 1.0
-    flow = _drifting(flow, oscillator, gain * deviation, length_m)
+    first = *loop(start)[::2], _grazing(machine)
+    flow = _drifting(flow, machine)
     belt = _reaching(flow, first[0])
     depths = belt * (1.0 - np.linspace(1.0, 0.0, KNOTS + 1)[1:] ** 2)  # dense at u*, where M is steep
     peaks = [min(_after(flow, float(depth))[0], 1.0) for depth in depths]
     loops = [first, *(response((flow.at_peak(peak), peak)) for peak in peaks)]
-    variance = np.array([loop.covariance(correlation) for _, _, loop in loops])
-    beside = np.array([loop.covariance(correlation, float(loop.slipped[-1])) for _, _, loop in loops])
+    variance = np.array([loop.covariance(friction.autocorrelation) for _, _, loop in loops])
+    beside = np.array([loop.covariance(friction.autocorrelation, float(loop.slipped[-1])) for _, _, loop in loops])
     return TroughMap(
         belt=belt,
         start=depths,
         following=np.array([depth for depth, _, _ in loops]),
-        deviation=deviation * np.sqrt(np.maximum(variance, 0.0)),
+        deviation=friction.path_deviation * np.sqrt(np.maximum(variance, 0.0)),
         correlation=np.clip(beside / variance, 0.0, 0.45),
         duration=np.array([time for _, time, _ in loops]) / (2.0 * math.pi),
         stick=0.0 if cycle is None else (cycle.period - cycle.slip_duration) / (2.0 * math.pi),
@@ -258,8 +246,7 @@ def _chain(troughs: TroughMap) -> tuple[np.ndarray, np.ndarray]:
     return transitions, at_nodes(troughs.duration, float(troughs.duration[1]))
 
 
-@gate
-def durations_by_theory(troughs: TroughMap) -> Durations:
+def durations_of(troughs: TroughMap) -> Durations:
     """How long both states last by the chain of troughs; NaN is unknown."""
     transitions, times = _chain(troughs)
     nodes, j = len(times) - 1, JUNCTIONS
@@ -297,25 +284,19 @@ def _exactly(*values: float) -> Durations:
     return Durations(*(np.full(3, value) for value in values))
 
 
-def theory_or_nan(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    deviation: float,
-    length_m: float,
-    autocorrelation: Callable[[np.ndarray], np.ndarray] | None = None,
-    options: MotionOptions = DEFAULTS,
-) -> Durations:
-    """What `durations_by_theory` finds, its arguments those of `trough_map`; NaN where slip makes no chain.
+@gate
+def durations_by_theory(machine: Machine) -> Durations:
+    """How long both states last by the chain of troughs; NaN is unknown, as where slip makes no chain.
 
     Further than FAR standard deviations from the existence limit no chain is needed: either state lasts for ever.
     """
     try:
-        grazing = grazing_response(oscillator, law, options.stochastic_static_limit, options.scatter)
-        scatter = deviation * grazing.scatter(length_m if autocorrelation is None else autocorrelation)
-        if (apart := (grazing.limit - oscillator.damping_ratio) / scatter) > FAR:
+        grazing, friction = grazing_response(machine), machine.scattering
+        scatter = friction.path_deviation * grazing.scatter(friction.autocorrelation)
+        if (apart := (grazing.limit - machine.oscillator.damping_ratio) / scatter) > FAR:
             return _exactly(math.inf, math.nan, math.nan, math.nan)
         if apart < -FAR:
             return _exactly(math.nan, math.inf, 0.0, 0.0)
-        return durations_by_theory(trough_map(oscillator, law, deviation, length_m, autocorrelation, options))
+        return durations_of(trough_map(machine))
     except (ConvergenceError, IllPosedError, ParameterError):
         return _exactly(*[math.nan] * 4)

@@ -9,10 +9,9 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.oscillator.budget import Budget, uncertainty_budget
-from roughslip.oscillator.changed import PARAMETERS
+from roughslip.oscillator.machine import PARAMETERS
 from roughslip.report.words import budget_summary
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import mass_on_belt
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.from_scene.uncertain_inputs import uncertain_inputs
 from roughslip.stages.runtime.command import Job
@@ -38,14 +37,13 @@ def work(job: Job) -> None:
     if not answer["given"]:
         raise InputError(f"figure_budget: {answer['summary'][0]}")
     inputs = uncertain_inputs(job.scene, job.arguments.friction, job.arguments.scan)
-    options, seed = mass_on_belt.motion_options(job.scene), (job.scene.seed, Stream.BUDGET)
+    seed = (job.scene.seed, Stream.BUDGET)
     with job.usage.core():
         found = uncertainty_budget(
             inputs.machine,
             inputs.sources,
             band_of(answer),
             with_rates=True,
-            options=options,
             samples=SAMPLES,
             seed=seed,
         )

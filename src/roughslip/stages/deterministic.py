@@ -2,25 +2,36 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction.pad_friction import Friction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.counts import Counts
 from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
-from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import Trajectory, trajectory
 from roughslip.scene.declarations import Stage
 from roughslip.scene.friction import SCATTERS
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import mass_on_belt
-from roughslip.stages.from_scene.variation import damping_ratios
+from roughslip.stages.from_scene.machine import (
+    DISCARDED_PERIODS,
+    DRAWN_PERIODS,
+    at_penetration,
+    damping_ratios,
+    friction_of,
+    is_record,
+    is_under_load,
+    machine_of,
+    response_of_limit,
+    statistics_of,
+)
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -63,20 +74,16 @@ def where_it_exists(
 def work(job: Job) -> None:
     """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
     scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
-    numbers = mass_on_belt.friction_numbers(scene, statistics)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
+    friction, machine = friction_of(scene, statistics), machine_of(scene, statistics)
+    belt, law = machine.oscillator, machine.law
     with job.usage.core():
         limits, cycle = (np.nan, np.nan), None
         if belt.excitation_force_n == 0:
             limits = hopf_damping(belt, law), where_it_exists(existence_limit, belt, law, job)
             cycle = where_it_exists(limit_cycle, belt, law, job)
-        options = MotionOptions(mass_on_belt.TOLERANCE)
-        duration, dampings = ensemble.duration_periods, damping_ratios(scene, numbers, statistics)
-        counts = ensemble_counts(
-            belt, law, [None], duration_periods=duration, over={"damping": dampings}, options=options
-        )
-        periods = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
-        drawn = trajectory(belt, law, None, 0.0, periods, options)
+        duration, dampings = ensemble.duration_periods, damping_ratios(scene, machine, friction)
+        counts = ensemble_counts(machine, [None], duration_periods=duration, over={"damping": dampings})
+        drawn = trajectory(belt, law, None, 0.0, DISCARDED_PERIODS + DRAWN_PERIODS, machine.options)
     loading = departure_point(belt, law) / belt.V / (2 * np.pi) if belt.V > 0 else math.inf
     if belt.q == 0.0 and loading >= duration:
         job.usage.warn(
@@ -85,7 +92,7 @@ def work(job: Job) -> None:
         )
     job.usage.count(runs=counts.cycles.size + 1, cycles=int(counts.cycles.sum()))
     job.usage.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
-    variables = of_motion(limits, cycle, counts, drawn, mass_on_belt.DISCARDED_PERIODS) | of_friction(job, numbers)
+    variables = of_motion(limits, cycle, counts, drawn, DISCARDED_PERIODS) | of_friction(job, machine, friction)
     store.write(job.arguments.output, variables, job.key)
 
 
@@ -108,44 +115,44 @@ def of_motion(
     }
 
 
-def of_friction(job: Job, numbers: mass_on_belt.FrictionNumbers) -> dict[str, store.Variable]:
+def of_friction(job: Job, machine: Machine, friction: Friction) -> dict[str, store.Variable]:
     """The friction of the scene, with a warning where its windows are far from those of its load."""
-    scene, path = job.scene, job.arguments.friction
-    scatter = mass_on_belt.pad_deviation(scene, numbers, path)
-    title = "standard deviation of the friction coefficient of all windows in parallel"
-    variables = {"friction_scatter": store.Variable((), scatter, "1", title)}
-    statistics = mass_on_belt.of_windows(path)
-    if path is not None and statistics is not None and not mass_on_belt.is_under_load(statistics):
+    scene, result = job.scene, statistics_of(job.scene, job.arguments.friction)
+    columns = {
+        "scatter": (friction.pad_deviation, "1", "standard deviation of the coefficient of all windows in parallel"),
+        "mean": (friction.mean, "1", "mean friction coefficient"),
+        "standard_deviation": (friction.deviation, "1", "standard deviation of the coefficient of a window"),
+        "correlation_length_m": (friction.length_m, "m", "correlation length of the coefficient of a window"),
+    }
+    if isinstance(friction.marginal, tuple):
+        shapes = zip(("beta_a", "beta_b"), friction.marginal, strict=True)
+        columns |= {name: (value, "1", "shape of the Beta distribution of a window") for name, value in shapes}
+    variables = {f"friction_{name}": store.Variable((), *column) for name, column in columns.items()}
+    if result is not None and not is_record(result) and not is_under_load(result):
         title = (
             "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
         )
-        for kind, moved in load_responses(scene, numbers, path).items():
+        for kind, moved in load_responses(scene, result, machine, friction).items():
             variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
         percentile = scene.oscillator.penetration_percentile
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
-        warn_of_load(job, statistics, scatter)
-    own = asdict(replace(numbers, curve=None))
-    for name, value in ((name, value) for name, value in own.items() if value is not None):
-        unit = "m" if name.endswith("_m") else "1"
-        variables[f"friction_{name}"] = store.Variable((), value, unit, f"friction: {name}")
+        warn_of_load(job, result, friction.pad_deviation)
     return variables
 
 
-def load_responses(scene: Scene, numbers: mass_on_belt.FrictionNumbers, statistics: Path) -> dict[str, float]:
+def load_responses(scene: Scene, result: store.Result, machine: Machine, friction: Friction) -> dict[str, float]:
     """What each kind of scatter moves the limit of existence by with the autocorrelation of the pad under the force.
 
     To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without
     a limit.
     """
-    result, belt = store.read(statistics), mass_on_belt.oscillator(scene)
-    windows = max(mass_on_belt.at_penetration(scene, result, result["load_windows"]), 1.0)
-
-    def response(*changed: Any) -> float:
-        return mass_on_belt.response_of_limit(scene, belt, numbers, statistics, *changed)[1]
-
+    pad = replace(friction, windows=max(at_penetration(scene, result, result["load_windows"]), 1.0))
     try:
-        own = response()
-        return {kind: response(windows, kind) / own for kind in SCATTERS}
+        own = response_of_limit(machine, friction)[1]
+        return {
+            kind: response_of_limit(machine, replace(pad, multiplies=kind == "multiplicative"))[1] / own
+            for kind in SCATTERS
+        }
     except (IllPosedError, ConvergenceError):
         return dict.fromkeys(SCATTERS, math.nan)
 
@@ -154,7 +161,7 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     """Warns where the scene's windows are far from those that bear its force at its penetration."""
     section = job.scene.oscillator
     low, needed, high, std = (
-        mass_on_belt.at_penetration(job.scene, statistics, statistics[name])
+        at_penetration(job.scene, statistics, statistics[name])
         for name in ("load_windows_low", "load_windows", "load_windows_high", "load_std")
     )
     force, given = section.normal_force_n, section.windows_in_parallel

@@ -7,8 +7,9 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure_chain import CYCLE, DRAWN, figure_chain
 from roughslip.grid import Grid
 from roughslip.scene.declarations import Stage
-from roughslip.stages.from_scene import elastic, mass_on_belt, surface_model
+from roughslip.stages.from_scene import elastic, surface_model
 from roughslip.stages.from_scene.domain import own_cells
+from roughslip.stages.from_scene.machine import friction_of, friction_paths
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime.command import Job
 from roughslip.stages.runtime.drawing import save_with_numbers
@@ -92,19 +93,17 @@ def surface_and_pressure(job: Job, cycles: store.Result) -> dict[str, store.Vari
 def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     """The friction coefficient along the paths of the first runs, from their beginning."""
     scene, friction = job.scene, job.arguments.friction
-    numbers = mass_on_belt.friction_numbers(scene, friction)
-    process = mass_on_belt.friction_process(scene, numbers, friction)
-    nodes = scene.ensemble.nodes_per_correlation_length
-    paths = mass_on_belt.friction_paths(scene, process, nodes)
+    own, nodes = friction_of(scene, friction), scene.ensemble.nodes_per_correlation_length
+    paths = friction_paths(scene, own)
     seeds = ([scene.seed, Stream.PROCESS, number] for number in range(PATHS))
     drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
-    place, unit = paths.spacing * np.arange(drawn.shape[1]), mass_on_belt.unit_of_scatter(scene, numbers)
+    place = paths.spacing * np.arange(drawn.shape[1])
     return {
         "path": store.Variable(("path",), place, "m", "slipped distance"),
         "friction": store.Variable(
-            ("run", "path"), numbers.mean + unit * drawn, "1", "friction coefficient of the runs"
+            ("run", "path"), own.mean + own.unit * drawn, "1", "friction coefficient of the runs"
         ),
-        "friction_mean": store.Variable((), numbers.mean, "1", "its mean"),
+        "friction_mean": store.Variable((), own.mean, "1", "its mean"),
     }
 
 

@@ -11,9 +11,16 @@ from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.scene.declarations import Batches, Stage
-from roughslip.stages.from_scene import mass_on_belt
+from roughslip.stages.from_scene.machine import (
+    DISCARDED_PERIODS,
+    DRAWN_PERIODS,
+    damping_ratios,
+    friction_of,
+    friction_paths,
+    machine_of,
+    path_length,
+)
 from roughslip.stages.from_scene.streams import Stream
-from roughslip.stages.from_scene.variation import damping_ratios
 from roughslip.stages.runtime import skip_reasons
 from roughslip.stages.runtime.command import Job
 
@@ -48,22 +55,19 @@ class Run(NamedTuple):
 def runs_of(job: Job, taken: range) -> list[Run]:
     """The runs on each friction path, by its number."""
     scene, ensemble, statistics = job.scene, job.scene.ensemble, job.arguments.friction
-    numbers = mass_on_belt.friction_numbers(scene, statistics)
-    belt, law = mass_on_belt.oscillator(scene), mass_on_belt.law(scene, numbers)
-    process = mass_on_belt.friction_process(scene, numbers, statistics)
-    dampings = damping_ratios(scene, numbers, statistics)
-    options, periods = mass_on_belt.motion_options(scene), ensemble.duration_periods
-    until = mass_on_belt.DISCARDED_PERIODS + mass_on_belt.DRAWN_PERIODS
-    paths = mass_on_belt.friction_paths(scene, process, ensemble.nodes_per_correlation_length)
-    needed = math.ceil(mass_on_belt.path_length(belt, periods) / paths.spacing) + 1
+    friction, own = friction_of(scene, statistics), machine_of(scene, statistics)
+    belt, law, options, periods = own.oscillator, own.law, own.options, ensemble.duration_periods
+    dampings = damping_ratios(scene, own, friction)
+    until, paths = DISCARDED_PERIODS + DRAWN_PERIODS, friction_paths(scene, friction)
+    needed = math.ceil(path_length(belt, periods) / paths.spacing) + 1
     runs = []
     for row, number in enumerate(taken):
         path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
-        counts = ensemble_counts(belt, law, [path], paths.spacing, periods, over={"damping": dampings}, options=options)
+        counts = ensemble_counts(own, [path], paths.spacing, periods, over={"damping": dampings})
         nominal = simulate(belt, law, path, paths.spacing, periods, options)
         is_drawn = number < ensemble.drawn_realisations
         drawn = trajectory(belt, law, path, paths.spacing, until, options) if is_drawn else None
-        places, sticks = nominal.reattachments(mass_on_belt.DISCARDED_PERIODS), nominal.cycles + nominal.micro_slips
+        places, sticks = nominal.reattachments(DISCARDED_PERIODS), nominal.cycles + nominal.micro_slips
         runs.append(Run(counts, places, nominal.last_cycle, sticks, drawn, max(needed - path.nodes, 0)))
         job.usage.progress(row + 1, len(taken))
     return runs
@@ -115,7 +119,7 @@ def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]
     """Those that are drawn, without the periods that are discarded."""
     if not drawn:
         return {}
-    shown = drawn[0].time >= 2 * np.pi * mass_on_belt.DISCARDED_PERIODS
+    shown = drawn[0].time >= 2 * np.pi * DISCARDED_PERIODS
     variables = {"time": store.Variable(("time",), drawn[0].time[shown], "1", "tau = omega t")}
     for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
         values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,12 @@ class CoulombLaw(SceneLaw, name="coulomb"):
         """The mean friction coefficient in slip."""
         check_static(section.static_friction, mean, "stick holds less than slip")
         return cls(kinetic=mean, static=section.static_friction)
+
+    @gate
+    def times(self, factor: float) -> CoulombLaw:
+        """The limit of stick stays."""
+        check_static(self.static, factor * self.kinetic, "stick holds less than slip")
+        return replace(self, kinetic=factor * self.kinetic)
 
     @classmethod
     def example(cls, generator: np.random.Generator, static: float, speed: float) -> CoulombLaw:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,6 +51,12 @@ class StribeckLaw(SceneLaw, name="stribeck", parameters=StribeckParameters):
         """Eq. (13) with the mean friction coefficient as mu_fit."""
         check_static(section.static_friction, mean, "eq. (13) turns negative at high speed")
         return cls(mean, section.static_friction, section.stribeck_decay_s_per_m, section.stribeck_quadratic_s2_per_m2)
+
+    @gate
+    def times(self, factor: float) -> StribeckLaw:
+        """The limit of stick stays."""
+        check_static(self.static, factor * self.fit, "eq. (13) turns negative at high speed")
+        return replace(self, fit=factor * self.fit)
 
     @classmethod
     def example(cls, generator: np.random.Generator, static: float, speed: float) -> StribeckLaw:

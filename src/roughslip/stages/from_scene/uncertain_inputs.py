@@ -21,29 +21,31 @@ from roughslip.errors import IllPosedError, InputError
 from roughslip.friction.pad import pad_edges
 from roughslip.friction.scatter_law import Covariance, scatter_of_friction
 from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.budget import Machine
-from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.machine import Machine
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.scene.types import Scene
-from roughslip.stages.from_scene import elastic, mass_on_belt, variation
+from roughslip.stages.from_scene import elastic
+from roughslip.stages.from_scene.machine import at_penetration, friction_of, is_under_load, machine_of, oscillator_of
 from roughslip.stages.from_scene.surface_model import gaussian_model
 
-CURVE, PROCESS, SCAN, SURFACE, SOLVES = "friction curve", "friction process", "scan", "surface", "contact solves"
+SCAN, SURFACE, SOLVES = "scan", "surface", "contact solves"
 MEANS = ("friction.statistics.mean", "load.mean_friction", "friction.mean_at_median")  # a scene reads one of them
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
-STATIC, TABLE = "oscillator.static_friction", "oscillator.friction_table"
-OF_CURVE = (*MEANS, STATIC, "oscillator.stribeck_decay_s_per_m", "oscillator.stribeck_quadratic_s2_per_m2")
-MACHINE = {
+STATIC, TABLE, FORCE = "oscillator.static_friction", "oscillator.friction_table", "load.force_n"
+SOURCES = {  # of the numbers that a scene may give with a standard uncertainty, but for those of the surface
+    **dict.fromkeys((*MEANS, STATIC, TABLE), "friction curve"),
+    **dict.fromkeys(("oscillator.stribeck_decay_s_per_m", "oscillator.stribeck_quadratic_s2_per_m2"), "friction curve"),
+    **dict.fromkeys((SCATTER, LENGTH), "friction process"),
     "oscillator.mass_kg": "mass",
     "oscillator.natural_frequency_rad_per_s": "natural frequency",
     "oscillator.stiffness_n_per_m": "stiffness",
     "oscillator.damping_ratio": "damping",
     "oscillator.belt_velocity_m_per_s": "belt velocity",
     "oscillator.normal_force_n": "normal force",
-    "load.force_n": "normal force",
+    FORCE: "normal force",
 }
 OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
 OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
@@ -62,13 +64,8 @@ class UncertainInputs:
 
 def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = None) -> UncertainInputs:
     """What is uncertain in a scene. statistics, scan : the files of the friction and of the scan, if any"""
-    numbers = mass_on_belt.friction_numbers(scene, statistics)
-    own = variation.system(scene, numbers)
-    process = variation.process(scene, own, statistics)
-    unit = mass_on_belt.unit_of_scatter(scene, numbers)
-    deviation = mass_on_belt.pad_deviation(scene, numbers, statistics) / unit
+    own, friction = machine_of(scene, statistics), friction_of(scene, statistics)
     solved = scene.friction.statistics is None
-    multiplies = scene.friction.scatter == "multiplicative"
     recorded = () if statistics is None else sources_of_record(store.read(statistics), scene.friction.scatter)
     of_surface, powers = _of_surface(scene, scan) if solved and not recorded and scene.load is not None else ({}, {})
 
@@ -81,12 +78,13 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         scatter *= values.get("record.scatter", 1.0)
         length = factor(LENGTH) * values.get("solved.length", 1.0) * values.get("record.length", 1.0)
         scatter *= math.prod(values.get(name, 1.0) ** power for name, power in powers.items())
+        mean, deviation = of_mean * friction.mean, scatter * friction.deviation
+        section = section_at(scene, values, mean)
         return Machine(
-            _oscillator(scene, own.belt, values),
-            law_of_record(own.law, values) if recorded else _law(scene, of_mean * numbers.mean, values),
-            deviation * (scatter / of_mean if multiplies else scatter),
-            process.correlation_length_m * length,
-            process.autocorrelation,
+            oscillator_of(section),
+            law_of_record(own.law, values) if recorded else LAWS[section.law].from_scene(section, mean),
+            replace(friction, mean=mean, deviation=deviation, length_m=length * friction.length_m),
+            own.options,
         )
 
     inputs = _of_scene(scene) | {SURFACE if scan is None else SCAN: of_surface}
@@ -110,7 +108,7 @@ def sources_of_record(friction: store.Result, kind: str) -> tuple[Source, ...]:
 
 
 def law_of_record(own: FrictionLaw, values: Mapping[str, float]) -> FrictionLaw:
-    """The table of a record at other points, the first of them at rest; of limits as `mass_on_belt.of_record`."""
+    """The table of a record at other points, the first of them at rest; of limits as `machine.law_of`."""
     assert isinstance(own, TableLaw)
     points = [values.get(f"record.curve.{point}", value) for point, value in enumerate(own.values)]
     static = max(values.get(STATIC, own.static), points[1])
@@ -148,12 +146,11 @@ def value_of(scene: Scene, key: str) -> float:
 
 def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
     """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
-    inputs: dict[str, dict[str, tuple[float, float]]] = {CURVE: {}, PROCESS: {}}
+    inputs: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in ("friction curve", "friction process")}
     for key, uncertainty in scene.standard_uncertainties:
         if key in OF_SURFACE.values():
             continue
-        is_curve = key in OF_CURVE or key.startswith(f"{TABLE}.")
-        name = CURVE if is_curve else PROCESS if key in (SCATTER, LENGTH) else MACHINE[key]
+        name = SOURCES[TABLE if key.startswith(f"{TABLE}.") else key]
         inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
     return inputs
 
@@ -179,9 +176,9 @@ def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, 
     if statistics is None or scene.friction.statistics is not None:
         return {}
     result = store.read(statistics)
-    combined = "" if mass_on_belt.is_under_load(result) else "combined_"
+    combined = "" if is_under_load(result) else "combined_"
     columns = {name: f"{combined}{column}" for name, column in OF_SOLVES.items()}
-    return _relative_errors(result, columns, lambda values: mass_on_belt.at_penetration(scene, result, values))
+    return _relative_errors(result, columns, lambda values: at_penetration(scene, result, values))
 
 
 def _relative_errors(
@@ -197,31 +194,24 @@ def _relative_errors(
     return errors
 
 
-def _oscillator(scene: Scene, own: Oscillator, values: Mapping[str, float]) -> Oscillator:
-    """The mass on the belt. Where the scene gives the stiffness, the natural frequency follows from it."""
-    changes = {key.rpartition(".")[2]: value for key, value in values.items() if key in MACHINE}
-    stiffness = changes.pop("stiffness_n_per_m", scene.oscillator.stiffness_n_per_m)
-    if "force_n" in changes:
-        changes["normal_force_n"] = changes.pop("force_n")
-    if stiffness is not None:
-        changes["natural_frequency_rad_per_s"] = math.sqrt(stiffness / changes.get("mass_kg", own.mass_kg))
-    return replace(own, **changes)
+def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> SimpleNamespace:
+    """The section `oscillator` at other values of its numbers. mean : friction coefficient
 
-
-def _law(scene: Scene, mean: float, values: Mapping[str, float]) -> FrictionLaw:
-    """The friction law. A limit of stick that is the first coefficient of the table stays that; none falls below it."""
-    section = scene.oscillator
-    changes: dict[str, Any] = {key.rpartition(".")[2]: values[key] for key in OF_CURVE if key in values}
-    static = changes.get("static_friction", section.static_friction)
-    if section.friction_table is not None:
-        rows = [
-            (speed, values.get(f"{TABLE}.{row}.1", coefficient))
-            for row, (speed, coefficient) in enumerate(section.friction_table)
-        ]
-        if section.static_friction == section.friction_table[0][1]:
-            static = rows[0][1] if f"{TABLE}.0.1" in values else static
-            rows[0] = rows[0][0], static
-        changes["friction_table"] = tuple(rows)
-    minimum = mean if section.friction_table is None else changes["friction_table"][0][1]
-    changes["static_friction"] = max(static, minimum)
-    return LAWS[section.law].from_scene(SimpleNamespace(**{**vars(section), **changes}), mean)
+    Where the scene gives the stiffness, the natural frequency follows from it. A limit of stick that is the first
+    coefficient of the table stays that; none falls below it.
+    """
+    section = SimpleNamespace(**vars(scene.oscillator))
+    for key, value in values.items():
+        if key in SOURCES and key.startswith("oscillator."):
+            setattr(section, key.removeprefix("oscillator."), value)
+    section.normal_force_n = values.get(FORCE, section.normal_force_n)
+    if section.stiffness_n_per_m is not None:
+        section.natural_frequency_rad_per_s = math.sqrt(section.stiffness_n_per_m / section.mass_kg)
+    if (table := scene.oscillator.friction_table) is not None:
+        rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]
+        if scene.oscillator.static_friction == table[0][1]:
+            section.static_friction = values.get(f"{TABLE}.0.1", section.static_friction)
+            rows[0] = rows[0][0], section.static_friction
+        section.friction_table, mean = tuple(rows), rows[0][1]
+    section.static_friction = max(section.static_friction, mean)
+    return section

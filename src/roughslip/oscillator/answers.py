@@ -1,4 +1,4 @@
-"""Whether a mass on a belt stick-slips under scattering friction, where that ceases or begins, and what decides.
+"""Whether a machine stick-slips under scattering friction, where that ceases or begins, and what decides.
 
 The probability is the share of independent runs from rest that are in stick-slip at random times of their second half.
 Along each parameter the same friction paths are run again, and levels of the probability are searched
@@ -16,15 +16,13 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Sampling, ScatteringFriction
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.changed import PARAMETERS, changed_oscillator
+from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Sampling
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.limits import cycle_period, limits_or_nan, slip_loop
-from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.oscillator.limits import limits_or_nan, slip_loop
+from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
 from roughslip.oscillator.state_durations import Durations, durations
-from roughslip.oscillator.trough_chain import theory_or_nan
+from roughslip.oscillator.states import time_scales
+from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.level_search import LevelSearch, first_change
 from roughslip.validation import gate
@@ -119,10 +117,10 @@ class Answer:
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
     durations : of the states, with their rates and the share of time, from all runs
-    durations_by_theory : the same by `trough_chain`; None without `deviation` of the friction
+    durations_by_theory : the same by `trough_chain`
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
-    limits : by names of `changed.PARAMETERS`
+    limits : by names of `machine.PARAMETERS`
     smallest_change : relative, that ends stick-slip where it is likely, or begins it; None where no limit is found
     decides : mean curve or scatter
     outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
@@ -138,7 +136,7 @@ class Answer:
     decided: bool
     needs: Needed
     durations: Durations
-    durations_by_theory: Durations | None
+    durations_by_theory: Durations
     amplitude: Quantity
     amplitude_scatter: Quantity
     frequency: Quantity
@@ -153,26 +151,24 @@ class Answer:
 
 @gate
 def answer(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    friction: ScatteringFriction,
-    options: MotionOptions = DEFAULTS,
+    machine: Machine,
     sampling: Sampling = DEFAULT_SAMPLING,
-    parameters: Sequence[str] = tuple(PARAMETERS),
+    parameters: Sequence[str] = OF_OSCILLATOR,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Answer:
-    """Whether the mass stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
+    """Whether a machine stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
+    machine : with friction that scatters
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
     progress : is told how many parts are done, of how many: the runs at the scene's values, then each parameter
 
     Raises as `check_has_answer` and `simulate`.
     """
-    check_has_answer(oscillator, law)
-    runs, seed, count = Runs(oscillator, law, friction, options, sampling), sampling.seed, sampling.realisations
-    periods = runs.periods(oscillator)
+    check_has_answer(machine)
+    runs, seed, count = Runs(machine, sampling), sampling.seed, sampling.realisations
+    periods, oscillator = runs.periods(machine), machine.oscillator
     of = {
-        name: [runs.one(oscillator, number, periods, from_sliding) for number in range(count)]
+        name: [runs.one(machine, number, periods, from_sliding) for number in range(count)]
         for name, from_sliding in STARTS.items()
     }
     cycles = {name: np.array([run.cycles for run in started], dtype=bool) for name, started in of.items()}
@@ -193,19 +189,20 @@ def answer(
         probability_from_sliding=probability(cycles["from_sliding"]),
         **memory_of_the_start(runs, periods, cycles),
         durations=durations([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
-        durations_by_theory=_theory(oscillator, law, friction, options),
+        durations_by_theory=durations_by_theory(machine),
         **cycle,
         limits=limits,
         smallest_change=smallest_change(limits, share > 0.5),
-        decides=deciding(oscillator, law, share, limits.get("damping")),
-        outside_measured_speeds=leaves_known_speeds(oscillator, law),
+        decides=deciding(machine, share, limits.get("damping")),
+        outside_measured_speeds=leaves_known_speeds(machine),
         motion=runs.curves(of["from_rest"]),
         trials=trials,
     )
 
 
-def check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
+def check_has_answer(machine: Machine) -> None:
     """Raise IllPosedError where the question has no answer."""
+    belt = machine.oscillator
     if belt.excitation_force_n > 0.0:
         raise IllPosedError(
             "the mass is excited, and stick-slip and steady sliding are told apart only on the free oscillator"
@@ -213,25 +210,17 @@ def check_has_answer(belt: Oscillator, law: FrictionLaw) -> None:
     if belt.belt_velocity_m_per_s == 0.0:
         raise IllPosedError("the belt is at rest")
     try:
-        slip_loop(belt, law)
+        slip_loop(belt, machine.law)
     except ConvergenceError as error:
         raise IllPosedError(str(error)) from error
 
 
-def _theory(
-    belt: Oscillator, law: FrictionLaw, friction: ScatteringFriction, options: MotionOptions
-) -> Durations | None:
-    if friction.deviation is None:
-        return None
-    of_friction = friction.deviation, friction.correlation_length_m, friction.autocorrelation
-    return theory_or_nan(belt, law, *of_friction, options)
-
-
-def leaves_known_speeds(belt: Oscillator, law: FrictionLaw) -> bool:
+def leaves_known_speeds(machine: Machine) -> bool:
     """Whether sliding, steady or in the stick-slip cycle, is faster or slower than the friction law was measured.
 
     Each slip begins and ends at rest, so a law that is open at the belt's LEAST_KNOWN share is open where that decides.
     """
+    belt, law = machine.oscillator, machine.law
     if law.slowest_known > LEAST_KNOWN * belt.belt_velocity_m_per_s:
         return True
     return not math.isinf(law.fastest_known) and slip_loop(belt, law).fastest > law.fastest_known
@@ -268,7 +257,7 @@ def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.r
 def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]:
     """Where the probability of stick-slip crosses the levels along one parameter, either way, and the runs it took."""
     parameter = PARAMETERS[name]
-    own, unit = float(parameter.value(runs.own)), parameter.unit
+    own, unit = float(runs.own.value(name)), parameter.unit
     start = own if own > 0.0 else LEAST_DAMPING
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":
@@ -284,7 +273,7 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
                 sides[side][label] = None
                 continue
             word = "falls below" if search.count(start) > level * search.paths else "rises above"
-            outside = leaves_known_speeds(changed_oscillator(runs.own, {name: crossing.value}), runs.law)
+            outside = leaves_known_speeds(runs.own.changed({name: crossing.value}))
             sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
         sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
     return Limits(
@@ -296,8 +285,7 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
     """The value at which the stick-slip cycle without scatter ceases or begins to exist, if the search holds one."""
 
     def exists(value: float) -> bool | None:
-        period = cycle_period(changed_oscillator(runs.own, {name: value}), runs.law)
-        return None if period is None else period < np.inf
+        return cycle_exists(runs.own.changed({name: value}))
 
     return None if exists(start) is None else first_change(exists, start, reach)[1]
 
@@ -315,17 +303,17 @@ def smallest_change(limits: Mapping[str, Limits], is_likely: bool) -> Change | N
     return min(changes, key=lambda entry: entry[:2])[2] if changes else None
 
 
-def deciding(belt: Oscillator, law: FrictionLaw, share: float, damping: Limits | None) -> Decision:
+def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision:
     """Whether the mean curve of friction or its scatter decides.
 
     Scatter decides where the probability lies within the levels or denies the cycle without scatter. Else the mean
     curve decides, together with scatter where the band between the levels, in damping, is wide against the distance
     of the oscillator from the existence limit.
     """
-    (hopf, existence), ratio = limits_or_nan(belt, law), belt.damping_ratio
+    belt = machine.oscillator
+    (hopf, existence), ratio = limits_or_nan(belt, machine.law), belt.damping_ratio
     limit = None if np.isnan(existence) else existence
-    period = cycle_period(belt, law)
-    exists = None if period is None else period < np.inf
+    exists = cycle_exists(machine)
     width = None
     for side in SIDES if damping else ():
         five, ninety_five = (getattr(damping, side)[label] for label in LEVELS)
@@ -347,7 +335,7 @@ def memory_of_the_start(runs: Runs, periods: float, cycles: Mapping[str, np.ndar
     rest, sliding = cycles["from_rest"], cycles["from_sliding"]
     more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
     differ = bool(abs(more - less) > 2.0 * np.sqrt(more + less))
-    scale, needed = max(runs.scales(runs.own).items(), key=lambda pair: pair[1])
+    scale, needed = max(time_scales(runs.own).items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,
         "decided": not differ or periods >= needed * (1.0 - 1e-9),

@@ -1,0 +1,195 @@
+"""A machine: a mass on a belt, its friction law and the scatter about it, and what follows from a change of either.
+
+What is not changed stays as a part of the machine: spring k [N/m], damper d [kg/s], mass, belt velocity, normal force,
+excitation. So omega = sqrt(k / m) and D = d / (2 sqrt(k m)) follow from a change of mass or stiffness. A change of
+damping changes the damper alone. The mean friction coefficient changes with the shear strength of the contacts: mean
+and scatter in proportion, and the law as it says itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple, Protocol, Self
+
+import numpy as np
+
+from roughslip.errors import ParameterError
+from roughslip.limits import PATH_NODES
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.limits import cycle_period
+from roughslip.oscillator.motion import DEFAULTS, MotionOptions
+from roughslip.oscillator.path import KeptPath
+from roughslip.validation import gate
+
+
+class Parameter(NamedTuple):
+    """What an engineer can change: its title with its symbol, and its unit."""
+
+    title: str
+    unit: str
+
+
+PARAMETERS = {
+    "damping": Parameter("damping ratio D", "1"),
+    "belt_velocity": Parameter("belt velocity v0", "m s-1"),
+    "mass": Parameter("mass m", "kg"),
+    "stiffness": Parameter("stiffness k", "N m-1"),
+    "load": Parameter("normal force N", "N"),
+    "windows": Parameter("windows in parallel n", "1"),
+    "correlation_length": Parameter("correlation length L", "m"),
+    "mean_friction": Parameter("mean friction coefficient", "1"),
+}
+OF_FRICTION = ("windows", "correlation_length", "mean_friction")
+OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in OF_FRICTION)
+
+
+class PathSampler(Protocol):
+    """Friction paths by their seeds, as `friction.path_sampler` gives them."""
+
+    @property
+    def spacing(self) -> float:
+        """[m] distance of the nodes."""
+
+    def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
+        """The path of a seed."""
+
+
+class ScatteringFriction(Protocol):
+    """What a machine asks of the friction of the pad that bears the load: `friction.Friction` has it."""
+
+    @property
+    def mean(self) -> float:
+        """Mean friction coefficient."""
+
+    @property
+    def windows(self) -> float:
+        """Number of windows in parallel."""
+
+    @property
+    def length_m(self) -> float:
+        """[m] correlation length of one window."""
+
+    @property
+    def multiplies(self) -> bool:
+        """Whether scatter multiplies the mean curve, mu_D (1 + mu_S), or is added to it."""
+
+    @property
+    def path_deviation(self) -> float:
+        """Standard deviation of mu_S."""
+
+    @property
+    def correlation_length_m(self) -> float:
+        """[m] of mu_S."""
+
+    def autocorrelation(self, s: np.ndarray) -> np.ndarray:
+        """Autocorrelation of mu_S at lags [m]."""
+
+    def paths(self, nodes_per_length: int) -> PathSampler:
+        """Paths of mu_S without end, with so many nodes a correlation length."""
+
+    def changed(self, *, mean: float, windows: float, length_m: float) -> Self:
+        """With another mean, the scatter in proportion; other windows; another correlation length of one."""
+
+
+@gate
+@dataclass(frozen=True)
+class Machine:
+    """Oscillator, friction law and the scatter about it.
+
+    oscillator : mass, spring, damper, belt and load
+    law : mean friction against sliding speed
+    friction : its scatter along the slipped distance; None for none
+    options : how its motion is integrated; whether scatter multiplies is as the friction says
+    """
+
+    oscillator: Oscillator
+    law: FrictionLaw
+    friction: ScatteringFriction | None = None
+    options: MotionOptions = DEFAULTS
+
+    def __post_init__(self) -> None:
+        if self.friction is not None:
+            kind = "multiplicative" if self.friction.multiplies else "additive"
+            object.__setattr__(self, "options", replace(self.options, scatter=kind))
+
+    @property
+    def scattering(self) -> ScatteringFriction:
+        """The friction, of a machine that has one."""
+        if self.friction is None:
+            raise ParameterError("the machine has no friction that scatters: give it a roughslip.friction.Friction")
+        return self.friction
+
+    @gate
+    def value(self, name: str) -> float:
+        """A parameter of PARAMETERS, in its unit."""
+        belt = self.oscillator
+        if name in OF_FRICTION:
+            friction = self.scattering
+            of_friction = {"windows": friction.windows, "correlation_length": friction.length_m}
+            return of_friction.get(name, friction.mean)
+        return {
+            "damping": belt.damping_ratio,
+            "belt_velocity": belt.belt_velocity_m_per_s,
+            "mass": belt.mass_kg,
+            "stiffness": belt.stiffness_n_per_m,
+            "load": belt.normal_force_n,
+        }[name]
+
+    @gate
+    def changed(self, values: Mapping[str, float]) -> Machine:
+        """The machine with some parameters at other values.
+
+        values : by names of PARAMETERS, in their units; windows are rounded to a whole number
+
+        Given together, damping holds for the changed mass and stiffness. Raises ParameterError for another name or a
+        value that is not finite and positive (damping may be 0).
+        """
+        for name, value in values.items():
+            if name not in PARAMETERS:
+                raise ParameterError(f"a machine has no {name} to change: choose of {', '.join(PARAMETERS)}")
+            if not (math.isfinite(value) and (value > 0.0 or (name, value) == ("damping", 0.0))):
+                raise ParameterError(f"{name} must be finite and positive, not {value}")
+        changed = replace(self, oscillator=self._oscillator(values))
+        if not any(name in values for name in OF_FRICTION):
+            return changed
+        own = self.scattering
+        mean, windows = values.get("mean_friction", own.mean), values.get("windows", own.windows)
+        length = values.get("correlation_length", own.length_m)
+        friction = own.changed(mean=mean, windows=max(round(windows), 1), length_m=length)
+        law = self.law.times(mean / own.mean) if "mean_friction" in values else self.law
+        return replace(changed, law=law, friction=friction)
+
+    def _oscillator(self, values: Mapping[str, float]) -> Oscillator:
+        """The oscillator with other values."""
+        belt = self.oscillator
+        if {"mass", "stiffness"} & values.keys():
+            mass, stiffness = values.get("mass", belt.mass_kg), values.get("stiffness", belt.stiffness_n_per_m)
+            omega = math.sqrt(stiffness / mass)
+            ratio = belt.damper_kg_per_s / (2.0 * mass * omega)
+            belt = replace(belt, mass_kg=mass, natural_frequency_rad_per_s=omega, damping_ratio=ratio)
+        return replace(
+            belt,
+            damping_ratio=values.get("damping", belt.damping_ratio),
+            belt_velocity_m_per_s=values.get("belt_velocity", belt.belt_velocity_m_per_s),
+            normal_force_n=values.get("load", belt.normal_force_n),
+        )
+
+    @cached_property
+    def paths(self) -> PathSampler:
+        """Friction paths by their seeds, the same for every machine of equal friction."""
+        return self.scattering.paths(PATH_NODES)
+
+    @gate
+    def kept_path(self, seed: Sequence[int], most_nodes: float = math.inf) -> KeptPath:
+        """The path of a seed, kept in memory as far as motions read it. most_nodes : that are kept"""
+        return KeptPath(self.paths.realisation(seed), most_nodes)
+
+
+def cycle_exists(machine: Machine) -> bool | None:
+    """Whether the stick-slip cycle without scatter exists; None where slip is too stiff to decide."""
+    period = cycle_period(machine.oscillator, machine.law)
+    return None if period is None else period < math.inf

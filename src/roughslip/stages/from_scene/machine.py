@@ -1,0 +1,254 @@
+"""The machine of a scene: its oscillator and law, with friction from given numbers, a record, or solved contacts.
+
+`damping_ratio` and `correlation_length_m` go through here: from the scene to `Oscillator` and to `Friction`, both parts
+of the `Machine` that every stage of the motion runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
+from roughslip.friction.pad_friction import Friction, Pad
+from roughslip.friction.paths import Paths
+from roughslip.friction.penetration import between
+from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
+from roughslip.oscillator.base_law import FrictionLaw
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response
+from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import MotionOptions
+from roughslip.scene.types import Scene
+
+DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
+# Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
+DISCARDED_PERIODS = 10.0
+TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of an average over a window of two lengths
+TOLERANCE = 1e-5  # of the motion; mean counts are the same within their error from 1e-4 to 1e-10
+
+
+def machine_of(scene: Scene, statistics: Path | None) -> Machine:
+    """The machine of a scene. statistics : the file of its friction, if any"""
+    friction = friction_of(scene, statistics)
+    options = MotionOptions(TOLERANCE)
+    return Machine(oscillator_of(scene.oscillator), law_of(scene, statistics, friction.mean), friction, options)
+
+
+def oscillator_of(section: Any) -> Oscillator:
+    """The mass on the belt of a section `oscillator`."""
+    return Oscillator(
+        mass_kg=section.mass_kg,
+        natural_frequency_rad_per_s=section.natural_frequency_rad_per_s,
+        damping_ratio=section.damping_ratio,
+        belt_velocity_m_per_s=section.belt_velocity_m_per_s,
+        normal_force_n=section.normal_force_n,
+        excitation_force_n=section.excitation_force_n,
+        excitation_frequency_rad_per_s=section.excitation_frequency_rad_per_s,
+    )
+
+
+def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
+    """The friction law of a record, or that which the scene names, with the mean friction coefficient.
+
+    Below the slowest speed of a record friction is taken as there. The limit of stick is that of the scene, at least
+    the first value of the curve.
+    """
+    result = statistics_of(scene, statistics)
+    if result is None or not is_record(result):
+        return LAWS[scene.oscillator.law].from_scene(scene.oscillator, mean)
+    speeds, values = result["curve_speed"], result["curve"]
+    static = max(scene.oscillator.static_friction, values[0])
+    at_rest = min(float(result["curve_at_rest"]), static)
+    return TableLaw((0.0, *speeds), (at_rest, *values), static, measured_from_m_per_s=float(speeds[0]))
+
+
+def friction_of(scene: Scene, statistics: Path | None) -> Friction:
+    """The friction of the pad: as the scene gives it, or as a record or the windows of a file have it.
+
+    The mean of several windows in parallel is that of their areas over that of their forces. Mean, scatter and length
+    come from the solved windows with the expansion as control, the shapes from the solved windows alone. Between two
+    penetrations numbers are interpolated (`friction.penetration`). Shapes that the windows do not determine
+    (`beta_at_bound`) are arbitrary there: prefer `ensemble.marginal: paper`. Under a load, windows without contact have
+    no coefficient. Where there are such, the scatter is that of the first-order influence of all windows.
+    """
+    given, result = scene.friction.statistics, statistics_of(scene, statistics)
+    multiplies, windows = scene.friction.scatter == "multiplicative", scene.oscillator.windows_in_parallel
+    pad: Callable[[float, float], Pad] | None = None
+    if given is not None:
+        mean, deviation, length = given.mean, given.standard_deviation, given.correlation_length_m
+        a, b = given.beta_shapes
+    elif result is None:
+        raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
+    elif is_record(result):
+        kind, mean = scene.friction.scatter, float(result["record_mean"])
+        deviation = float(result[f"{kind}_std"]) * (mean if multiplies else 1.0)
+        length, (a, b) = float(result[f"{kind}_length"]), map(float, result["beta_shapes"])
+        if str(result[f"{kind}_shape"][0]) == "triangle":
+            pad = triangular_pad
+    else:
+        column = "" if is_under_load(result) else "combined_"
+        names = (f"{column}mean", f"{column}std", f"{column}length_least_squares")
+        mean, deviation, length = (at_penetration(scene, result, result[name]) for name in names)
+        a, b = (at_penetration(scene, result, result[name]) for name in ("beta_a", "beta_b"))
+        pad = pad_of_windows(scene, result)
+        if is_under_load(result):
+            mean, deviation = float(result["load_mean"]), float(window_scatter(result))
+        elif windows > 1:
+            mean = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
+    marginal: tuple[float, float] | np.ndarray = (a, b)
+    if scene.ensemble.marginal == "paper":
+        marginal = PAPER_SHAPES
+    elif scene.ensemble.marginal == "empirical":
+        if result is None or is_record(result):
+            raise InputError("the quantiles of the windows need --friction")
+        marginal = result["quantile"]
+    return Friction(mean, deviation, length, marginal, windows, pad, multiplies)
+
+
+def statistics_of(scene: Scene, statistics: Path | None) -> store.Result | None:
+    """The file of the friction; None where the scene gives numbers or there is none."""
+    return None if statistics is None or scene.friction.statistics is not None else store.read(statistics)
+
+
+def is_record(result: store.Result) -> bool:
+    """Whether friction is that of a record, which is that of the whole pad, and not of windows."""
+    return "record_mean" in result
+
+
+def is_under_load(result: store.Result) -> bool:
+    """Whether statistics of friction are those under the load of the scene, and not over penetration."""
+    return "load_mean" in result
+
+
+def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
+    """Values : (levels,) of the friction statistics at the penetration of the windows, or () under the load."""
+    if is_under_load(result):
+        return float(values)
+    return between(result["percentile"], values, penetration(scene))
+
+
+def penetration(scene: Scene) -> float:
+    """[%] of the windows of a scene without a load."""
+    percentile = scene.oscillator.penetration_percentile
+    assert percentile is not None
+    return percentile
+
+
+def window_scatter(result: store.Result) -> np.ndarray:
+    """() standard deviation of a window under the load: its own, or of first order where some have no contact."""
+    return np.asarray(result["std"] if result["missing_share"] == 0.0 else result["pad_std"][0])
+
+
+def triangular_pad(windows: float, length_m: float) -> Pad:
+    """Of a record that is an average over a window."""
+    return float(windows), length_m, TRIANGLE
+
+
+def pad_of_windows(scene: Scene, result: store.Result) -> Callable[[float, float], Pad]:
+    """Pads of the windows of a file, with the correlation of windows along and across the belt (`friction.pad`).
+
+    The autocorrelation of a single window is exp(-s / L); that of a pad is stored at some numbers of windows.
+    """
+
+    def pad(windows: float, length_m: float) -> Pad:
+        if windows == 1:
+            return 1.0, length_m, None
+        under_load = is_under_load(result)
+        own = window_scatter(result) if under_load else result["combined_std"]
+        independent = at_penetration(scene, result, own / of_pad(result, "pad_std", windows)) ** 2
+        name = "length_least_squares" if under_load else "combined_length_least_squares"
+        own_length = at_penetration(scene, result, result[name])  # a map may have others
+        length, shape = pad_correlation(scene, result, windows)
+        return max(independent, 1.0), length * length_m / own_length, shape
+
+    return pad
+
+
+def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
+    """(levels,) or () a positive number of pads of so many windows : power laws between the stored ones, and beyond."""
+    places, values = np.log(result["pad_windows"]), np.log(result[name])
+    low = min(int(np.searchsorted(places, math.log(windows), side="right")), len(places) - 1) - 1
+    share = (math.log(windows) - places[low]) / (places[low + 1] - places[low])
+    return np.asarray(np.exp((1.0 - share) * values[..., low] + share * values[..., low + 1]))
+
+
+def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple[float, CorrelationShape]:
+    """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows."""
+    place, last = math.log(windows, result["pad_windows"][1]), len(result["pad_windows"]) - 1
+    low = min(int(place), last - 1)
+    share, near = place - low, min(place - low, 1.0)  # beyond the largest pad the curve stays and the lags grow
+    curves = result["pad_means"][low : low + 2] @ result["pad_parts"].T
+    curves /= curves[:, :1]
+    curve = (1.0 - near) * curves[0] + near * curves[1]
+    if not is_under_load(result):
+        curve = np.array([np.interp(penetration(scene), result["percentile"], row) for row in curve])
+    lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
+    return CorrelationShape.of_lags(lags, curve)
+
+
+def response_of_limit(machine: Machine, friction: Friction) -> tuple[GrazingResponse, float]:
+    """The response of the limit of existence, and the scatter of the limit over that of the friction coefficient.
+
+    friction : in place of the machine's own
+
+    Raises as `grazing_response` does.
+    """
+    response = grazing_response(replace(machine, friction=friction))
+    return response, response.scatter(friction.autocorrelation) / friction.unit
+
+
+def path_length(belt: Oscillator, duration_periods: float) -> float:
+    """[m] length of a friction path that is enough for a run: the travel of the belt.
+
+    It has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
+    ends with an error.
+    """
+    return belt.V * 2 * np.pi * duration_periods + 10 * belt.F
+
+
+def friction_paths(scene: Scene, friction: Friction) -> Paths:
+    """Realisations of the friction process, long enough for every run of the ensemble."""
+    ensemble = scene.ensemble
+    periods = max(ensemble.duration_periods, DISCARDED_PERIODS + DRAWN_PERIODS)
+    length = path_length(oscillator_of(scene.oscillator), periods)
+    return friction.paths(ensemble.nodes_per_correlation_length, length, ensemble.process)
+
+
+BELOW, NEAR, ABOVE = 5, 12, 3
+REACH = 3.0  # standard deviations of the limit
+
+
+def damping_ratios(scene: Scene, machine: Machine, friction: Friction) -> tuple[float, ...]:
+    """The damping ratios of figure5: as given, or around the limits of the machine without excitation.
+
+    They go from a fifth of the smaller limit to 1.25 of the larger one, or as far as the scatter of friction moves the
+    existence limit: NEAR of them where it moves it, BELOW and ABOVE of them on either side. Raises IllPosedError where
+    the law has no limits.
+    """
+    if scene.ensemble.damping_ratios is not None:
+        return scene.ensemble.damping_ratios
+    free = replace(machine, oscillator=replace(machine.oscillator, excitation_force_n=0.0))
+    try:
+        response, scatter = response_of_limit(free, friction)
+    except (ParameterError, IllPosedError, ConvergenceError) as error:
+        raise IllPosedError(
+            "ensemble.damping_ratios is not given and follows from the limits of the stick-slip cycle, which the "
+            f"oscillator does not have ({error}); give a list"
+        ) from error
+    limit, hopf = response.limit, max(hopf_damping(free.oscillator, free.law), 0.0)
+    moved = REACH * scatter * friction.pad_deviation
+    first = 0.2 * (min(limit, hopf) or limit)
+    last = max(1.25 * max(limit, hopf), limit + moved)
+    near = np.linspace(max(limit - moved, first), limit + moved, NEAR)
+    below, above = np.linspace(first, near[0], BELOW + 1)[:-1], np.linspace(near[-1], last, ABOVE + 1)[1:]
+    return tuple(np.unique(np.concatenate([below, near, above])).tolist())

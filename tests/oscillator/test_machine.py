@@ -1,0 +1,122 @@
+"""A machine and what follows from a change; its answer as a user of the library asks for it, by closed forms."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from roughslip.errors import IllPosedError, InputError, ParameterError
+from roughslip.friction import Friction
+from roughslip.oscillator import Machine, Oscillator, Sampling, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator.machine import PARAMETERS
+
+BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
+OWN = Machine(BELT, LAW, Friction(0.3, 1e-9, LENGTH))
+
+
+@pytest.fixture(scope="module")
+def result():
+    return answer(OWN, Sampling(72, 20.0), ("damping",))
+
+
+def test_the_motion_that_it_shows_is_the_limit_cycle(result):
+    """Four periods, from one reattachment to another; in stick two samples are enough, and speed is the belt's.
+
+    Reattachment is at the belt's velocity, and a sample every 2 pi / 100 misses the ends by less than that.
+    """
+    period = limit_cycle(BELT, LAW).period / BELT.natural_frequency_rad_per_s
+    step = 2 * np.pi / 100 / BELT.natural_frequency_rad_per_s
+    for curve in result.motion.values():
+        time, x, speed = (np.array(column) for column in dataclasses.astuple(curve)[:3])
+        assert curve.cycles == 4
+        assert time[-1] == pytest.approx(4 * period, abs=2 * step)
+        assert max(speed) == pytest.approx(BELT.belt_velocity_m_per_s, rel=1e-4)
+        assert 0.5 * np.ptp(x) == pytest.approx(result.amplitude.value, rel=1e-3)
+        slopes, slip = np.diff(x) / np.diff(time), speed[:-1] < 0.9 * BELT.belt_velocity_m_per_s
+        between = 0.5 * (speed[1:] + speed[:-1])
+        assert slopes[slip] == pytest.approx(between[slip], abs=2e-2 * BELT.belt_velocity_m_per_s)
+
+
+KEPT = {"mass_kg": 1, "k": 1, "d": 1, "v0": 1, "N": 1, "n": 1, "fit": 1, "mean": 1, "std": 1, "L": 1, "static": 1}
+CHANGES = {
+    "damping": {"d": 2},
+    "belt_velocity": {"v0": 2},
+    "mass": {"mass_kg": 2},
+    "stiffness": {"k": 2},
+    "load": {"N": 2},
+    "windows": {"n": 2},
+    "correlation_length": {"L": 2},
+    "mean_friction": {"fit": 1.2, "mean": 1.2, "std": 1.2},
+}
+
+
+def parts(one):
+    belt, friction = one.oscillator, one.friction
+    return {
+        "mass_kg": belt.mass_kg,
+        "k": belt.stiffness_n_per_m,
+        "d": 2.0 * belt.damping_ratio * belt.mass_kg * belt.natural_frequency_rad_per_s,
+        "v0": belt.belt_velocity_m_per_s,
+        "N": belt.normal_force_n,
+        "n": friction.windows,
+        "fit": one.law.fit,
+        "mean": friction.mean,
+        "std": friction.deviation,
+        "L": friction.length_m,
+        "static": one.law.static,
+    }
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_a_change_leaves_all_other_parts_of_the_machine_alone(name):
+    factor = max(CHANGES[name].values())
+    other = OWN.changed({name: factor * OWN.value(name)})
+    assert other.value(name) == pytest.approx(factor * OWN.value(name), rel=1e-14)
+    expected = {part: value * (KEPT | CHANGES[name])[part] for part, value in parts(OWN).items()}
+    assert parts(other) == pytest.approx(expected, rel=1e-14)
+
+
+def test_mass_and_stiffness_in_proportion_scale_the_damping_ratio_alone():
+    """omega stays and D falls as 1 / m, for d stays; a damping ratio given with them holds as it is."""
+    both = {"mass": 4.0, "stiffness": 4 * 316.0**2}
+    scaled = OWN.changed(both).oscillator
+    assert scaled.natural_frequency_rad_per_s == pytest.approx(316, rel=1e-14)
+    assert scaled.damping_ratio == pytest.approx(0.17 / 4, rel=1e-14)
+    assert OWN.changed(both | {"damping": 0.2}).oscillator.damping_ratio == 0.2
+
+
+def test_friction_of_a_pad_and_of_kinds_of_scatter():
+    """n windows scatter less by sqrt(n); scatter that multiplies is over the mean, and the motion knows its kind."""
+    window = Machine(BELT, LAW, Friction(0.3, 0.06, LENGTH)).changed({"windows": 16.2})
+    assert window.friction.pad_deviation == window.friction.path_deviation == pytest.approx(0.015, rel=1e-14)
+    marginal = window.friction.process.marginal
+    assert (marginal.mean, marginal.standard_deviation) == (pytest.approx(0.3), pytest.approx(0.015, rel=1e-9))
+    relative = Machine(BELT, LAW, Friction(0.3, 0.06, LENGTH, multiplies=True))
+    assert (relative.options.scatter, relative.friction.path_deviation) == ("multiplicative", pytest.approx(0.2))
+    assert relative.friction.process.marginal.mean == pytest.approx(1.0)
+    lag = np.array([0.0, LENGTH, 3 * LENGTH])
+    assert relative.friction.autocorrelation(lag) == pytest.approx(np.exp(-lag / LENGTH))
+    assert relative.paths.spacing == LENGTH / 4
+    steps = np.diff([next(iter(relative.kept_path([1, n]))) for n in range(40)], axis=1)
+    assert np.mean(steps**2) == pytest.approx(2 * 0.2**2 * (1 - np.exp(-0.25)), rel=0.1)
+
+
+def test_impossible_changes_are_refused():
+    cases = (
+        ({"speed": 1.0}, "a machine has no speed to change: choose of damping"),
+        ({"mass": 0.0}, "mass must be finite and positive, not 0"),
+        ({"load": np.inf}, "load must be finite and positive"),
+    )
+    for values, line in cases:
+        with pytest.raises(ParameterError, match=line):
+            OWN.changed(values)
+    with pytest.raises(InputError, match=r"static_friction: 0.4 is less than the mean friction coefficient 0.5"):
+        OWN.changed({"mean_friction": 0.5})
+    with pytest.raises(ParameterError, match="no friction that scatters"):
+        answer(Machine(BELT, LAW))
+
+
+def test_a_question_without_an_answer_is_refused():
+    for change in ({"excitation_force_n": 10.0}, {"belt_velocity_m_per_s": 0.0}):
+        with pytest.raises(IllPosedError, match=r"the mass is excited|the belt is at rest"):
+            answer(dataclasses.replace(OWN, oscillator=dataclasses.replace(BELT, **change)))

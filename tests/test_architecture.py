@@ -23,7 +23,7 @@ WORKFLOW = sorted((ROOT / "workflow").rglob("*.py"))
 # The ground floor, which everyone may import, and then who else a package may import.
 GROUND = (
     *("errors", "atomic_write", "validation", "grid", "store", "compilation", "probability", "limits", "fft"),
-    *("public_names", "short_repr"),
+    *("public_names", "results"),
 )
 SUBJECTS = ("surface", "contact", "chaos", "friction", "oscillator")
 ALLOWED = {

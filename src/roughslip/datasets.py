@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import fields
+import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,38 +16,32 @@ from roughslip.validation import gate
 if TYPE_CHECKING:
     import xarray as xr
 
-# A field in the docstring of a dataclass: its names, its shape if it is an array, its unit if it has one, what it is.
-_FIELD = re.compile(r"^ +(\w+(?:, \w+)*) : (?:\(([^)]*)\) ?)?(?:\[([^\]]*)\] ?)?(.*)$", re.MULTILINE)
-
 
 @gate
 def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
-    """Numbers and arrays of a result with named dimensions, units and titles, all from the docstring of its class.
+    """Numbers and arrays of a result with named dimensions, units and titles.
 
-    result : a dataclass of this package, such as ContactSolution, Motion or WindowStatistics
-    grid : the mesh of fields over (nx, ny), which then have coordinates x and y [m]; by default the result's own
+    result : of this package, such as ContactSolution, Motion or WindowStatistics
+    grid : the mesh of fields over (x, y), which then have coordinates x and y [m]; by default the result's own
 
     Statistics with an interval become three variables, `name`, `name_low` and `name_high`. Texts become attributes, and
-    results within the result are left out. Raises ParameterError for what is no dataclass with described fields.
+    results within the result are left out. Raises ParameterError for what is no result of this package.
     """
-    described = {
-        name: (shape, "1" if unit in ("", "-") else unit, title)
-        for names, shape, unit, title in _FIELD.findall(type(result).__doc__ or "")
-        for name in names.split(", ")
-    }
-    if not (hasattr(result, "__dataclass_fields__") and described):
+    fields = dataclasses.fields(result) if dataclasses.is_dataclass(result) else ()
+    described = [field for field in fields if field.metadata]
+    if not described:
         raise ParameterError(f"to_xarray takes a result of this package, not {type(result).__name__}")
     variables: dict[str, Variable] = {}
     texts: dict[str, str] = {}
-    for name, value in ((field.name, getattr(result, field.name)) for field in fields(result)):
-        shape, unit, title = described.get(name, ("", "1", name))
-        if isinstance(value, str):
-            texts[name] = value
-        elif isinstance(value, Estimate):
-            names = _dimensions(name, shape, value.value)
-            variables |= with_interval(name, names, (value.value, value.low, value.high), unit, title)
-        elif isinstance(value, (bool, int, float, np.ndarray)):
-            variables[name] = Variable(_dimensions(name, shape, value), value, unit, title)
+    for field in described:
+        number, unit, title = getattr(result, field.name), field.metadata["unit"], field.metadata["title"]
+        if isinstance(number, str):
+            texts[field.name] = number
+        elif isinstance(number, Estimate):
+            columns = (number.value, number.low, number.high)
+            variables |= with_interval(field.name, _dims(field, number.value), columns, unit, title)
+        elif isinstance(number, (bool, int, float, np.ndarray)):
+            variables[field.name] = Variable(_dims(field, number), number, unit, title)
     grid = grid or getattr(result, "grid", None)
     if grid is not None:
         variables["x"] = Variable(("x",), grid.x(), "m", "position along the belt")
@@ -56,9 +49,8 @@ def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
     return dataset(variables, texts)
 
 
-def _dimensions(name: str, shape: str, value: Any) -> tuple[str, ...]:
-    """Names of the dimensions of a value, from a shape such as `nx, ny`; numbered where that does not name them."""
-    names = tuple({"nx": "x", "ny": "y"}.get(part, part) for part in shape.replace(" ", "").split(",") if part)
-    if len(names) == len(set(names)) == np.ndim(value) and all(part.isidentifier() for part in names):
-        return names
-    return tuple(f"{name}_{number}" for number in range(np.ndim(value)))
+def _dims(field: dataclasses.Field[Any], number: Any) -> tuple[str, ...]:
+    """Names of the dimensions of a value; numbered where its field names another number of them."""
+    names: tuple[str, ...] = field.metadata["dims"]
+    count = np.ndim(number)
+    return names if len(names) == count else tuple(f"{field.name}_{place}" for place in range(count))

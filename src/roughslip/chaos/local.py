@@ -26,7 +26,7 @@ from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, O
 from roughslip.chaos.sampling import sobol_places
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
@@ -94,25 +94,16 @@ class Member:
         return self.balance * target.pressure(self.scatter.draw(predicted, uniform))
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class LocalExpansion:
-    """An expansion with its scatter, and the same without each group of surfaces.
+    """An expansion with its scatter, and the same without each group of surfaces."""
 
-    indices : (P, v) exponents
-    whole : the fit to all surfaces
-    without : for each group of surfaces, the fit to the others
-    lowest : [target] predictions below are out of contact
-    target : how the target gives the pressure
-    fit : the regression; its left-out predictions are those without the group of each surface
-    """
-
-    indices: np.ndarray
-    whole: Member
-    without: tuple[Member, ...]
-    lowest: float
-    target: PressureTarget
-    fit: Fit
+    indices: np.ndarray = described("exponents", "1", "P v")
+    whole: Member = described("the fit to all surfaces")
+    without: tuple[Member, ...] = described("for each group of surfaces, the fit to the others")
+    lowest: float = described("predictions below are out of contact", "target")
+    target: PressureTarget = described("how the target gives the pressure")
+    fit: Fit = described("the regression; its left-out predictions are those without the group of each surface")
 
     @gate
     def pressure(self, variables: np.ndarray) -> np.ndarray:

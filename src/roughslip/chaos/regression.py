@@ -8,14 +8,12 @@ residual is e over 1 - leverage (PRESS: Allen, Technometrics 16 (1974) 125).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.linalg
 
 from roughslip.chaos.remedies import FEWER_TERMS, OTHER_PENETRATION
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
@@ -27,25 +25,18 @@ LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the roundin
 SAME_POINT = 1e-5
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Fit:
-    """Coefficients of one regression and its quality. Shares are of the weighted variance of the target.
+    """Coefficients of one regression and its quality. Shares are of the weighted variance of the target."""
 
-    coefficients : (P,) in the unit of the target
-    condition_number : [-] ratio of the extreme singular values of the weighted basis with unit columns
-    samples : number of distinct points
-    effective_samples : [-] (sum w)^2 / sum w^2 over the points (Kish 1965); their number for equal weights
-    predicted : (K,) target of each sample, predicted from the other groups
-    leave_one_out : [-] share that these predictions miss
-    """
-
-    coefficients: np.ndarray
-    condition_number: float
-    samples: int
-    effective_samples: float
-    predicted: np.ndarray
-    leave_one_out: float
+    coefficients: np.ndarray = described("coefficients in the unit of the target", "1", "P")
+    condition_number: float = described("ratio of the extreme singular values of the weighted basis with unit columns")
+    samples: int = described("number of distinct points")
+    effective_samples: float = described(
+        "(sum w)^2 / sum w^2 over the points (Kish 1965); their number for equal weights"
+    )
+    predicted: np.ndarray = described("target of each sample, predicted from the other groups", "1", "K")
+    leave_one_out: float = described("share that these predictions miss")
 
 
 @gate

@@ -19,7 +19,7 @@ from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 ALL = slice(None)
@@ -29,23 +29,15 @@ TABLE_PLACES = 2000  # evenly spaced up to the largest target, which near a bord
 DRAWS = 200  # quantiles of the scatter over which a mean is taken
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class StripExpansion:
-    """Expansion of the target at every row and penetration.
+    """Expansion of the target at every row and penetration."""
 
-    indices : (P, 8) exponents
-    whiten : (ny, 8, 8) [1/m] for each row, from local functionals to variables of unit variance
-    coefficients : (ny, P, levels) in the unit of the target
-    stencil : boxes of the local means
-    target : how the target gives the pressure
-    """
-
-    indices: np.ndarray
-    whiten: np.ndarray
-    coefficients: np.ndarray
-    stencil: Stencil
-    target: PressureTarget
+    indices: np.ndarray = described("exponents")
+    whiten: np.ndarray = described("for each row, from local functionals to variables of unit variance", "1/m")
+    coefficients: np.ndarray = described("coefficients in the unit of the target", "1", "y P levels")
+    stencil: Stencil = described("boxes of the local means")
+    target: PressureTarget = described("how the target gives the pressure")
 
     @cached_property
     def _basis(self) -> HermiteBasis:

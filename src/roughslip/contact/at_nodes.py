@@ -18,7 +18,6 @@ wide at every node, so those of a node in contact hold for its neighbours, which
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.problem import Problem
 from roughslip.contact.solve import dense_pays, solve
 from roughslip.errors import ParameterError
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 # K_ii on a mesh of any size over that on the patch of Influence.approximate_inverse: at most 1.0003 for square cells
@@ -37,22 +36,19 @@ from roughslip.validation import finite, gate
 LARGER_MESH = 1.02
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class NodePressures:
-    """Pressures at some nodes.
+    """Pressures at some nodes."""
 
-    pressure : (n,) [Pa] exactly zero off contact
-    low, high : (n,) [Pa] bounds of the pressures of the cells; low is positive at every cell in contact
-    work : products with B, or Cholesky factors
-    method : "none" (the nodes lie below the plane), "dense", "fft", or "bounded" where the bounds ended the solve
-    """
-
-    pressure: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    work: int
-    method: str
+    pressure: np.ndarray = described("contact pressure, exactly zero off contact", "Pa", "n")
+    low: np.ndarray = described(
+        "lower bound of the pressures of the cells, positive at every cell in contact", "Pa", "n"
+    )
+    high: np.ndarray = described("upper bound of the pressures of the cells", "Pa", "n")
+    work: int = described("products with B, or Cholesky factors")
+    method: str = described(
+        '"none" (the nodes lie below the plane), "dense", "fft", or "bounded" where the bounds ended the solve'
+    )
 
 
 @gate

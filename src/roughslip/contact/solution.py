@@ -4,43 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip.contact.edge import contact_shares
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class ContactSolution:
-    """Pressures and gaps of one surface and one plane.
+    """Pressures and gaps of one surface and one plane."""
 
-    pressure : (nx, ny) [Pa] never negative nor above the hardness, exactly zero off contact
-    gap : (nx, ny) [m] between the deformed surface and the plane, zero in contact up to the residual
-    plastic_displacement : (nx, ny) [m] u_plastic, the permanent displacement; zero below the hardness
-    plane : [m] height of the plane relative to the heights of the surface; zero where interferences were given
-    residual : [-] relative, of these fields, with gap - u_plastic = B p - u_bar computed anew
-    work : Cholesky factors ("dense") or products with B ("fft")
-    method : "none" (no contact), "dense" or "fft"
-    nodes : number of nodes solved for: none, those of positive interference, or all on their rows and columns
-    start : initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one
-    hardness_pa : H, the highest pressure [Pa]
-    periodic : whether the surface is a periodic cell
-    """
-
-    pressure: np.ndarray
-    gap: np.ndarray
-    plastic_displacement: np.ndarray
-    plane: float
-    residual: float
-    work: int
-    method: str
-    nodes: int
-    start: str
-    hardness_pa: float = math.inf
-    periodic: bool = False
+    pressure: np.ndarray = described(
+        "contact pressure, never negative nor above the hardness, exactly zero off contact", "Pa", "x y"
+    )
+    gap: np.ndarray = described(
+        "gap between the deformed surface and the plane, zero in contact up to the residual", "m", "x y"
+    )
+    plastic_displacement: np.ndarray = described(
+        "permanent displacement u_plastic; zero below the hardness", "m", "x y"
+    )
+    plane: float = described(
+        "height of the plane relative to the heights of the surface; zero where interferences were given", "m"
+    )
+    residual: float = described("relative residual of these fields, with gap - u_plastic = B p - u_bar computed anew")
+    work: int = described('Cholesky factors ("dense") or products with B ("fft")')
+    method: str = described('"none" (no contact), "dense" or "fft')
+    nodes: int = described(
+        "number of nodes solved for: none, those of positive interference, or all on their rows and columns"
+    )
+    start: str = described(
+        'initial pressures of the iteration: "given", "nested" from coarser meshes, or "zero"; "none" without one'
+    )
+    hardness_pa: float = described("H, the highest pressure", "Pa", default=math.inf)
+    periodic: bool = described("whether the surface is a periodic cell", default=False)
 
     @property
     def signed_gap(self) -> np.ndarray:
@@ -73,23 +70,15 @@ class ContactSolution:
         return float(self.pressure.mean())
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class ContactSweep:
-    """Solutions of one surface at several planes or loads, in the order asked for; iterates over them.
+    """Solutions of one surface at several planes or loads, in the order asked for; iterates over them."""
 
-    plane : (k,) [m] height of the plane
-    mean_pressure : (k,) [Pa] normal force per nominal area
-    area : (k,) [-] share of the nominal area in contact, less the error of the mesh
-    residual : (k,) [-]
-    solutions : (k,) each with its pressures and gaps
-    """
-
-    plane: np.ndarray
-    mean_pressure: np.ndarray
-    area: np.ndarray
-    residual: np.ndarray
-    solutions: tuple[ContactSolution, ...]
+    plane: np.ndarray = described("height of the plane", "m", "k")
+    mean_pressure: np.ndarray = described("normal force per nominal area", "Pa", "k")
+    area: np.ndarray = described("share of the nominal area in contact, less the error of the mesh", "1", "k")
+    residual: np.ndarray = described("relative residual of each solution", "1", "k")
+    solutions: tuple[ContactSolution, ...] = described("the solutions, each with its pressures and gaps", "1", "k")
 
     def __len__(self) -> int:
         return len(self.solutions)

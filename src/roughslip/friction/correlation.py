@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.statistics import check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate, reals
 
 LONGEST_WINDOWS = 3.0
@@ -36,24 +35,19 @@ _LONGEST_PER_SPAN = 100.0
 _BISECTIONS = 50
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class CorrelationFit:
-    """What exponential fits the measured autocorrelation, and is it one?
+    """What exponential fits the measured autocorrelation, and is it one?"""
 
-    least_squares, one_over_e, log_line : () [m] as in LENGTHS
-    misfit_exponential, misfit_triangle : () rms distance over lags to three windows from exp(-s/least_squares), and
-        from the triangle
-    misfit_difference : () mean square distances, exponential - triangle: below 0 the exponential is nearer. Noise adds
-        alike to both squares and cancels
-    """
-
-    least_squares: Estimate
-    one_over_e: Estimate
-    log_line: Estimate
-    misfit_exponential: Estimate
-    misfit_triangle: Estimate
-    misfit_difference: Estimate
+    least_squares: Estimate = described("length L of exp(-s/L) by least squares over lags to three windows", "m")
+    one_over_e: Estimate = described("first lag at which the autocorrelation falls to 1/e", "m")
+    log_line: Estimate = described("length of a straight line through the logarithm to lags of 0.9 of a window", "m")
+    misfit_exponential: Estimate = described("rms distance over lags to three windows from exp(-s/least_squares)")
+    misfit_triangle: Estimate = described("the same distance from the triangle of the window")
+    misfit_difference: Estimate = described(
+        "mean square distances, exponential - triangle: below 0 the exponential is nearer. Noise adds "
+        "alike to both squares and cancels",
+    )
 
 
 def triangular(lags: np.ndarray, window: float) -> np.ndarray:

@@ -6,7 +6,6 @@ A Beta variable on [lower, upper] is lower + (upper - lower) B with B of density
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,7 +22,7 @@ from roughslip.friction.statistics import (
     resampled_quantiles,
 )
 from roughslip.probability import Estimate, beta_moments
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import gate
 
 SHAPES = (0.3, 300.0)
@@ -46,25 +45,19 @@ PAPER_SKEWNESS = beta_moments(2.1, 5.0).skewness
 SAME_SKEWNESS = 0.5  # relative; that of the normal distribution, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is 1
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class BetaFit:
-    """Beta distribution on an interval.
+    """Beta distribution on an interval."""
 
-    a, b : () shapes
-    lower, upper : () [-] ends of the interval
-    distance : () 2-Wasserstein distance between sample and fit, over the standard deviation of the sample
-    at_bound : a shape of the sample lies at the end of SHAPES: the data do not determine it
-    at_bound_share : share of replicates where one does
-    """
-
-    a: Estimate
-    b: Estimate
-    lower: Estimate
-    upper: Estimate
-    distance: Estimate
-    at_bound: bool
-    at_bound_share: float
+    a: Estimate = described("first shape")
+    b: Estimate = described("second shape")
+    lower: Estimate = described("lower end of the interval")
+    upper: Estimate = described("upper end of the interval")
+    distance: Estimate = described(
+        "2-Wasserstein distance between sample and fit, over the standard deviation of the sample"
+    )
+    at_bound: bool = described("a shape of the sample lies at the end of SHAPES: the data do not determine it")
+    at_bound_share: float = described("share of replicates where one does")
 
 
 @gate

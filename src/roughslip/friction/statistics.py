@@ -8,14 +8,12 @@ strips. Levels of penetration share their counts, so that differences between le
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError, whole
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate, reals
 
 SCALE = ("std", "variation")
@@ -136,21 +134,16 @@ def require_scatter(variance: np.ndarray, centre: float, shift: np.ndarray | flo
         )
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class WindowStatistics:
-    """Statistics of mu over the windows that have one.
+    """Statistics of mu over the windows that have one."""
 
-    mean, std, variation, skewness, kurtosis : () moments; variation = std / mean, kurtosis is the excess over a normal
-    missing_share : () share of windows without mu
-    """
-
-    mean: Estimate
-    std: Estimate
-    variation: Estimate
-    skewness: Estimate
-    kurtosis: Estimate
-    missing_share: Estimate
+    mean: Estimate = described("mean friction coefficient")
+    std: Estimate = described("standard deviation")
+    variation: Estimate = described("standard deviation over mean")
+    skewness: Estimate = described("skewness")
+    kurtosis: Estimate = described("excess kurtosis over a normal distribution")
+    missing_share: Estimate = described("share of windows without mu")
 
 
 @gate

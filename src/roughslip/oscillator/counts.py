@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,32 +12,28 @@ from roughslip.errors import ParameterError
 from roughslip.oscillator.machine import OF_OSCILLATOR, Machine
 from roughslip.oscillator.motion import FrictionPath, simulate
 from roughslip.oscillator.states import longest_slip, states_of
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Counts:
-    """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on.
+    """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on."""
 
-    cycles, micro_slips : (runs, values)
-    last_cycle : (runs, values) [-] natural periods until the last cycle ends, 0 where there is none
-    stick_slip : (runs, values) [-] share of the time in either state that is stick-slip; NaN where the run reaches no
-        state, and with excitation
-    cuts : (runs, values) of negative friction, as in Motion
-    steps, evaluations : in all, as in Motion
-    over : values of each parameter, by its name
-    """
-
-    cycles: np.ndarray
-    micro_slips: np.ndarray
-    last_cycle: np.ndarray
-    stick_slip: np.ndarray
-    cuts: np.ndarray
-    steps: int
-    evaluations: int
-    over: Mapping[str, np.ndarray]
+    cycles: np.ndarray = described("number of cycles", "1", "runs values")
+    micro_slips: np.ndarray = described("number of micro-slips", "1", "runs values")
+    last_cycle: np.ndarray = described(
+        "natural periods until the last cycle ends, 0 where there is none", "1", "runs values"
+    )
+    stick_slip: np.ndarray = described(
+        "share of the time in either state that is stick-slip; NaN where the run reaches no state, and with excitation",
+        "1",
+        "runs values",
+    )
+    cuts: np.ndarray = described("cuts of negative friction, as in Motion", "1", "runs values")
+    steps: int = described("steps in all, as in Motion")
+    evaluations: int = described("evaluations in all, as in Motion")
+    over: Mapping[str, np.ndarray] = described("values of each parameter, by its name")
 
 
 @gate

@@ -18,7 +18,7 @@ from scipy.special import log_ndtr, ndtr
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin, student_95
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 REPLICATES = 1000
@@ -33,20 +33,15 @@ MORE_CYCLES = (
 _ONE_POINT = "every run sticks again at the same point, X = {:.6g} m: the friction has no scatter to judge"
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class CycleCounts:
-    """Difference M_d - E[M_S] of cycle counts over the damping ratios, all (dampings,).
+    """Difference M_d - E[M_S] of cycle counts over the damping ratios."""
 
-    mean, standard_error : of the count of a stochastic run
-    difference, low, high : M_d - mean and its 95 % interval
-    """
-
-    mean: np.ndarray
-    standard_error: np.ndarray
-    difference: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    mean: np.ndarray = described("mean count of a stochastic run")
+    standard_error: np.ndarray = described("standard error of that mean")
+    difference: np.ndarray = described("M_d - mean")
+    low: np.ndarray = described("lower end of its 95 % interval")
+    high: np.ndarray = described("upper end of its 95 % interval")
 
 
 @gate
@@ -77,24 +72,21 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     return CycleCounts(mean, error, difference, difference - half, difference + half)
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Reattachment:
-    """Moments of the reattachment point, each as (value, low, high) with a 95 % interval.
+    """Moments of the reattachment point, each with the ends of its 95 % interval: (value, low, high)."""
 
-    mean, std : (3,) [m]; std is that of the events, without a correction for their number
-    skewness, kurtosis : (3,) [-], kurtosis in excess over the normal
-    distance_to_normal : (3,) [-] Kolmogorov distance to the normal of the same mean and standard deviation
-    events, realisations : their numbers
-    """
-
-    mean: np.ndarray
-    std: np.ndarray
-    skewness: np.ndarray
-    kurtosis: np.ndarray
-    distance_to_normal: np.ndarray
-    events: int
-    realisations: int
+    mean: np.ndarray = described("mean of the reattachment point", "m", "ends")
+    std: np.ndarray = described(
+        "its standard deviation over the events, without a correction for their number", "m", "ends"
+    )
+    skewness: np.ndarray = described("skewness", "1", "ends")
+    kurtosis: np.ndarray = described("excess kurtosis over a normal distribution", "1", "ends")
+    distance_to_normal: np.ndarray = described(
+        "Kolmogorov distance to the normal distribution of the same mean and standard deviation", "1", "ends"
+    )
+    events: int = described("number of events")
+    realisations: int = described("number of runs")
 
 
 @gate

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy  # its parts when they are used
@@ -19,27 +19,22 @@ import scipy  # its parts when they are used
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, next_peak, slip_flow
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
 SAMPLES = 2001  # of the kernel over a loop, 0.003 apart: the trapezoidal rule errs by some 1e-5 of it
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class GrazingResponse:
-    """How noise and damping move the peak of the grazing orbit.
+    """How noise and damping move the peak of the grazing orbit."""
 
-    limit : [-] damping ratio of the orbit, the existence limit
-    slipped : (samples,) [m] slipped distance since departure, at equal times
-    kernel : (samples,) [-] weight of mu_S there in the peak of X' / V: the sum over the samples is the integral
-    damping : [-] change of the peak with the damping ratio, negative
-    """
-
-    limit: float
-    slipped: np.ndarray
-    kernel: np.ndarray
-    damping: float
+    limit: float = described("damping ratio of the orbit, the existence limit")
+    slipped: np.ndarray = described("slipped distance since departure, at equal times", "m", "samples")
+    kernel: np.ndarray = described(
+        "weight of mu_S there in the peak of X' / V: the sum over the samples is the integral", "1", "samples"
+    )
+    damping: float = described("change of the peak with the damping ratio, negative")
 
     @gate
     def scatter(self, correlation: float | Callable[[np.ndarray], np.ndarray]) -> float:

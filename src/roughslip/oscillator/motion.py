@@ -15,7 +15,7 @@ from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run
 from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.runge_kutta import NODES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
@@ -27,34 +27,29 @@ COARSER = (  # what to try without a friction path, and with one
 )
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Motion:
-    """The events of a motion.
+    """The events of a motion."""
 
-    kind : (events,) of event_loop.py: DEPARTURE from stick, REATTACHMENT, or CROSSING between the signs of v_rel
-    time : (events,) [-] tau = omega t
-    position : (events,) [m] X
-    slipped_distance : (events,) [m] s
-    backwards : (events,) true at a reattachment before which, since the departure, the mass moved against the belt
-        (X' < 0): it ends a cycle; a reattachment without that ends a micro-slip
-    duration : [-] tau at the end
-    local_error : [m] sum of the error estimates of all steps, in X and X'
-    steps : number of steps, with the rejected ones and those that locate events
-    evaluations : of X'' in these steps
-    cuts : steps of slip and starts of stick at which friction would have been negative and was cut to zero
-    """
-
-    kind: np.ndarray
-    time: np.ndarray
-    position: np.ndarray
-    slipped_distance: np.ndarray
-    backwards: np.ndarray
-    duration: float
-    local_error: float
-    steps: int
-    evaluations: int = 0
-    cuts: int = 0
+    kind: np.ndarray = described(
+        "DEPARTURE from stick, REATTACHMENT, or CROSSING between the signs of v_rel, as in event_loop.py", "1", "events"
+    )
+    time: np.ndarray = described("time tau = omega t", "1", "events")
+    position: np.ndarray = described("position X", "m", "events")
+    slipped_distance: np.ndarray = described("slipped distance s", "m", "events")
+    backwards: np.ndarray = described(
+        "true at a reattachment before which, since the departure, the mass moved against the belt (X' "
+        "< 0): it ends a cycle; a reattachment without that ends a micro-slip",
+        "1",
+        "events",
+    )
+    duration: float = described("time tau at the end")
+    local_error: float = described("sum of the error estimates of all steps, in X and X'", "m")
+    steps: int = described("number of steps, with the rejected ones and those that locate events")
+    evaluations: int = described("evaluations of X'' in these steps", default=0)
+    cuts: int = described(
+        "steps of slip and starts of stick at which friction would have been negative and was cut to zero", default=0
+    )
 
     @property
     def cycles(self) -> int:
@@ -77,21 +72,14 @@ class Motion:
         return self.position[self.backwards & (self.time >= 2.0 * math.pi * after_periods)]
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Trajectory:
-    """A motion and its samples for drawing.
+    """A motion and its samples for drawing."""
 
-    motion : the events
-    time : (samples,) [-] tau
-    position : (samples,) [m] X
-    velocity : (samples,) [m] X' = dX/dtau
-    """
-
-    motion: Motion
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
+    motion: Motion = described("the events")
+    time: np.ndarray = described("time tau = omega t", "1", "samples")
+    position: np.ndarray = described("position X", "m", "samples")
+    velocity: np.ndarray = described("velocity X' = dX/dtau", "m", "samples")
 
 
 @gate

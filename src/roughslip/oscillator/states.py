@@ -12,7 +12,6 @@ After LOOPS of them the mass has missed the belt at least twice.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, simulate
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.validation import gate
 
 LOOPS = 3.0
@@ -31,19 +30,14 @@ EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one 
 NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a run lasts
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class States:
-    """When a motion is in which state, in natural periods.
+    """When a motion is in which state, in natural periods."""
 
-    stick_slip, sliding : (times, 2) beginning and end of each time in the state
-    stick_slip_ended, sliding_ended : (times,) false where the run was over before it
-    """
-
-    stick_slip: np.ndarray
-    sliding: np.ndarray
-    stick_slip_ended: np.ndarray
-    sliding_ended: np.ndarray
+    stick_slip: np.ndarray = described("beginning and end of each time in stick-slip", "1", "times ends")
+    sliding: np.ndarray = described("beginning and end of each time in steady sliding", "1", "times ends")
+    stick_slip_ended: np.ndarray = described("false where the run was over before the end of stick-slip", "1", "times")
+    sliding_ended: np.ndarray = described("false where the run was over before the end of sliding", "1", "times")
 
     @gate
     def share(self, begin: float = 0.0, end: float = math.inf) -> float:

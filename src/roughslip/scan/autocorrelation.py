@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -18,9 +18,9 @@ import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
+from roughslip.results import described, result
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
 from roughslip.scan.topography import FEWEST_CELLS, Topography, high_pass, remove_form
-from roughslip.short_repr import short_repr
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180
@@ -29,30 +29,27 @@ CUTOFFS = (2, 4, 8, 16)  # of the shorter edge: cutoffs that are tried as a help
 SHOWN = 3.0  # lags with intervals go to this many times the reach of the autocorrelation above 1/e
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Autocorrelation:
-    """Autocorrelation r = C / C(0) at lags of both signs, and what is read from it.
+    """Autocorrelation r = C / C(0) at lags of both signs, and what is read from it."""
 
-    lag_x : (2 kx + 1,) [m], lag_y : (2 ky + 1,) [m] lags, zero in the middle
-    correlation : (2 kx + 1, 2 ky + 1) r, with pointwise interval
-    length_x, length_y : [m] first lag along each axis at which r falls to 1/e
-    lay : [rad] direction of the longest correlation, from the x axis towards y, in (-pi/2, pi/2]; on an isotropic
-        surface what chance makes it
-    length_along, length_across : [m] 1/e lengths along the lay and across it. Where an endless lay is still
-        correlated at the last lag they are that lag, give or take a cell: no number of a scan is infinite
-    rows : (1 + B, 2 kx + 1, 2 ky + 1) r of all sub-areas, then without each: what fits need
-    """
-
-    lag_x: np.ndarray
-    lag_y: np.ndarray
-    correlation: Estimate
-    length_x: Estimate
-    length_y: Estimate
-    lay: Estimate
-    length_along: Estimate
-    length_across: Estimate
-    rows: np.ndarray
+    lag_x: np.ndarray = described("lags along x, zero in the middle", "m", "x")
+    lag_y: np.ndarray = described("lags along y, zero in the middle", "m", "y")
+    correlation: Estimate = described("correlation r, with pointwise interval", "1", "x y")
+    length_x: Estimate = described("first lag along x at which r falls to 1/e", "m")
+    length_y: Estimate = described("first lag along y at which r falls to 1/e", "m")
+    lay: Estimate = described(
+        "direction of the longest correlation, from the x axis towards y, in (-pi/2, pi/2]; on an "
+        "isotropic surface what chance makes it",
+        "rad",
+    )
+    length_along: Estimate = described(
+        "1/e length along the lay; of an endless lay the last lag, give or take a cell: no number of a "
+        "scan is infinite",
+        "m",
+    )
+    length_across: Estimate = described("1/e length across the lay", "m")
+    rows: np.ndarray = described("r of all sub-areas, then without each: what fits need", "1", "rows x y")
 
 
 def sub_areas_for(scan: Topography, endless: int | None = None) -> SubAreas:

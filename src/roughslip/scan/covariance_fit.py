@@ -14,16 +14,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.results import described, result
 from roughslip.scan.fit_data import Estimates, RingPowers, lags_to_fit, profile_to_fit, rings_to_fit
 from roughslip.scan.statistics import ScanStatistics
 from roughslip.scan.topography import Topography
-from roughslip.short_repr import short_repr
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import MODELS
 from roughslip.validation import gate
@@ -33,22 +32,19 @@ NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class CovarianceFit:
-    """A fitted model, and how well it fits.
+    """A fitted model, and how well it fits."""
 
-    covariance : the model
-    misfit : [-] root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds
-    spectrum_misfit : [-] the same of the logarithms of the powers of rings; zero without rings
-    criterion : [-] n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of n' lags
-        and m' rings that are independent in effect; smallest is best
-    """
-
-    covariance: Covariance
-    misfit: float
-    spectrum_misfit: float
-    criterion: float
+    covariance: Covariance = described("the model")
+    misfit: float = described(
+        "root mean square of (estimate - model) / standard error over the lags; near 1 where the model holds"
+    )
+    spectrum_misfit: float = described("the same of the logarithms of the powers of rings; zero without rings")
+    criterion: float = described(
+        "n' misfit^2 + m' spectrum_misfit^2 + p ln(n' + m'), the Bayesian information criterion of n' "
+        "lags and m' rings that are independent in effect; smallest is best",
+    )
 
 
 def fit_covariance(

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +22,7 @@ from scipy.special import stdtrit
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 
 CONFIDENCE = 0.95
 
@@ -35,23 +34,17 @@ FEWEST = 6
 MOST_ON_AN_AXIS = 8
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class SubAreas:
-    """A partition of the mesh into counts[0] x counts[1] rectangles, which differ by one node at most.
+    """A partition of the mesh into counts[0] x counts[1] rectangles, which differ by one node at most."""
 
-    grid : the mesh
-    counts : number of sub-areas along x and y
-    extent : [m] how far the autocorrelation above 1/e reaches along each axis
-    widening : factor of the standard error for what neighbours share
-    endless : axis along which the lay is taken as infinitely long, 0 or 1; its extent is a stand-in
-    """
-
-    grid: Grid
-    counts: tuple[int, int]
-    extent: tuple[float, float]
-    widening: float = 1.0
-    endless: int | None = None
+    grid: Grid = described("the mesh")
+    counts: tuple[int, int] = described("number of sub-areas along x and y")
+    extent: tuple[float, float] = described("how far the autocorrelation above 1/e reaches along each axis", "m")
+    widening: float = described("factor of the standard error for what neighbours share", default=1.0)
+    endless: int | None = described(
+        "axis along which the lay is taken as infinitely long, 0 or 1; its extent is a stand-in", default=None
+    )
 
     @property
     def lengths(self) -> float:

@@ -18,9 +18,9 @@ import scipy.fft
 
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
+from roughslip.results import described, result
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.topography import Topography
-from roughslip.short_repr import short_repr
 
 RINGS_PER_OCTAVE = 4
 ROLL_OFF = 4.0  # over the shorter 1/e length: above it a finite correlation no longer bends the spectrum
@@ -29,19 +29,13 @@ HIGHEST = 0.25  # of the highest wavenumber of the scan: blur, noise and most of
 LEAKAGE = 1e-5  # share of the highest power of a ring below which a spectrum may be the window's side lobes
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Spectrum:
-    """Radially averaged power spectrum of a scan.
+    """Radially averaged power spectrum of a scan."""
 
-    wavenumber : (R,) [1/m] q, the mean of each ring
-    power : (R,) [m^4] C(q), with interval
-    rows : (1 + B, R) [m^4] C(q) of all sub-areas, then without each: what fits are repeated on
-    """
-
-    wavenumber: np.ndarray
-    power: Estimate
-    rows: np.ndarray
+    wavenumber: np.ndarray = described("q, the mean of each ring", "1/m", "R")
+    power: Estimate = described("power C(q), with interval", "m^4", "R")
+    rows: np.ndarray = described("C(q) of all sub-areas, then without each: what fits are repeated on", "m^4", "rows R")
 
 
 @dataclass(frozen=True)

@@ -7,53 +7,41 @@ of heights are those of the measured points.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip.probability import EmpiricalDistribution, Estimate, empirical_distribution
+from roughslip.results import described, result
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.spectrum import Spectrum, spectrum
 from roughslip.scan.topography import Topography
-from roughslip.short_repr import short_repr
 from roughslip.validation import gate
 
 BIN = 0.2  # Sq, width of a bin of the density of heights
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class HeightDensity:
-    """Density of heights. edges : (n + 1,) [m] of bins about the mean height; density : (n,) [1/m] with interval."""
+    """Density of heights."""
 
-    edges: np.ndarray
-    density: Estimate
+    edges: np.ndarray = described("edges of bins about the mean height", "m", "edges")
+    density: Estimate = described("density of heights in the bins", "1/m", "bins")
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class ScanStatistics:
-    """Statistics of a scan, each with its interval.
+    """Statistics of a scan, each with its interval."""
 
-    sub_areas : what the intervals are made from; ask it whether it is `sufficient`
-    rms_height : [m] Sq
-    skewness : Ssk
-    kurtosis : Sku, 3 for Gaussian heights
-    rms_slope : h' [-] of the gradient between neighbouring points, so that it depends on their distance
-    rms_curvature : [1/m] of half the Laplacian between them
-    density, autocorrelation, spectrum : see there
-    """
-
-    sub_areas: SubAreas
-    rms_height: Estimate
-    skewness: Estimate
-    kurtosis: Estimate
-    rms_slope: Estimate
-    rms_curvature: Estimate
-    density: HeightDensity
-    autocorrelation: Autocorrelation
-    spectrum: Spectrum
+    sub_areas: SubAreas = described("what the intervals are made from; ask it whether it is `sufficient`")
+    rms_height: Estimate = described("rms height Sq", "m")
+    skewness: Estimate = described("skewness Ssk")
+    kurtosis: Estimate = described("kurtosis Sku, 3 for Gaussian heights")
+    rms_slope: Estimate = described("rms gradient h' between neighbouring points, so that it depends on their distance")
+    rms_curvature: Estimate = described("rms of half the Laplacian between them", "1/m")
+    density: HeightDensity = described("density of heights")
+    autocorrelation: Autocorrelation = described("autocorrelation of heights")
+    spectrum: Spectrum = described("power spectrum of heights")
 
 
 @gate

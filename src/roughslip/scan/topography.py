@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -22,7 +22,7 @@ from scipy.sparse.linalg import spsolve
 
 from roughslip.errors import InputError, ParameterError
 from roughslip.grid import Grid
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.surface.plausibility import MOST_SLOPE
 from roughslip.validation import gate
 
@@ -35,24 +35,16 @@ RIM_MISSING = 0.5  # an outer row or column that misses more than this share is 
 ROUNDING = 1e-10  # heights that scatter by less than this share of their range before removal of form are rounding
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Topography:
-    """Heights of a scan, complete on its mesh.
+    """Heights of a scan, complete on its mesh."""
 
-    heights : (nx, ny) [m] finite everywhere
-    dx, dy : [m] distances of neighbouring points; they may differ
-    missing : (nx, ny) bool, true where the instrument gave no height and one was interpolated
-    read : array or channel, size, what was cut and how many points are missing, in words
-    cut : share of the points read that lay in an empty rim and were cut off
-    """
-
-    heights: np.ndarray
-    dx: float
-    dy: float
-    missing: np.ndarray
-    read: str = ""
-    cut: float = 0.0
+    heights: np.ndarray = described("heights, finite everywhere", "m", "x y")
+    dx: float = described("distance of neighbouring points along x", "m")
+    dy: float = described("distance of neighbouring points along y", "m")
+    missing: np.ndarray = described("true where the instrument gave no height and one was interpolated", "1", "x y")
+    read: str = described("array or channel, size, what was cut and how many points are missing, in words", default="")
+    cut: float = described("share of the points read that lay in an empty rim and were cut off", default=0.0)
 
     def __post_init__(self) -> None:
         if self.heights.ndim != 2 or self.heights.dtype != np.float64 or not np.isfinite(self.heights).all():

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.models import SelfAffine
 from roughslip.validation import gate
@@ -24,24 +23,19 @@ MOST_FOLDS = 16  # of the spectrum at the Nyquist wave number of an axis
 CLIPPED = 0.01  # of the variance of a periodic cell, in eigenvalues below zero
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class Embedding:
-    """Square root of the covariance on a torus that holds the mesh.
+    """Square root of the covariance on a torus that holds the mesh."""
 
-    grid : the mesh
-    torus : nodes of the torus on each axis
-    root : (torus[0], torus[1] // 2 + 1) [m] square root of the eigenvalues of the circulant covariance
-    clipped_variance : share of the variance in eigenvalues below zero, which were set to zero
-    image_share : largest change of a correlation r by periodic images, over the largest 1 - r on the mesh, where the
-        torus was given the spectrum
-    """
-
-    grid: Grid
-    torus: tuple[int, int]
-    root: np.ndarray
-    clipped_variance: float
-    image_share: float = 0.0
+    grid: Grid = described("the mesh")
+    torus: tuple[int, int] = described("nodes of the torus on each axis")
+    root: np.ndarray = described("square root of the eigenvalues of the circulant covariance", "m")
+    clipped_variance: float = described("share of the variance in eigenvalues below zero, which were set to zero")
+    image_share: float = described(
+        "largest change of a correlation r by periodic images, over the largest 1 - r on the mesh, "
+        "where the torus was given the spectrum",
+        default=0.0,
+    )
 
     @gate
     def sample(self, generator: np.random.Generator) -> np.ndarray:

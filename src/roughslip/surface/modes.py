@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import scipy.linalg
 
 from roughslip.errors import IllPosedError, ParameterError, real, whole
 from roughslip.grid import Grid
-from roughslip.short_repr import short_repr
+from roughslip.results import described, result
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
 from roughslip.surface.lanczos import LANCZOS_SHARE, MOST_DENSE_NODES, leading_modes
@@ -20,23 +19,19 @@ from roughslip.validation import gate
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 
 
-@short_repr
-@dataclass(frozen=True)
+@result
 class KarhunenLoeve:
-    """The leading modes of a field, scaled: z = sum_j xi_j modes_j with independent standard normal xi_j.
+    """The leading modes of a field, scaled: z = sum_j xi_j modes_j with independent standard normal xi_j."""
 
-    grid : the mesh
-    eigenvalues : (M,) [m^2] lambda_j of the covariance matrix of the nodes, descending
-    modes : (M, nx, ny) [m] sqrt(lambda_j) phi_j, with phi_j of unit Euclidean norm
-    captured_variance : share of the variance of the nodes, summed over the mesh, that the modes carry
-    residuals : (M,) [-] |C phi_j - lambda_j phi_j| / lambda_1, or a bound of it
-    """
-
-    grid: Grid
-    eigenvalues: np.ndarray
-    modes: np.ndarray
-    captured_variance: float
-    residuals: np.ndarray
+    grid: Grid = described("the mesh")
+    eigenvalues: np.ndarray = described(
+        "eigenvalues lambda_j of the covariance matrix of the nodes, descending", "m^2", "M"
+    )
+    modes: np.ndarray = described("modes sqrt(lambda_j) phi_j, with phi_j of unit Euclidean norm", "m", "M x y")
+    captured_variance: float = described(
+        "share of the variance of the nodes, summed over the mesh, that the modes carry"
+    )
+    residuals: np.ndarray = described("|C phi_j - lambda_j phi_j| / lambda_1, or a bound of it", "1", "M")
 
     def variance(self) -> np.ndarray:
         """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""

@@ -53,6 +53,12 @@ def test_no_module_hides_a_public_name():
     assert done.stdout.strip() == "solve"
 
 
+def test_the_package_has_its_subjects():
+    code = "import roughslip; print(roughslip.contact.Influence.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "Influence"
+
+
 def test_an_import_of_one_module_imports_no_other():
     """So that a stage starts fast and re-runs only after an edit of what it uses."""
     code = "import sys, roughslip.surface.covariance; print(*(m for m in sys.modules if m.startswith('roughslip.s')))"

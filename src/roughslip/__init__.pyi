@@ -1,3 +1,4 @@
+from roughslip.datasets import to_xarray as to_xarray
 from roughslip.errors import ConvergenceError as ConvergenceError
 from roughslip.errors import IllPosedError as IllPosedError
 from roughslip.errors import InaccurateWarning as InaccurateWarning
@@ -7,7 +8,6 @@ from roughslip.errors import ParameterError as ParameterError
 from roughslip.errors import RoughslipError as RoughslipError
 from roughslip.errors import StoreError as StoreError
 from roughslip.grid import Grid as Grid
-from roughslip.datasets import to_xarray as to_xarray
 from roughslip.store import read as read
 
 __version__: str

@@ -24,6 +24,8 @@ def public_names(package: str, file: str) -> tuple[Callable[[str], Any], Callabl
     places = {name: module for module, name in _NAME.findall(Path(file).with_suffix(".pyi").read_text("utf-8"))}
 
     def find(name: str) -> Any:
+        if Path(file).with_name(name).joinpath("__init__.pyi").is_file():  # a subject: `roughslip.contact`
+            return import_module(f"{package}.{name}")
         if name not in places:
             raise AttributeError(f"{package} has no public name {name!r}; it has {', '.join(sorted(places))}")
         value = getattr(import_module(places[name]), name)

@@ -322,7 +322,7 @@ def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run)
         CONTACT,
         roughness={"correlation_length_m": 1.416e-5},
         strip={"length_m": 8e-4, "margin_m": 1e-4, "window_m": 2e-4, "window_spacing_m": 2e-5, "cell_m": 1.25e-6}
-        | {"training_samples": 1},
+        | {"training_samples": 1, "samples": 48},
         numerics={"contact_area": "corrected", "extrapolate_mesh": True, "contact_tolerance": 1e-5},
     )
     changes, errors = [], []

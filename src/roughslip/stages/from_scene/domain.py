@@ -57,7 +57,7 @@ class Domain:
     @property
     def meshes(self) -> tuple[int, ...]:
         """Edges of the cells that are solved on, over that of the finest mesh."""
-        return (1, 2) if self.scene.numerics.extrapolate_mesh and not self.periodic else (1,)
+        return (1, 2) if not self.periodic and self.scene.numerics.extrapolate_mesh else (1,)
 
     def numbers(self, first: int, last: int) -> range:
         """Samples of a job that takes [first, last) of `strip.samples`."""

@@ -18,7 +18,7 @@ folder = PROJECT / "results" / scene
 for claim in json.loads((folder / "claims.json").read_text(encoding="utf-8")):
     print(f"{claim['verdict']:22} {claim['statement']}")
 
-friction = read(folder / "friction" / "statistics.nc").dataset()  # of xarray, with units
+friction = read(folder / "friction" / "statistics.nc")  # of xarray, with units
 for percentile, mu in zip(friction["percentile"].values, friction["combined_mean"].values, strict=True):
     print(f"at {percentile:g} % of the heights above the plane: friction coefficient {mu:.3f}")
 print(f"the page: {folder / 'report.html'}")

@@ -199,22 +199,6 @@ def test_an_error_names_keys_that_a_scene_has():
     assert {key.partition(".")[0] for key in NAMED} >= {"expansion", "oscillator", "roughness", "square", "strip"}
 
 
-RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow/rules").glob("*.smk"))]
-
-
-@pytest.mark.parametrize("file", RULES, ids=lambda file: file.name)
-def test_shell_lines_quote_every_path(file):
-    """`:q` on inputs, outputs and logs. Parameters are quoted where they are made; wildcards have patterns."""
-    text = file.read_text(encoding="utf-8")
-    assert [use for use in re.findall(r"\{((?:input|output|log)[^}]*)\}", text) if not use.endswith(":q")] == []
-    shells = "\n".join(re.findall(r"shell:\n(.*?)(?:\n\n|\Z)", text, re.DOTALL))
-    assert shells.count("exec ") + shells.count("{params.command}") == text.count("shell:")
-    for use in re.findall(r"\{((?:wildcards)[^}]*)\}", shells):
-        assert use in ("wildcards.scene", "wildcards.design", "wildcards.first", "wildcards.last", "wildcards.stage")
-    made = [line for line in text.splitlines() if re.search(r'f"--\w+ \{', line)]
-    assert [line for line in made if "shlex.quote(" not in line] == []
-
-
 LOCKS = {path.name: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("requirements*.lock"))}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
@@ -247,17 +231,6 @@ def test_another_lock_holds_what_a_run_needs_alike(name):
     shared = run.keys() & other.keys()
     assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
     assert name == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
-
-
-def test_a_cluster_takes_the_plug_in_alone_beside_the_run():
-    added = pins("requirements-cluster.lock").keys() - pins("requirements.lock").keys()
-    assert added == {"snakemake-executor-plugin-slurm", "snakemake-executor-plugin-slurm-jobstep"}
-
-
-@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements-dev.lock", "requirements-docs.lock"}))
-def test_one_version_of_each_package_on_every_python(name):
-    """So that a result does not depend on which supported Python made it."""
-    assert [package for package, found in pins(name).items() if len(found) > 1] == []
 
 
 def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():

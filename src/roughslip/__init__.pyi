@@ -1,3 +1,4 @@
+from roughslip.datasets import read as read
 from roughslip.datasets import to_xarray as to_xarray
 from roughslip.errors import ConvergenceError as ConvergenceError
 from roughslip.errors import IllPosedError as IllPosedError
@@ -8,6 +9,5 @@ from roughslip.errors import ParameterError as ParameterError
 from roughslip.errors import RoughslipError as RoughslipError
 from roughslip.errors import StoreError as StoreError
 from roughslip.grid import Grid as Grid
-from roughslip.store import read as read
 
 __version__: str

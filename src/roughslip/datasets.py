@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from roughslip import store
 from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import Estimate
@@ -15,6 +17,15 @@ from roughslip.validation import gate
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@gate
+def read(path: Path | str) -> xr.Dataset:
+    """A result of the study with named dimensions, units, titles and what made it.
+
+    Raises StoreError where the file is missing, cut short or altered, with the command that makes it again.
+    """
+    return store.read(Path(path)).dataset()
 
 
 @gate

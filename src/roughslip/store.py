@@ -164,10 +164,9 @@ def read(path: Path | str) -> Result:
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
-            _check_size(path, file)
             variables = {name: _variable(variable) for name, variable in file.variables.items()}
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-    except (OSError, ValueError, RuntimeError, AttributeError, KeyError) as error:
+    except (OSError, ValueError, RuntimeError, AttributeError, KeyError, MemoryError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {rebuild(path)}") from error
     if attributes.pop("checksum", None) != _checksum(variables, attributes):
         raise StoreError(f"{path}: its contents differ from its checksum; {rebuild(path)}")
@@ -251,13 +250,6 @@ def _fill(file: netCDF4.Dataset, variables: Mapping[str, Variable]) -> None:
         )
         target.setncatts({"units": units, "long_name": long_name})
         target[...] = values.astype(object) if text else values
-
-
-def _check_size(path: Path, file: netCDF4.Dataset) -> None:
-    """Nothing is compressed, so that a file that declares more than it is long was altered, and may fill the memory."""
-    numbers = (variable for variable in file.variables.values() if variable.dtype is not str)
-    if sum(variable.size * variable.dtype.itemsize for variable in numbers) > path.stat().st_size:
-        raise ValueError("declares more than it holds")
 
 
 def _variable(stored: netCDF4.Variable) -> Variable:

@@ -33,7 +33,7 @@ RESULTS = {
     *("Durations", "LimitCycle", "Motion", "Reattachment", "States", "Trajectory", "TroughMap"),
     *("EmpiricalDistribution", "Estimate", "ContactSweep"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography"),
-    "IsotropicCovariance",
+    "Covariance",
     *("FrictionLaw", "Answer", "Budget", "Uncertain"),
 }
 # Methods that the package calls: of solvers, also in single precision, of fits, and of laws from scenes.
@@ -53,9 +53,7 @@ def public():
             if isinstance(function, type) and not error and not getattr(function, "_is_protocol", False):
                 for method in set(dir(function)).difference(dir(tuple), INNER):
                     own = getattr_static(function, method)
-                    if (
-                        isinstance(own, staticmethod) or method.startswith("_") or name == "IsotropicCovariance"
-                    ):  # a base
+                    if isinstance(own, staticmethod) or method.startswith("_") or name == "Covariance":  # a base
                         continue
                     if callable(getattr(function, method)):
                         yield f"{name}.{method}", getattr(function, method)

@@ -27,7 +27,6 @@ CUTOFF = 1.0
 TRUTHS = {
     "gaussian": covariance_of("gaussian", 2.0, 2.0, 1.0, lay_rad=0.4),
     "exponential": covariance_of("exponential", 2.0, 2.0, 0.7, lay_rad=-1.2),
-    "separable_exponential": covariance_of("separable_exponential", 2.0, 0.7, 2.0),
     "matern": covariance_of("matern", 2.0, 2.0, 1.2, lay_rad=1.5, smoothness=1.4),
     "self_affine": self_affine(2.0, 0.8, 9.0, CUTOFF * math.sqrt(9.0 / 6.0), 6.0, 0.7),
 }
@@ -66,7 +65,7 @@ def test_the_true_model_is_chosen(kind):
     fits = sorted((fitted(other, table) for other in KINDS), key=lambda fit: fit.criterion)
     assert fits[0].covariance.kind == kind
     assert fits[0].misfit == pytest.approx(1.0, abs=0.2)  # 312 lags, one of each two opposite: 1 +- 0.04, four of them
-    free = {"separable_exponential": 2, "gaussian": 3, "exponential": 3}.get(kind, 4)
+    free = {"gaussian": 3, "exponential": 3}.get(kind, 4)
     assert fits[0].criterion == pytest.approx(312 * fits[0].misfit ** 2 + free * math.log(312))
 
 
@@ -159,7 +158,7 @@ def test_lags_across_an_endless_lay_stand_in_every_direction():
     spread = SimpleNamespace(low=rows[0] - 0.1, high=rows[0] + 0.1)
     table = SimpleNamespace(lag_x=1e-6 * np.arange(-2, 3), lag_y=2e-6 * np.arange(-3, 4), rows=rows, correlation=spread)
     for endless, lags, expected in ((1, table.lag_x[3:], rows[:, 3:, 3]), (0, table.lag_y[4:], rows[:, 2, 4:])):
-        data = profile_to_fit(table, endless, 4)
+        data = profile_to_fit(table, endless)
         np.testing.assert_allclose(np.hypot(data.x, data.y), np.tile(lags, 4), rtol=1e-12)
         np.testing.assert_allclose(np.arctan2(data.y, data.x), np.repeat(np.arange(4) * np.pi / 4, lags.size))
         np.testing.assert_array_equal(data.correlation, np.tile(expected[0], 4))

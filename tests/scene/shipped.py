@@ -26,7 +26,7 @@ SCENES = (
 )
 PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 KNOWN = ", ".join(sorted((*SCENES, "mine")))
-KINDS = "exponential, gaussian, matern, self_affine, separable_exponential"
+KINDS = "exponential, gaussian, matern, self_affine"
 FIGURES = (
     "answer, figure2, figure3, figure5, figure_budget, figure_chain, figure_map, "
     "figure_record, figure_scan, friction_against_load"

@@ -14,14 +14,13 @@ from scipy.special import j0
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.scene.roughness import covariance_shapes
-from roughslip.surface.covariance import IsotropicCovariance, plane_height
+from roughslip.surface.covariance import Covariance, plane_height
 from roughslip.surface.embedding import embed
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import MODELS, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve
 from roughslip.surface.plausibility import rms_slope
 
-ISOTROPIC = [kind for kind, model in MODELS.items() if issubclass(model, IsotropicCovariance)]
 MONOTONE = [kind for kind, model in MODELS.items() if not model.has_cutoff]
 
 
@@ -41,9 +40,8 @@ def test_one_correlation_length_leaves_one_over_e(kind):
         np.testing.assert_allclose(covariance(np.zeros(1), 0.0), 4.0, rtol=1e-13)
         x, y = covariance.axis_lengths_m
         np.testing.assert_allclose([covariance(np.array(x)), covariance(np.array(0.0), y)], 4.0 / np.e, rtol=1e-9)
-    if kind in ISOTROPIC:  # these depend on the distance alone, in a unit of their own
-        r = np.array([0.5, 2.0])
-        np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
+    r = np.array([0.5, 2.0])
+    np.testing.assert_allclose(covariance.profile(covariance.scale * r), covariance.correlation(r, 0.0), rtol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -78,15 +76,15 @@ def test_rms_slope_and_curvature_are_moments_of_the_spectrum(kind, shapes):
 def test_rms_slope_is_infinite_where_heights_have_none():
     """Matern at nu = 1 still grows with the logarithm of the step; a model without a curvature of its own is tried at
     two steps, the Gaussian of a user within 1e-6."""
-    for kind, shapes in (("exponential", {}), ("separable_exponential", {}), ("matern", {"smoothness": 1.0})):
+    for kind, shapes in (("exponential", {}), ("matern", {"smoothness": 1.0})):
         assert rms_slope(covariance_of(kind, 2.0, 3.0, **shapes)) == np.inf
         assert covariance_of(kind, 2.0, 3.0, **shapes).rms_curvature == np.inf
     rough = covariance_of("matern", 2.0, 3.0, smoothness=2.0)
     assert rms_slope(rough) < rough.rms_curvature == np.inf
     for kind, curvature in (("gaussian", 2.0), ("exponential", np.inf)):
-        tried = IsotropicCovariance.curvature.fget(MODELS[kind](1.0, 1.0))
+        tried = Covariance.curvature.fget(MODELS[kind](1.0, 1.0))
         assert tried == pytest.approx(curvature, rel=1e-6)
-        tried = IsotropicCovariance.fourth_derivative.fget(MODELS[kind](1.0, 1.0))
+        tried = Covariance.fourth_derivative.fget(MODELS[kind](1.0, 1.0))
         assert tried == pytest.approx(6.0 * curvature, rel=1e-4)
     with pytest.raises(ParameterError, match="give step_m where the covariance is not one of"):
         rms_slope(lambda x, y: x)
@@ -176,7 +174,7 @@ def test_isotropic_spectra_are_hankel_transforms(kind):
         assert covariance.spectrum(q) == pytest.approx(2 * np.pi * transform, abs=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["gaussian", "separable_exponential", "matern"])
+@pytest.mark.parametrize("kind", ["gaussian", "matern"])
 def test_spectra_turn_with_the_lay(kind):
     """The sum of C exp(-i q.x) over a fine mesh: exact for the Gaussian; cusps and aliases leave of order (h/l)^2."""
     covariance = model_of(kind, 1.0, 1.5, 0.8, lay_rad=0.4)
@@ -311,9 +309,9 @@ def test_scenes_read_the_registry():
 
 OWN_MODEL = """
 import numpy as np
-from roughslip.surface import IsotropicCovariance
+from roughslip.surface import Covariance
 
-class Autoregressive(IsotropicCovariance):
+class Autoregressive(Covariance):
     def profile(self, u):
         return (1 + u) * np.exp(-u)
 """

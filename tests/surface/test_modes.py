@@ -28,7 +28,6 @@ ROTATED = {
 MIRRORED = {
     "exponential": covariance_of("exponential", 1.5, 3.0, 2.0),
     "matern": covariance_of("matern", 1.5, 3.0, smoothness=1.2),
-    "separable exponential": covariance_of("separable_exponential", 1.5, 3.0, 2.0),
 }
 
 

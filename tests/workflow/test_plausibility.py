@@ -196,7 +196,6 @@ def test_a_load_on_heights_without_slope_is_refused():
     """Matern has a slope above nu = 1. Every self_affine one ends at its cut-off. Without a load all are allowed."""
     for covariance, shapes in (
         ("exponential", {}),
-        ("separable_exponential", {}),
         ("matern", {"smoothness": 1.0}),
     ):
         key, text = surface_mistake(changed("disc_brake", roughness={**GAUSSIAN, "covariance": covariance, **shapes}))

@@ -63,7 +63,7 @@ def fit_covariance(
     rings : powers of the spectrum that determine its shape and count in its criterion
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
-    Returns the fit of two lengths and a lay; of separable_exponential, of lengths along x and y. Raises IllPosedError
+    Returns the fit of two lengths and a lay. Raises IllPosedError
     where there are too few lags, ConvergenceError where least squares stops.
     """
     if kind not in MODELS:
@@ -110,12 +110,13 @@ def fitted_covariances(
     the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
     endless = statistics.sub_areas.endless
-    lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics) if endless is None else None
+    if endless is None:
+        lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics)
+    else:
+        lags, rings = profile_to_fit(statistics.autocorrelation, endless), None
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
-        if endless is not None:
-            lags = profile_to_fit(statistics.autocorrelation, endless, 4 if MODELS[kind].is_fitted_with_lay else 2)
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
         try:
             rms_height_m = float(statistics.rms_height.value)
@@ -136,7 +137,7 @@ def _builder(
     """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
 
     def build(parameters: np.ndarray) -> Covariance:
-        along, across, lay = _axes(model, parameters)
+        along, across, lay = _axes(parameters)
         return model.of_fit(rms_height_m, along, across, lay, _shape_of(model, parameters), cutoff_wavelength_m)
 
     return build
@@ -151,11 +152,9 @@ def _shape_of(model: type[Covariance], parameters: np.ndarray) -> float | None:
     return min(max(value, low), high)
 
 
-def _axes(model: type[Covariance], parameters: np.ndarray) -> tuple[float, float, float]:
+def _axes(parameters: np.ndarray) -> tuple[float, float, float]:
     """Lengths along and across the lay, and the lay."""
     mean = float(parameters[0])
-    if not model.is_fitted_with_lay:
-        return math.exp(mean + parameters[1]), math.exp(mean - parameters[1]), 0.0
     e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
     return math.exp(mean + e), math.exp(mean - e), lay
 
@@ -177,13 +176,13 @@ def _start_and_bounds(model: type[Covariance], lags: Estimates) -> tuple[np.ndar
     longest = math.sqrt(np.max(lags.x**2 + lags.y**2))
     shortest = math.sqrt(np.min(lags.x**2 + lags.y**2))
     angle = math.atan2(-mixed, -difference)  # of twice the lay: the form is smallest along it
-    unit = [math.cos(angle), math.sin(angle)][: 2 if model.is_fitted_with_lay else 1]
     parameters = [
         -0.25 * math.log(trace**2 * (1 - ratio**2)) + math.log(model.fitted_ratio),
-        *(logs * part for part in unit),
+        logs * math.cos(angle),
+        logs * math.sin(angle),
     ]
-    low = [math.log(shortest / 100), *[-MOST_ANISOTROPIC] * len(unit)]
-    high = [math.log(100 * longest), *[MOST_ANISOTROPIC] * len(unit)]
+    low = [math.log(shortest / 100), -MOST_ANISOTROPIC, -MOST_ANISOTROPIC]
+    high = [math.log(100 * longest), MOST_ANISOTROPIC, MOST_ANISOTROPIC]
     if model.fitted_shape is not None:
         name, start, logarithmic = model.fitted_shape
         scaled = [math.log(value) if logarithmic else value for value in (start, *model.shapes[name])]

@@ -21,6 +21,7 @@ from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
 
 MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
+DIRECTIONS = 4  # in which the lags across an endless lay are taken, so that fits find them isotropic
 
 
 @dataclass(frozen=True)
@@ -89,10 +90,8 @@ def _thinned(estimate: Autocorrelation) -> tuple[np.ndarray, np.ndarray, np.ndar
     return lag_x[:, None], lag_y[None, :], estimate.rows[(slice(None), *kept)], error[kept]
 
 
-def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> Estimates:
+def profile_to_fit(estimate: Autocorrelation, endless: int) -> Estimates:
     """Estimates at lags across an endless lay, each in several directions, so that fits take them for isotropic.
-
-    directions : 4 for models with a lay, 2 for those of the axes alone
 
     The effective number of estimates does not change, since copies err together.
     """
@@ -102,9 +101,9 @@ def profile_to_fit(estimate: Autocorrelation, endless: int, directions: int) -> 
         across, rows, error = lag_x[i + 1 :, 0], rows[:, i + 1 :, j], error[i + 1 :, j]
     else:
         across, rows, error = lag_y[0, j + 1 :], rows[:, i, j + 1 :], error[i, j + 1 :]
-    angles = np.arange(directions) * math.pi / directions
+    angles = np.arange(DIRECTIONS) * math.pi / DIRECTIONS
     x, y = (np.outer(part, across).ravel() for part in (np.cos(angles), np.sin(angles)))
-    rows, error = np.tile(rows, directions), np.tile(error, directions)
+    rows, error = np.tile(rows, DIRECTIONS), np.tile(error, DIRECTIONS)
     return Estimates(x, y, rows[0], error, effective_number(rows[1:], error))
 
 

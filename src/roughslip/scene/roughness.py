@@ -137,7 +137,7 @@ class Roughness(Section):
 
     covariance: str = choice(
         "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
-        "separable_exponential is exp(-|x| - |y|). matern has a smoothness, self_affine a Hurst exponent and bandwidth",
+        "matern has a smoothness, self_affine a Hurst exponent and bandwidth",
         tuple(COVARIANCES),
         default=None,
     )

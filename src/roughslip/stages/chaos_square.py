@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from scipy.stats import ks_2samp
@@ -24,7 +25,6 @@ from roughslip.chaos.centre_distribution import (
     sampled_rows,
 )
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
-from roughslip.chaos.regression import Fit
 from roughslip.errors import IllPosedError
 from roughslip.limits import designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
@@ -48,27 +48,49 @@ STAGE = Stage(
 
 EQUATIONS = ("equation_8", "equation_9")
 METHODS = ("monte_carlo", "latin_hypercube", *EQUATIONS, "roughslip")
+EXPANDED = METHODS[2:]
 KNOWN = 20_000  # surfaces in contact at most, at which equations are evaluated
 BINS = np.linspace(-4.0, 6.0, 51)  # of the first variable, which is the height of the centre where variables are local
-ROWS = {
-    "cumulative": "distribution given contact",
-    "contact_probability": "probability of contact at the centre; that of an expansion has the scatter of its fit, not "
-    "the truncation of its series, for interval",
-    "distance_in_contact": "Kolmogorov distance given contact, of Latin hypercube from Monte Carlo and of an expansion "
-    "from both",
-    "tail_error": "largest |log10| of the ratio to these samples where they lie between tail_from and 0.1",
-}
-GIVEN = {
-    "cumulative": "distribution at solved surfaces in contact, of the first design",
-    "distance": "Kolmogorov distance to the solved samples in contact",
-    "tail_error_of_design": "largest |log10| of the ratio to the Latin hypercube samples of the design that was "
-    "fitted, from given_tail_from to 0.1",
-}
-FITS = {
-    "condition_number": "condition number of the basis",
-    "samples": "samples that entered the fit",
-    "leave_one_out": "share of the variance of the target that predictions of left-out samples miss",
-    "positive_share": "share of new draws at which the expansion is positive",
+BY_METHOD, BY_VARIANT, BY_FIT = ("method",), ("variant",), ("fit",)
+VARIABLES = {
+    "method": (BY_METHOD, "how the distribution was found"),
+    "distance": (BY_METHOD, "Kolmogorov distance to Monte Carlo, all samples"),
+    "cumulative": ((*BY_METHOD, "pressure"), "distribution given contact"),
+    "contact_probability": (
+        BY_METHOD,
+        "probability of contact at the centre; that of an expansion has the scatter of its fit, not the truncation of "
+        "its series, for interval",
+    ),
+    "distance_in_contact": (
+        BY_METHOD,
+        "Kolmogorov distance given contact, of Latin hypercube from Monte Carlo and of an expansion from both",
+    ),
+    "tail_error": (
+        BY_METHOD,
+        "largest |log10| of the ratio to these samples where they lie between tail_from and 0.1",
+    ),
+    "tail_from": ((), "least of the low probabilities that the solved samples determine"),
+    "distance_between_variants": ((), "Kolmogorov distance of eqs. (8) and (9)"),
+    "fit": (BY_FIT, "expansion"),
+    "fit_condition_number": (BY_FIT, "condition number of the basis"),
+    "fit_samples": (BY_FIT, "samples that entered the fit"),
+    "fit_leave_one_out": (BY_FIT, "share of the variance of the target that predictions of left-out samples miss"),
+    "fit_positive_share": (BY_FIT, "share of new draws at which the expansion is positive"),
+    "variant": (BY_VARIANT, "expansion at surfaces in contact"),
+    "given_cumulative": ((*BY_VARIANT, "pressure"), "distribution at solved surfaces in contact, of the first design"),
+    "given_distance": (BY_VARIANT, "Kolmogorov distance to the solved samples in contact"),
+    "given_tail_error_of_design": (
+        BY_VARIANT,
+        "largest |log10| of the ratio to the Latin hypercube samples of the design that was fitted, from "
+        "given_tail_from to 0.1",
+    ),
+    "given_positive_share": (BY_VARIANT, "share of the surfaces in contact at which the expansion is positive"),
+    "given_between": ((), "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"),
+    "given_surfaces": ((), "solved surfaces in contact that no fit has seen"),
+    "given_tail_from": ((), "least of the low probabilities that are compared"),
+    "design_cumulative": (("pressure",), "distribution of the Latin hypercube samples of the first design"),
+    "first_variable": (("variable_bin",), "density of the first variable of solved surfaces in contact"),
+    "first_variable_edge": (("variable_edge",), "edges of its bins"),
 }
 
 
@@ -94,19 +116,38 @@ def work(job: Job) -> None:
         drawn = {name: equation.draw(drawing) for name, equation in equations.items()}
         for name in EQUATIONS:
             rows[name] = {"contact_probability": rows["latin_hypercube"]["contact_probability"]}
-            if name in drawn:
-                rows[name] |= drawn_rows(drawn[name], solved)
-                pressure[name] = drawn[name][0]
+        for name, pressures in drawn.items():
+            rows[name] |= drawn_rows(pressures, solved)
+            pressure[name] = pressures[0]
         pressure["roughslip"] = edges.apply(local.draw(np.random.default_rng(drawing), scene.expansion.draws))
         rows["roughslip"] = expanded_rows(local, pressure["roughslip"], edges, drawing, solved)
         given = given_contact(equations, nodes, directions, designs, solved, scene.seed)
-    fits = {name: equation.fits[0] for name, equation in equations.items()} | {"roughslip": local.fit}
     draws = scene.expansion.draws + sum(one.size for one in drawn.values())
     job.usage.count(fits=1 + len(local.without) + len(equations) * len(designs), draws=draws)
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, scene.expansion.degree)})
-    results = table(rows, pressure, solved) | quality(fits, pressure) | given
-    title = "Kolmogorov distance of eqs. (8) and (9)"
-    results |= store.with_interval("distance_between_variants", (), between(drawn), "1", title)
+    apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
+    columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in rows["monte_carlo"]}
+    values: dict[str, Any] = (
+        columns
+        | given
+        | {
+            "method": np.array(METHODS),
+            "distance": [apart.get(name, np.nan) for name in METHODS],
+            "tail_from": solved.tail_from,
+            "distance_between_variants": between(drawn),
+            "fit": np.array(EXPANDED),
+            "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],
+        }
+    )
+    fits = {name: equation.fits[0] for name, equation in equations.items()} | {"roughslip": local.fit}
+    for name in ("condition_number", "samples", "leave_one_out"):
+        values[f"fit_{name}"] = [float(getattr(fits.get(method), name, np.nan)) for method in EXPANDED]
+    results = {"pressure": store.Variable(("pressure",), solved.levels, "Pa", "contact pressure at the centre")}
+    for name, (dimensions, title) in VARIABLES.items():
+        if isinstance(values[name], tuple):
+            results |= store.with_interval(name, dimensions, values[name], "1", title)
+        else:
+            results[name] = store.Variable(dimensions, values[name], "1", title)
     results["captured_variance"] = surface.variable("captured_variance")
     store.write(job.arguments.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
 
@@ -153,7 +194,7 @@ def given_contact(
     designs: list[np.ndarray],
     solved: Reference,
     seed: int,
-) -> dict[str, store.Variable]:
+) -> dict[str, Any]:
     """The equations at Monte Carlo surfaces, no part of any fit, that their solves found in contact.
 
     nodes : (surfaces, nodes) [Pa] pressure of the Monte Carlo samples; directions : (variables, modes)
@@ -163,71 +204,28 @@ def given_contact(
     pressures = {name: equation.pressure(known) for name, equation in equations.items()}
     tail_from = resolved_by_designs(designs)
     rows = {name: given_rows(each, designs, solved, tail_from) for name, each in pressures.items()}
-    variables = {"variant": store.Variable(("variant",), np.array(EQUATIONS), "1", "expansion at surfaces in contact")}
-    for name, title in GIVEN.items():
-        variables |= columns_of(rows, EQUATIONS, name, f"given_{name}", "variant", title, len(solved.levels))
-    positive = [np.mean(pressures[name] > 0) if name in pressures else np.nan for name in EQUATIONS]
-    title = "share of the surfaces in contact at which the expansion is positive"
-    variables["given_positive_share"] = store.Variable(("variant",), positive, "1", title)
-    apart = between(pressures, NORMAL_95 / 2 / math.sqrt(len(known)))
-    text = "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"
-    variables |= store.with_interval("given_between", (), apart, "1", text)
     contacts, curve = int(np.count_nonzero(designs[0])), cumulative_given_contact(designs[0], solved.levels)
-    band = wilson_interval(curve * contacts, contacts)
-    title = "distribution of the Latin hypercube samples of the first design"
-    variables |= store.with_interval("design_cumulative", ("pressure",), (curve, *band), "1", title)
-    density = np.histogram(known[:, 0], BINS)[0] / len(known) / np.diff(BINS)
-    title = "density of the first variable of solved surfaces in contact"
-    variables["first_variable"] = store.Variable(("variable_bin",), density, "1", title)
-    variables["first_variable_edge"] = store.Variable(("variable_edge",), BINS, "1", "edges of its bins")
-    title = "solved surfaces in contact that no fit has seen"
-    variables["given_surfaces"] = store.Variable((), len(known), "1", title)
-    title = "least of the low probabilities that are compared"
-    variables["given_tail_from"] = store.Variable((), tail_from, "1", title)
-    return variables
-
-
-def table(
-    rows: Mapping[str, Mapping[str, Row]], pressure: Mapping[str, np.ndarray], reference: Reference
-) -> dict[str, store.Variable]:
-    """A row a method: distribution, contact probability and distances, each with its interval."""
-    each, truth = ("method",), pressure["monte_carlo"]
-    distance = [ks_2samp(pressure[m], truth, method="asymp").statistic if m in pressure else np.nan for m in METHODS]
-    minimum = "least of the low probabilities that the solved samples determine"
-    variables = {
-        "method": store.Variable(each, np.array(METHODS), "1", "how the distribution was found"),
-        "pressure": store.Variable(("pressure",), reference.levels, "Pa", "contact pressure at the centre"),
-        "distance": store.Variable(each, distance, "1", "Kolmogorov distance to Monte Carlo, all samples"),
-        "tail_from": store.Variable((), reference.tail_from, "1", minimum),
+    values = {
+        f"given_{name}": in_order(rows, EQUATIONS, name, len(solved.levels))
+        for name in ("cumulative", "distance", "tail_error_of_design")
     }
-    for name, title in ROWS.items():
-        variables |= columns_of(rows, METHODS, name, name, "method", title, len(reference.levels))
-    return variables
+    return values | {
+        "variant": np.array(EQUATIONS),
+        "given_positive_share": [np.mean(pressures[n] > 0) if n in pressures else np.nan for n in EQUATIONS],
+        "given_between": between(pressures, NORMAL_95 / 2 / math.sqrt(len(known))),
+        "given_surfaces": len(known),
+        "given_tail_from": tail_from,
+        "design_cumulative": (curve, *wilson_interval(curve * contacts, contacts)),
+        "first_variable": np.histogram(known[:, 0], BINS)[0] / len(known) / np.diff(BINS),
+        "first_variable_edge": BINS,
+    }
 
 
-def columns_of(
-    rows: Mapping[str, Mapping[str, Row]],
-    order: tuple[str, ...],
-    row: str,
-    name: str,
-    along: str,
-    title: str,
-    levels: int,
-) -> dict[str, store.Variable]:
-    """A number of several methods or equations with its interval, in this order; NaN where a fit was refused."""
-    is_curve = row == "cumulative"
-    nothing = (np.full(levels, np.nan),) * 3 if is_curve else NOTHING
-    columns = [np.array(part) for part in zip(*(rows.get(each, {}).get(row, nothing) for each in order), strict=True)]
-    return store.with_interval(name, (along, "pressure") if is_curve else (along,), columns, "1", title)
-
-
-def quality(fits: Mapping[str, Fit], pressure: Mapping[str, np.ndarray]) -> dict[str, store.Variable]:
-    """Quality of the fit, a row for each expansion, of the first design; NaN where the fit was refused."""
-    columns = {name: {method: getattr(fit, name, np.nan) for method, fit in fits.items()} for name in FITS}
-    columns["positive_share"] = {method: np.mean(pressure[method] > 0) for method in fits}
-    expanded = METHODS[2:]
-    variables = {"fit": store.Variable(("fit",), np.array(expanded), "1", "expansion")}
-    for name, column in columns.items():
-        values = [float(column.get(method, np.nan)) for method in expanded]
-        variables[f"fit_{name}"] = store.Variable(("fit",), values, "1", FITS[name])
-    return variables
+def in_order(
+    rows: Mapping[str, Mapping[str, Row]], order: tuple[str, ...], name: str, levels: int
+) -> tuple[np.ndarray, ...]:
+    """A number of several methods or equations, with the ends of its interval; NaN where a fit was refused."""
+    nothing = (np.full(levels, np.nan),) * 3 if name == "cumulative" else NOTHING
+    return tuple(
+        np.array(part) for part in zip(*(rows.get(each, {}).get(name, nothing) for each in order), strict=True)
+    )

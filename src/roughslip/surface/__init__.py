@@ -4,7 +4,7 @@
     heights = surface.heights(surface.sampler(grid)(np.random.default_rng(1)))
 
 - covariance_of, self_affine, MODELS: covariance models; a scan's table by measured_model
-- IsotropicCovariance: what a model of your own inherits
+- Covariance: what a model of your own inherits
 - gaussian_model, fractal_on with FractalModel: surfaces to draw on any mesh, with heights of any distribution
 - embed, karhunen_loeve: exact samples, and modes
 - plane_height: where a rigid plane stands; rms_slope: of a covariance, or between nodes

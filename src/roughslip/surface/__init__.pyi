@@ -1,4 +1,4 @@
-from roughslip.surface.covariance import IsotropicCovariance as IsotropicCovariance
+from roughslip.surface.covariance import Covariance as Covariance
 from roughslip.surface.covariance import plane_height as plane_height
 from roughslip.surface.embedding import embed as embed
 from roughslip.surface.fractal import WeierstrassMandelbrot as WeierstrassMandelbrot

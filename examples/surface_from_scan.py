@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from roughslip.scan import Topography, fitted_covariances, fitted_marginal, read_scan, remove_form, scan_statistics
+from roughslip.probability import empirical_distribution
+from roughslip.scan import Topography, fitted_covariances, read_scan, remove_form, scan_statistics
 from roughslip.surface import gaussian_model
 
 file = Path(__file__).resolve().parents[1] / "config/scans/ground.nc"  # or of an instrument, with roughslip[scans]
@@ -22,7 +23,7 @@ print(
     f"{best.axis_lengths_m[1] * 1e6:.1f} µm across"
 )
 
-model = gaussian_model(best, marginal=fitted_marginal("empirical", scan, float(rms.value)))
+model = gaussian_model(best, marginal=empirical_distribution(scan.heights, float(rms.value)))
 twin = model.heights(model.sampler(grid)(np.random.default_rng(2)))
 again = scan_statistics(Topography(twin, grid.dx, grid.dy, np.zeros(grid.shape, bool)))
 print(f"twin: Sq {again.rms_height.value * 1e6:.3f} µm, skewness {again.skewness.value:.2f}")

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import ndtri
 
 from roughslip.errors import InputError, ParameterError
 from roughslip.grid import Grid
-from roughslip.scan import fitted_marginal, read_scan, scan_statistics
+from roughslip.scan import read_scan, scan_statistics
 from roughslip.scan.outliers import outliers, warnings, without
 from roughslip.scan.topography import FEWEST_NODES, Topography, high_pass, remove_form, topography
 from roughslip.surface.embedding import embed
@@ -255,22 +254,6 @@ def test_spots_of_dirt_are_found_whole(kind, radius):
     spots = [np.hypot(COLUMN - i, ROW - j) <= radius for i, j in ((30, 40), (90, 35), (50, 100))]
     dirty = topography(z + 4e-6 * (1.0 * spots[0] - spots[1] + spots[2]), 1e-6, 1e-6, kind)
     assert np.count_nonzero(outliers(remove_form(dirty, "plane")) ^ np.any(spots, axis=0)) <= 2
-
-
-@pytest.mark.parametrize("share", [0.0, 5e-3])
-@pytest.mark.parametrize("height", [6e-6, -3e-5])
-def test_the_empirical_model_keeps_the_bulk(share, height):
-    """Of outliers that are kept: the middle half of the heights is as wide as that of the scan, within 4 %.
-
-    Tails that begin with them do not make more of them than there are.
-    """
-    z = SURFACES["gaussian"](np.random.default_rng(4))
-    z.flat[np.random.default_rng(1).choice(z.size, round(share * z.size), replace=False)] += height
-    scan = remove_form(topography(z, 1e-6, 1e-6, "spikes"), "plane")
-    marked = fitted_marginal("empirical", scan, float(np.std(scan.heights)))
-    ends = marked.from_gaussian(ndtri([0.25, 0.75]))
-    assert marked.standard_deviation < 1.05 * np.std(scan.heights)
-    assert np.diff(ends) == pytest.approx(np.subtract(*np.percentile(scan.heights, [75, 25])), rel=0.04)
 
 
 def test_spikes_are_found_and_left_out():

@@ -12,13 +12,13 @@ import pytest
 from scipy.stats import binom
 
 from roughslip.grid import Grid
-from roughslip.probability import BetaDistribution, Estimate
+from roughslip.probability import BetaDistribution, Estimate, empirical_distribution
 from roughslip.scan.covariance_fit import fitted_covariances
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scan.jackknife import sub_areas, wrapped
 from roughslip.scan.outliers import outliers
 from roughslip.scan.spectrum import HIGHEST
-from roughslip.scan.statistics import fitted_marginal, scan_statistics
+from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import Topography, high_pass, remove_form, topography
 from roughslip.surface.embedding import embed
 from roughslip.surface.model import gaussian_model, measured_model
@@ -81,7 +81,7 @@ SCANS = {
 def model_of(scan, statistics, covariance, marginal):
     """As stage scan makes it."""
     rms, own = float(statistics.rms_height.value), statistics.autocorrelation
-    law = fitted_marginal(marginal, scan, rms)
+    law = None if marginal == "gaussian" else empirical_distribution(scan.heights[scan.measured], rms)
     if covariance == "measured":
         lengths = float(own.length_x.value), float(own.length_y.value)
         return measured_model(

@@ -17,8 +17,8 @@ import pytest
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, InputError
 from roughslip.grid import Grid
-from roughslip.probability import BetaDistribution
-from roughslip.scan.statistics import fitted_marginal, scan_statistics
+from roughslip.probability import BetaDistribution, empirical_distribution
+from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
@@ -100,7 +100,7 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, kind):
     field = truth.sampler(Grid(160, 160, 1e-6, 1e-6))(np.random.default_rng(1))
     scan = topography(truth.heights(field), 1e-6, 1e-6, "a scan")
     statistics = scan_statistics(scan)
-    law = fitted_marginal(kind, scan, 2e-7)
+    law = None if kind == "gaussian" else empirical_distribution(scan.heights, 2e-7)
     variables, attributes = surface_model.stored_model(covariance, law, False, 2e-7)
     path = tmp_path / "scan.nc"
     variables |= scan_table.of_scan(scan, statistics, scan.missing)

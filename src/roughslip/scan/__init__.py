@@ -4,7 +4,7 @@
     found = scan_statistics(scan)
 
 - read_scan, Topography, remove_form: files of instruments, heights on a mesh, removal of their form
-- scan_statistics, fitted_covariances, fitted_marginal: statistics with intervals, and models for the scan
+- scan_statistics, fitted_covariances: statistics with intervals, and models for the scan
 
 `__init__.pyi` lists all public names and their modules.
 """

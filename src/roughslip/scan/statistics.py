@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from roughslip.probability import EmpiricalDistribution, Estimate, empirical_distribution
+from roughslip.probability import Estimate
 from roughslip.results import described, result
 from roughslip.scan.autocorrelation import Autocorrelation, autocorrelation, sub_areas_for
 from roughslip.scan.jackknife import SubAreas, leave_one_out
@@ -118,9 +118,3 @@ def _root_mean_square(parts: SubAreas, field: np.ndarray) -> Estimate:
     known = np.isfinite(field)
     sums = np.stack([parts.sums(known), parts.sums(np.where(known, field, 0.0) ** 2)], axis=-1)
     return parts.interval(leave_one_out(sums, lambda total: np.sqrt(total[1] / total[0])), positive=True)
-
-
-@gate
-def fitted_marginal(marginal: str, scan: Topography, rms_height_m: float) -> EmpiricalDistribution | None:
-    """The distribution of the measured heights, "empirical", or None for "gaussian"."""
-    return None if marginal == "gaussian" else empirical_distribution(scan.heights[scan.measured], rms_height_m)

@@ -11,12 +11,12 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.probability import EmpiricalDistribution, translate
+from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
 from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
-from roughslip.scan.statistics import ScanStatistics, fitted_marginal, scan_statistics
+from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, high_pass, remove_form
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import Scene
@@ -163,10 +163,11 @@ def translated_marginal(kind: str, scan: Topography, rms_height_m: float) -> Emp
     Raises IllPosedError where a Gaussian field has no translation to it, without the advice of `translate`, which is
     for those who choose shapes.
     """
-    marginal = fitted_marginal(kind, scan, rms_height_m)
+    if kind == "gaussian":
+        return None
     try:
-        if marginal is not None:
-            translate(marginal)
+        marginal = empirical_distribution(scan.heights[scan.measured], rms_height_m)
+        translate(marginal)
         return marginal
     except IllPosedError as error:
         reason = str(error).partition("; use")[0]

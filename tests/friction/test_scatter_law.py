@@ -161,14 +161,14 @@ def test_friction_of_a_long_pad_is_correlated_over_its_length():
     assert correlation[0] == 1.0
 
 
-def influences(load, window, cells, hardness=math.inf):
+def influences(load, window, cells):
     """Influence of windows (cells, starts along, windows across) of 256 x 128 nodes of 1 um, starts 8 nodes apart."""
     grid, slope = Grid(256, 128, 1e-6, 1e-6), 2e-7 / LENGTH
     embedding, influence = embed_cell(GAUSSIAN, grid), Influence(grid, MODULUS, periodic=True)
     sums = []
     for number in range(cells):
         heights = cell_heights(embedding.sample(np.random.default_rng([3, number])), grid)
-        (solved,) = solve_loads(influence, heights, [load * MODULUS * slope], 1e-4, hardness * MODULUS * slope)
+        (solved,) = solve_loads(influence, heights, [load * MODULUS * slope], 1e-4)
         parts = [x.reshape(256, 128 // window[1], window[1]).sum(axis=2).T for x in (solved.shares, solved.pressure)]
         around = [np.concatenate((part, part[:, : window[0] - 1]), axis=1) for part in parts]
         sums.append([window_sums(part, window[0], 8) for part in around])
@@ -202,12 +202,6 @@ def test_windows_in_full_contact_scatter_by_their_force():
     windows = pressures.reshape(40, 4, 64, 4, 32).mean(axis=(2, 4))
     theory = mean_over_window(GAUSSIAN, roughness_of(GAUSSIAN), load, (64e-6, 32e-6))
     assert windows.std() == pytest.approx(math.sqrt(theory), rel=0.1)
-
-
-def test_contact_that_yields_does_not_scatter():
-    """With H at 5 % of E* h' nearly all of the contact bears H: A = N / H. Elastic contact scatters ten times more."""
-    elastic, plastic = (np.sqrt(np.mean(influences(0.02, (64, 32), 4, hardness) ** 2)) for hardness in (math.inf, 0.05))
-    assert plastic < 0.1 * elastic
 
 
 def test_heights_without_a_slope_and_no_load_are_refused():

@@ -62,15 +62,6 @@ def test_hertz_contact_has_mu_inversely_proportional_to_its_radius() -> None:
     np.testing.assert_allclose(mu, 3.0 * math.pi * radius * shear / (4.0 * modulus * a), rtol=1e-14)
 
 
-def test_mu_scales_with_shear_strength_and_not_with_the_unit_of_force_and_area() -> None:
-    rng = np.random.default_rng(3)
-    area, force = rng.random((2, 5, 7)) + 0.1
-    mu, _ = friction_coefficient(area, force, 3.0, 0.05)
-    # powers of two scale without rounding
-    assert np.array_equal(friction_coefficient(area, force, 12.0, 0.05)[0], 4.0 * mu)
-    assert np.array_equal(friction_coefficient(8.0 * area, 8.0 * force, 3.0, 0.4)[0], mu)
-
-
 def test_windows_below_the_least_area_are_marked_and_never_nan() -> None:
     area = np.array([[0.0, 0.5, 1.0], [2.0, 0.0, 0.999]])
     force = np.array([[0.0, 1e-300, 1.0], [4.0, 0.0, 1.0]])

@@ -101,8 +101,6 @@ def test_limits_of_the_beta_family_are_flagged_not_refused(quantiles: np.ndarray
     mu, valid = windows(5.0 + quantiles)
     fit = fit_beta(mu, valid, weights())
     assert fit.at_bound
-    # noise in skewness and kurtosis takes many replicates inside, but of four quadrants at least one stays out
-    assert fit.at_bound_share > 0.1
     assert max(fit.a.value, fit.b.value) == pytest.approx(SHAPES[1], rel=1e-3)
     assert np.isfinite(fit.upper.high)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.special import betaincinv, factorial, log_ndtr, ndtri
+from scipy.special import beta, betaincinv, factorial, log_ndtr, ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.process import FrictionProcess
@@ -22,6 +22,7 @@ from roughslip.probability import (
     translate,
 )
 from roughslip.probability import translation as module
+from roughslip.probability.distributions import beta_from_gaussian
 
 UM = 1e-6
 QUANTILES = stats.beta(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 1001))
@@ -95,6 +96,8 @@ def test_a_beta_is_finite_where_scipy_is_not():
     (a, b), scores = NAN_SHAPES, np.array([-8.5, -8.4])
     np.testing.assert_allclose(BetaDistribution(a, b, 0.0, 1.0).centred(scores), -a / (a + b), rtol=1e-14)
     np.testing.assert_allclose(BetaDistribution(b, a, 0.0, 1.0).centred(-scores), a / (a + b), rtol=1e-14)
+    smallest = (a * beta(a, b) * ndtr(scores)) ** (1 / a)
+    np.testing.assert_allclose(beta_from_gaussian(scores, a, b), smallest, rtol=1e-9)
 
 
 def test_an_empirical_distribution_follows_the_values():
@@ -281,14 +284,14 @@ def test_steps_are_refused():
 
 def test_quantiles_of_a_beta_give_its_table():
     """A thousand quantiles give the table to a hundredth of the scatter, chords between them near the ends included."""
-    beta = BetaDistribution(2.1, 5.0, 0.1, 0.7)
+    own = BetaDistribution(2.1, 5.0, 0.1, 0.7)
     quantiles = betaincinv(2.1, 5.0, np.linspace(0.0, 1.0, 1001))
-    exact, table = table_of(beta), table_of(QuantileDistribution(quantiles, beta.mean, beta.standard_deviation))
+    exact, table = table_of(own), table_of(QuantileDistribution(quantiles, own.mean, own.standard_deviation))
     inner = np.abs(exact.normal) < 3.0
-    assert table.values[inner] == pytest.approx(exact.values[inner], abs=0.01 * beta.standard_deviation)
+    assert table.values[inner] == pytest.approx(exact.values[inner], abs=0.01 * own.standard_deviation)
     values = table.apply(np.random.default_rng(0).standard_normal(10**6))
-    assert values.mean() == pytest.approx(0.0, abs=5e-3 * beta.standard_deviation)  # 5 standard errors of 1e6 draws
-    assert values.std() == pytest.approx(beta.standard_deviation, rel=5e-3)
+    assert values.mean() == pytest.approx(0.0, abs=5e-3 * own.standard_deviation)  # 5 standard errors of 1e6 draws
+    assert values.std() == pytest.approx(own.standard_deviation, rel=5e-3)
     assert table.shares[:2] == pytest.approx(exact.shares[:2], abs=1e-3)
     assert not np.any(table_of(QuantileDistribution(quantiles, 0.3, 0.0)).values)
 

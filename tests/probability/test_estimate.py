@@ -289,6 +289,7 @@ def near(indices, expected, widest=0.12):
 def test_of_a_sum_the_indices_are_the_shares_of_the_variances(split):
     """A lognormal input has the mean and the standard deviation that it is given with, so the sum is exact."""
     parts = np.array([9 * 0.04, 0.09 + 0.04])
+    assert split.drawn.shape == (3, 2048)
     assert split.drawn[0].mean() == pytest.approx(4.0, abs=2e-3)
     assert split.drawn[0].var() == pytest.approx(parts.sum(), rel=0.02)
     near(split.first[0], parts / parts.sum())

@@ -57,7 +57,6 @@ class BetaFit:
         "2-Wasserstein distance between sample and fit, over the standard deviation of the sample"
     )
     at_bound: bool = described("a shape of the sample lies at the end of SHAPES: the data do not determine it")
-    at_bound_share: float = described("share of replicates where one does")
 
 
 @gate
@@ -81,7 +80,7 @@ def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:
     correlation = np.mean(standard * (model - model_centre[:, None]), axis=1) / model_spread
     scale = spread * correlation / model_spread
     lower = centre - scale * model_centre
-    edge = np.min(np.minimum(log_shapes - _LOG_SHAPES[0], _LOG_SHAPES[-1] - log_shapes), axis=1) < 1e-3
+    from_bounds = np.minimum(log_shapes[0] - _LOG_SHAPES[0], _LOG_SHAPES[-1] - log_shapes[0])
     return BetaFit(
         a=Estimate.from_rows(a),
         b=Estimate.from_rows(b),
@@ -90,8 +89,7 @@ def fit_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> BetaFit:
         distance=Estimate.of_distance(
             np.sqrt(np.maximum(0.0, 1.0 - correlation**2)), np.sqrt(np.mean((standard[1:] - standard[0]) ** 2, axis=1))
         ),
-        at_bound=bool(edge[0]),
-        at_bound_share=float(np.mean(edge[1:])),
+        at_bound=bool(from_bounds.min() < 1e-3),
     )
 
 

@@ -48,18 +48,6 @@ def test_cumulative_counts_positive_pressures_at_most_each_level():
     assert np.array_equal(cumulative_given_contact(pressure, levels), [0, 0, 0.25, 0.25, 0.75, 0.75])
 
 
-def test_levels_are_quantiles_dense_in_both_tails():
-    """On 1 ... n the linear quantile at q is 1 + (n - 1) q."""
-    n, count, lowest = 1001, 20, 1e-3
-    pressure = np.concatenate([np.zeros(500), np.arange(1.0, n + 1)])
-    levels = quantile_levels(np.random.default_rng(1).permutation(pressure), lowest, count)
-    probability = (levels - 1) / (n - 1)
-    assert len(levels) == 2 * count - 1
-    assert probability[[0, count - 1, -1]] == pytest.approx([lowest, 0.5, 1 - lowest], rel=1e-12)
-    np.testing.assert_allclose(probability + probability[::-1], 1.0, rtol=1e-12)
-    np.testing.assert_allclose(np.diff(np.log(probability[:count])), math.log(0.5 / lowest) / (count - 1), rtol=1e-9)
-
-
 def test_samples_without_contact_are_refused():
     for call in (quantile_levels, lambda p: cumulative_given_contact(p, np.ones(1))):
         with pytest.raises(IllPosedError, match="no sample is in contact"):

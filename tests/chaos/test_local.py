@@ -20,7 +20,6 @@ from roughslip.chaos.pressure import (
     fit_in_contact,
     pressure_target,
 )
-from roughslip.chaos.regression import least_squares
 from roughslip.chaos.scatter import REACH, residual_scatter
 from roughslip.errors import IllPosedError, ParameterError
 
@@ -104,24 +103,6 @@ def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, k
     assert noise / variance < error < noise / variance * (1 + 2.5 * terms / SURFACES)
 
 
-def jackknife_of(expansion):
-    drawn = expansion.draw(np.random.default_rng(5), 4000, left_out=True)[1:]
-    return [np.sqrt(np.sum(jackknife_deviations(x) ** 2)) for x in (np.mean(drawn > 0, axis=1), drawn.mean(axis=1))]
-
-
-@pytest.mark.slow
-def test_the_jackknife_gives_the_spread_of_repetitions():
-    """40 spreads are known to 11 %, the root mean square of 40 jackknives from 20 groups to a few per cent."""
-    target, errors, estimated = TARGETS["squared_pressure"], [], []
-    for seed in range(40):
-        one = fit_local(samples(target, seed, 200, 3), 2, target)
-        drawn = one.draw(np.random.default_rng(5), 4000)
-        errors.append([np.mean(drawn > 0), drawn.mean()])
-        estimated.append(jackknife_of(one))
-    ratio = np.sqrt(np.mean(np.square(estimated), axis=0)) / np.std(errors, axis=0, ddof=1)
-    assert np.all((ratio > 1 / 1.5) & (ratio < 1.5)), ratio
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_drift_with_the_distance_is_taken_out(kind, true):
     """Twice the drift at nodes further out changes nothing at the centre, but for errors of the coefficient."""
@@ -134,19 +115,6 @@ def test_the_drift_with_the_distance_is_taken_out(kind, true):
         assert np.mean(drawn > 0) == pytest.approx(np.mean(p > 0), abs=4 * 0.5 / np.sqrt(400))
     assert np.mean(far > 0) == pytest.approx(np.mean(near > 0), abs=0.04)
     assert far.mean() == pytest.approx(near.mean(), rel=0.1)
-
-
-def test_left_out_fits_have_not_seen_their_group():
-    target = TARGETS["squared_pressure"]
-    whole = samples(target, 2, 400, 3)
-    one = fit_local(whole, 2, target)
-    keep = np.arange(400) % GROUPS != 3
-    values = target.values(whole.pressure, whole.gap)
-    weights = target.weights(values)  # of all: the scale of the weights is not left out
-    basis = hermite_basis(whole.variables[keep].reshape(-1, 3), multi_indices(3, 2))
-    basis = np.column_stack([basis, np.tile(whole.distance2, keep.sum())])
-    alone = least_squares(basis, values[keep].ravel(), weights[keep].ravel())
-    assert np.linalg.norm(one.without[3].coefficients - alone.coefficients[:-1]) < 1e-10
 
 
 def test_the_fit_to_all_surfaces_is_weighted_least_squares_and_the_scatter_that_near_contact():
@@ -203,22 +171,18 @@ def test_the_stiffness_takes_the_kink_out():
     assert fit.target.gap_stiffness == pytest.approx(1.3, abs=0.01)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_ill_posed_samples_are_refused(kind):
-    target = TARGETS[kind]
+def test_ill_posed_samples_are_refused():
+    target = TARGETS["squared_pressure"]
     whole = samples(target, 3, 200, 3)
-
-    def first(count):
-        return Samples(whole.variables[:count], whole.distance2, whole.pressure[:count], whole.gap[:count])
-
-    with pytest.raises(IllPosedError, match="19 surfaces are too few"):
-        fit_local(first(19), 1, target)
-    with pytest.raises(IllPosedError, match="no sample is in contact"):
-        fit_local(replace(whole, pressure=0 * whole.pressure), 1, target)
-    with pytest.raises(IllPosedError, match="groups that differ"):  # variables that do not vary
-        fit_local(replace(whole, variables=0 * whole.variables + 2.0), 1, target)
-    with pytest.raises(IllPosedError, match=r"the same on every sample|no scatter"):
-        fit_local(replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), 1, target)
+    few = Samples(whole.variables[:19], whole.distance2, whole.pressure[:19], whole.gap[:19])
+    for given_samples, message in (
+        (few, "19 surfaces are too few"),
+        (replace(whole, pressure=0 * whole.pressure), "no sample is in contact"),
+        (replace(whole, variables=0 * whole.variables + 2.0), "groups that differ"),
+        (replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), "the same on every sample"),
+    ):
+        with pytest.raises(IllPosedError, match=message):
+            fit_local(given_samples, 1, target)
 
 
 def test_a_gap_is_negative_where_pressure_has_made_it_so_alone():
@@ -335,17 +299,6 @@ def test_targets_have_one_slope_through_first_contact_of_a_cell(kind):
     np.testing.assert_allclose(target.values(pressure, gap), target.gap_stiffness * interference + parabola, rtol=1e-14)
 
 
-def test_squared_pressure_of_large_cells_is_the_trial_pressure():
-    """w / p_1 = p + p^2 / p_1 - gap / B_00: the pressure is small against p_1 = k B_00."""
-    pressure, gap = np.array([1e5, 3e6, 0.0, 0.0]), np.array([0.0, 0.0, 1e-9, 1e-7])
-    coarse = PARTS | {"influence_diagonal": 1e-4}
-    squared, trial = (pressure_target(kind, **coarse) for kind in ("squared_pressure", "trial_pressure"))
-    assert squared.cell_pressure_pa > 1e14 * pressure.max()
-    np.testing.assert_allclose(
-        squared.values(pressure, gap) / squared.cell_pressure_pa, trial.values(pressure, gap), rtol=1e-13
-    )
-
-
 @pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
 def test_targets_go_on_above_the_hardness_as_below_contact(kind):
     """A cell alone that yields at H: p = H for an interference u > H B_00, and the plastic displacement is the rest."""
@@ -396,16 +349,3 @@ def test_fit_in_contact_is_plain_least_squares_there(logarithm):
     sought = np.log(pressure[contact]) if logarithm else pressure[contact]
     np.testing.assert_allclose(fit.coefficients, np.linalg.lstsq(basis[contact], sought, rcond=None)[0], rtol=1e-11)
     assert fit.samples == contact.sum() < len(pressure)
-
-
-def test_every_sample_recovers_eq_8_where_contact_alone_cannot():
-    """r = -1.5 + xi_1 + xi_1 xi_2 / 2, of which few samples are positive: p = r^+, gap = r^- B_00."""
-    xi, basis = problem(40)
-    trial = -1.5 + xi[:, 0] + xi[:, 0] * xi[:, 1] / 2
-    pressure, gap = 1e6 * np.maximum(trial, 0.0), 1e6 * DIAGONAL * np.maximum(-trial, 0.0)
-    assert 0 < np.count_nonzero(pressure) <= basis.shape[1]
-    target = pressure_target("trial_pressure", **PARTS)
-    fit = least_squares(basis, target.values(pressure, gap))
-    np.testing.assert_allclose(fit.coefficients, [-1.5e6, 1e6, 0, 0, 0.5e6, 0], atol=1e6 * 1e-12)
-    with pytest.raises(IllPosedError, match="more than the 6 coefficients"):
-        fit_in_contact(basis, pressure, logarithm=False)

@@ -155,15 +155,6 @@ def test_self_affine_is_the_transform_of_its_spectrum(hurst, bandwidth):
     assert covariance.cutoff_wavelengths_m == pytest.approx((rolloff / bandwidth,) * 2, rel=1e-13)
 
 
-def test_self_affine_spectrum_is_flat_then_falls_then_ends():
-    covariance = self_affine(1e-6, 0.7, 20e-6, 1e-6, 10e-6)
-    q = 2 * np.pi / 20e-6
-    assert covariance.spectrum(0.0) == pytest.approx(covariance.spectrum(0.99 * q), rel=1e-14)
-    assert covariance.spectrum(8 * q) / covariance.spectrum(4 * q) == pytest.approx(2.0 ** (-2 - 2 * 0.7), rel=1e-12)
-    assert covariance.spectrum(0.0, 8 * q) == pytest.approx(covariance.spectrum(4 * q), rel=1e-12)  # q_r is 2 q there
-    assert covariance.spectrum(20.1 * q) == 0.0
-
-
 @pytest.mark.parametrize("kind", ["gaussian", "exponential", "matern"])
 def test_isotropic_spectra_are_hankel_transforms(kind):
     """S(q) = 2 pi int r C(r) J0(q r) dr; the quadrature is asked for 1e-10 and the tail beyond 40 lengths is e^-40."""
@@ -288,19 +279,11 @@ def test_the_covariance_of_scattered_points_is_positive():
     assert np.linalg.eigvalsh(short(x[:, None] - x[None, :], y[:, None] - y[None, :])).min() > -1e-12
 
 
-@pytest.mark.parametrize(
-    ("correlation", "error", "message"),
-    [
-        (np.ones((4, 5)), ParameterError, "odd"),
-        (np.full((3, 3), np.nan), ParameterError, "finite"),
-        (np.full((3, 3), 0.5), ParameterError, "lag zero"),
-        (np.array([[0.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.2, 0.0]]), ParameterError, "opposite"),
-        (noisy(1, 1.0), IllPosedError, "fewer lags"),
-    ],
-)
-def test_tables_far_from_any_covariance_are_refused(correlation, error, message):
-    with pytest.raises(error, match=message):
-        measured_covariance(correlation, 1.0, 1.0, 1.0)
+def test_tables_far_from_any_covariance_are_refused():
+    with pytest.raises(ParameterError, match="lag zero"):
+        measured_covariance(np.full((3, 3), 0.5), 1.0, 1.0, 1.0)
+    with pytest.raises(IllPosedError, match="fewer lags"):
+        measured_covariance(noisy(1, 1.0), 1.0, 1.0, 1.0)
 
 
 def test_scenes_read_the_registry():

@@ -192,7 +192,8 @@ class Covariance:
         """S : (broadcast of qx and qy) [m^4] spectral density at the wave vector (qx, qy) [rad/m]."""
         (along, across), (cos, sin) = self.lengths_m, direction(self.lay_rad)
         a, b = along * (cos * qx + sin * qy), across * (cos * qy - sin * qx)
-        return self.rms_height_m**2 * along * across * self.transform(np.hypot(a, b) / self.scale) / self.scale**2
+        density = self.transform(np.hypot(a, b) / self.scale) / self.scale**2
+        return self.rms_height_m**2 * along * across * density
 
     @classmethod
     def of_fit(

@@ -31,7 +31,6 @@ class KarhunenLoeve:
     captured_variance: float = described(
         "share of the variance of the nodes, summed over the mesh, that the modes carry"
     )
-    residuals: np.ndarray = described("|C phi_j - lambda_j phi_j| / lambda_1, or a bound of it", "1", "M")
 
     def variance(self) -> np.ndarray:
         """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""
@@ -47,7 +46,6 @@ class KarhunenLoeve:
 class _Pairs(NamedTuple):
     values: np.ndarray  # (M,) [m^2] descending
     vectors: np.ndarray  # (M, nx ny)
-    residuals: np.ndarray  # (M,) relative to the largest value
 
 
 def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
@@ -101,7 +99,7 @@ def karhunen_loeve(
     modes *= signs[:, None]
     modes *= np.sqrt(eigenvalues)[:, None]
     captured = float(eigenvalues.sum() / (grid.size * covariance.rms_height_m**2))
-    return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured, pairs.residuals)
+    return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured)
 
 
 def _fewest(values: np.ndarray, total: float, share: float) -> int:
@@ -119,17 +117,13 @@ def _kronecker_modes(covariance: StationaryCovariance, grid: Grid, order: int | 
     leading = descending[: order or _fewest(products[descending], grid.size, share or 1.0)]
     i, j = np.unravel_index(leading, grid.shape)
     vectors = np.einsum("xm,ym->mxy", x.vectors[:, i], y.vectors[:, j]).reshape(len(leading), -1)
-    residuals = np.abs(y.values[j]) / y.values.max() * x.residuals[i]
-    residuals += np.abs(x.values[i]) / x.values.max() * y.residuals[j]
-    return _Pairs(covariance.rms_height_m**2 * products[leading], vectors, residuals)
+    return _Pairs(covariance.rms_height_m**2 * products[leading], vectors)
 
 
 def _line_modes(covariance: StationaryCovariance, line: Grid) -> _Pairs:
     """All modes of one axis over Sq^2, ascending, vectors in columns."""
     lags = covariance(line.x() - line.dx / 2, 0.0) if line.ny == 1 else covariance(np.zeros(1), line.y() - line.dy / 2)
-    matrix = scipy.linalg.toeplitz(lags) / covariance.rms_height_m**2
-    values, vectors = scipy.linalg.eigh(matrix)
-    return _Pairs(values, vectors, np.linalg.norm(matrix @ vectors - values * vectors, axis=0) / values[-1])
+    return _Pairs(*scipy.linalg.eigh(scipy.linalg.toeplitz(lags) / covariance.rms_height_m**2))
 
 
 def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
@@ -139,8 +133,7 @@ def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int | None
     values, vectors = scipy.linalg.eigh(matrix)
     descending = np.argsort(-np.round(values / variance, 12), kind="stable")
     leading = descending[: order or _fewest(values[descending], grid.size * variance, share or 1.0)]
-    residuals = np.linalg.norm(matrix @ vectors[:, leading] - values[leading] * vectors[:, leading], axis=0)
-    return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T), residuals / values[-1])
+    return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T))
 
 
 def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | None, share: float | None) -> _Pairs:
@@ -148,10 +141,10 @@ def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int | No
     variance = covariance.rms_height_m**2
     count = order or _predicted_number(covariance, grid, share or 1.0)
     while count <= grid.size // LANCZOS_SHARE:
-        values, vectors, residuals = leading_modes(covariance, grid, count)
+        values, vectors, _ = leading_modes(covariance, grid, count)
         needed = order or _fewest(values, grid.size, share or 1.0)
         if needed <= count:
-            return _Pairs(variance * values[:needed], vectors[:needed], residuals[:needed])
+            return _Pairs(variance * values[:needed], vectors[:needed])
         count = math.ceil(1.2 * count)
     raise IllPosedError(
         f"the expansion needs more than a quarter of the {grid.size} modes of the mesh: sample by circulant "

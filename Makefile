@@ -72,7 +72,7 @@ verify: $(VENV)/run.stamp ## compare a run with the results that git keeps, and 
 faults: $(VENV)/dev.stamp ## kill runs, fill the disk, damage results, 200 times; each time one new run must mend it
 	FAULTS=$(or $(COUNT),200) FAULT_SEED=$(or $(SEED),1) $(RUN) pytest -rP tests/workflow/test_faults.py -k mends_each_kind
 
-schema: $(VENV)/run.stamp ## write config/scene.schema.json after a change of the scene types
+schema: $(VENV)/run.stamp ## write the schema and the page of scene keys after a change of the scene types
 	$(RUN) roughslip.scene.schema
 
 fuzz: $(VENV)/dev.stamp ## 2000 random scenes a test: planned, or refused with a line a mistake

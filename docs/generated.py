@@ -1,4 +1,4 @@
-"""Parts of the manual that follow from the source: scene keys, what a key affects, results, verdicts, messages.
+"""Parts of the manual that follow from the source: what a key affects, results, verdicts, messages.
 
 A comment `<!-- generated: part argument -->` on a page stands for the text that the function of that name returns.
 """
@@ -8,21 +8,17 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import api_pages
 from sphinx.application import Sphinx
 
 from roughslip import errors
 from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations, targets
-from roughslip.scene.fields import fields_of
-from roughslip.scene.loader import load
 from roughslip.scene.plan import stages_of_several_scenes
-from roughslip.scene.schema import describe_allowed, scene_schema
-from roughslip.scene.types import Scene, get
+from roughslip.scene.schema import keys
+from roughslip.scene.types import File
 from roughslip.verdicts.statements import STATEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -38,18 +34,6 @@ OF_THE_PLAN = {
 def fill(app: Sphinx, page: str, text: list[str]) -> None:
     """Put the generated parts into a page before it is read."""
     text[0] = PLACE.sub(lambda found: globals()[found[1]](*filter(None, [found[2]])), text[0])
-
-
-@cache
-def keys() -> dict[str, dict[str, Any]]:
-    """Every key of a scene by its dotted name, with its part of the schema; sections among them."""
-
-    def walk(part: dict[str, Any], prefix: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        for name, inner in part.get("properties", {}).items():
-            yield prefix + name, inner
-            yield from walk(inner, f"{prefix}{name}.")
-
-    return dict(walk(scene_schema(), ""))
 
 
 def reads(stage: Stage) -> tuple[str, ...]:
@@ -80,38 +64,14 @@ def affected(key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(first), tuple(sorted(shown))
 
 
-def scene_keys() -> str:
-    """Every key: what it means, what is allowed, its default, its value in `resolved`, and which stages read it."""
-    resolved, text = load("resolved", ROOT / "config/scenes"), []
-    for key, part in keys().items():
-        if "properties" in part:
-            text.append(f"{'#' * (key.count('.') + 2)} `{key}`\n\n{part['description']}\n")
-            continue
-        if "." not in key and not any("## " in line for line in text):
-            text.append("## Of the whole scene\n")
-        meaning = re.sub(r" \[[^]]*\]$", "", part["description"])
-        value = None if key in OF_THE_PLAN else get(resolved, key)
-        stages, _ = affected(key)
-        rows = [
-            f"{meaning}.",
-            f"*Allowed:* {describe_allowed(part)}." if "type" in part and part["type"] != "object" else "",
-            "*Or:* `{value: ..., standard_uncertainty: ...}`." if part.get("measured") else "",
-            f"*Default:* `{part['default']}`." if "default" in part else "",
-            f"*In* `resolved`*:* `{f'{value:g}' if isinstance(value, float) else value}`." if value is not None else "",
-            f"*Read by:* {', '.join(stages)}." if stages else f"*Says* {OF_THE_PLAN[key]}.",
-        ]
-        text.append(f"`{key}`\n: " + "\n\n  ".join(row for row in rows if row) + "\n")
-    return "\n".join(text)
-
-
 def key_effects() -> str:
     """A table with a row for keys of a section that change the same figures, and a column for each figure."""
     columns = [name for name in targets() if name != "answer"] + ["answer"]
     heads = [name.removeprefix("figure_").removeprefix("figure") for name in columns]
     text = [f"| key | {' | '.join(heads)} |", "|---|" + ":-:|" * len(columns)]
-    for section in fields_of(Scene):
+    for section in File.model_fields:
         rows: dict[tuple[str, ...], list[str]] = {}
-        for key, part in keys().items():
+        for key, part in keys():
             if key.partition(".")[0] == section and "properties" not in part and key not in OF_THE_PLAN:
                 rows.setdefault(affected(key)[1], []).append(key.removeprefix(f"{section}."))
         for shown, names in rows.items():
@@ -235,6 +195,6 @@ def examples() -> str:
     return "\n".join(text)
 
 
-missing = sorted(key for key, part in keys().items() if "properties" not in part and not affected(key)[0])
+missing = sorted(key for key, part in keys() if "properties" not in part and not affected(key)[0])
 if not set(missing) <= set(OF_THE_PLAN):
     raise ValueError(f"keys that no stage reads: {missing}; say in OF_THE_PLAN what they do")

@@ -15,7 +15,7 @@ import pytest
 
 import roughslip
 from roughslip.compilation.source_hash import absolute_imports
-from tests.scene.shipped import SCHEMA, properties
+from roughslip.scene.schema import keys
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
@@ -176,7 +176,7 @@ def test_pieces_stay_small_and_named_by_their_subject():
     assert wrong == []
 
 
-KEYS = set(properties(SCHEMA))
+KEYS = set(dict(keys()))
 ANNOUNCED = re.compile(r"scene keys?: ([^;]*)")
 KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 

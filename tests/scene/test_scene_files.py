@@ -1,9 +1,6 @@
-"""Shipped scenes are valid, say where each number comes from, and overlays exercise every option that is offered.
-
-A mistake in a scene file has its line; mistakes.txt lists mistakes and lines.
+"""Shipped scenes are valid and say where each number comes from. A mistake has its line; mistakes.txt lists both.
 
 Scenes at random: each loads or is refused with one line for each mistake, and none ends in a traceback.
-
 SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/workflow/test_plans.py plans those that load.
 """
 
@@ -21,47 +18,10 @@ from hypothesis import strategies as st
 
 from roughslip.errors import InputError
 from roughslip.scene import plan, types
-from roughslip.scene.loader import load, scene_names
-from roughslip.scene.plan import stages_needed
-from roughslip.scene.types import slice_for
-from tests.scene.shipped import (
-    CONFIG,
-    FIGURES,
-    KINDS,
-    KNOWN,
-    SCENES,
-    SCHEMA,
-    lines_of,
-    overlays,
-    properties,
-    shipped_scene,
-)
+from roughslip.scene.loader import load
+from tests.scene.shipped import CONFIG, SCENES, WORDS, lines_of, overlays, shipped_scene
 
-OPTIONS = (Path(__file__).parent / "options.txt").read_text(encoding="utf-8").strip().split("\n\n")[1:]
-
-
-def leaves(values: dict, prefix: str = ""):
-    """The dotted keys of a scene file, with their values."""
-    for key, value in values.items():
-        if isinstance(value, dict):
-            yield from leaves(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value
-
-
-@pytest.mark.parametrize("text", OPTIONS)
-def test_an_option_validates_and_plans(mine, text):
-    scene = mine(text if "extends:" in text else f"extends: paper\n{text}")
-    assert all(slice_for(scene, stage) for stage in stages_needed(scene))
-
-
-def test_every_key_and_word_is_set_by_a_shipped_scene_or_an_option():
-    texts = [*OPTIONS, *((CONFIG / "scenes" / f"{name}.yaml").read_text() for name in SCENES)]
-    given = [pair for text in texts for pair in leaves(yaml.safe_load(text))]
-    keys, words = {key for key, _ in given}, {(key, value) for key, value in given if isinstance(value, str)}
-    for key, part in properties(SCHEMA).items():
-        assert part["type"] == "object" or key in keys, key
-        assert all((key, word) in words for word in part.get("enum", ())), (key, part["enum"])
+MISTAKES = (Path(__file__).parent / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")[1:]
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -87,18 +47,13 @@ def test_every_number_says_where_it_comes_from(path):
     lines = text.splitlines()
     bare = [lines[n] for n in numbers(yaml.compose(text)) if not re.search(r"# (paper|assumed): \S+ \S+", lines[n])]
     assert not bare
-    assert path.stem in SCENES
-    assert scene_names(path.parent) == sorted(SCENES)
-
-
-MISTAKES = (Path(__file__).parent / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")[1:]
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_has_its_line(mine, mistake):
     text, line = mistake.strip().split("\n-> ")
     text = text if "extends:" in text else f"extends: paper\n{text}"
-    for name, words in (("{FIGURES}", FIGURES), ("{KINDS}", KINDS), ("{KNOWN}", KNOWN)):
+    for name, words in WORDS.items():
         line = line.replace(name, words)
     assert lines_of(mine, text) == [f"scenes/mine.yaml: {line}"]
 

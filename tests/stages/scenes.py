@@ -6,10 +6,8 @@ CONTACT = {
     "seed": 7,
     "roughness": {"covariance": "gaussian", "rms_height_m": 2e-7, "correlation_length_m": 1.5e-5},
     "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
-    "square": {"edge_m": 6e-5, "nodes": 6, "modes": 36, "penetration_percentile": 20.0},
+    "square": {"edge_m": 6e-5, "nodes": 6, "modes": 36},
     "strip": {
-        "length_m": 4e-4,
-        "margin_m": 2e-5,
         "width_m": 2.5e-5,
         "cell_m": 5e-6,
         "window_m": 1e-4,
@@ -31,7 +29,6 @@ OSCILLATOR = {
     "static_friction": 0.4,
     "stribeck_decay_s_per_m": 1.42,
     "stribeck_quadratic_s2_per_m2": 0.01,
-    "stochastic_static_limit": True,
 }
 
 

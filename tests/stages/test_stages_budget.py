@@ -120,7 +120,11 @@ def test_a_surface_given_with_uncertainty_is_a_source():
     made = SimpleNamespace(
         standard_uncertainties=(("roughness.rms_height_m", 1e-7),),
         roughness=SimpleNamespace(
-            rms_height_m=1e-6, correlation_length_m=1e-5, covariance="gaussian", marginal=None, **dict.fromkeys(OPTIONS)
+            rms_height_m=1e-6,
+            correlation_length_m=1e-5,
+            covariance="gaussian",
+            beta_shapes=None,
+            **dict.fromkeys(OPTIONS),
         ),
         strip=SimpleNamespace(window_m=1e-3, width_m=1e-3),
         oscillator=SimpleNamespace(windows_in_parallel=4),

@@ -17,7 +17,7 @@ STRIPS, MANY, WINDOWS = 12, 40, 60
 SCENE = changed(
     CONTACT,
     strip={"penetration_percentiles": [10.0, 50.0, 90.0], "window_spacing_m": 1e-5},
-    friction={"mean_at_median": 0.3, "least_contact_fraction": 0.001},
+    friction={"mean": 0.3},
 )
 
 

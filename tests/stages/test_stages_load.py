@@ -20,7 +20,7 @@ SCENE = changed(
     CONTACT,
     strip={"penetration_percentiles": LEVELS, "training_samples": 2, "samples": MANY},
     numerics={"contact_area": "corrected"},
-    friction={"mean_at_median": 0.3, "least_contact_fraction": 1e-4},
+    friction={"mean": 0.3},
     oscillator={"normal_force_n": 50.0},
 )
 WINDOW_AREA = 1e-4 * 2.5e-5
@@ -61,8 +61,8 @@ CELLS = changed(
     CONTACT,
     strip={"samples": 20},
     numerics={"contact_area": "corrected", "contact_tolerance": 1e-5},
-    friction={"mean_at_median": MEAN, "least_contact_fraction": 1e-3},
-    load={"force_n": NOMINAL * AREA, "nominal_pressure_pa": NOMINAL, "apparent_area_m2": AREA},
+    friction={"mean": MEAN},
+    load={"force_n": NOMINAL * AREA, "nominal_pressure_pa": NOMINAL},
     oscillator={"windows_in_parallel": 40},
 )
 
@@ -141,7 +141,7 @@ def test_friction_under_the_load_by_hand(run, folder):
     assert np.log(result["load_std"]) == pytest.approx(np.interp(np.log(40.0), *logs), abs=1e-9)
     for name in ("shear_strength", "real_area", "load_std", "std"):
         assert result[f"{name}_low"] < result[name] < result[f"{name}_high"]
-    measured = changed(CELLS, load={"mean_friction": 0.5})
+    measured = changed(CELLS, friction={"mean": 0.5})
     twice = run(friction, measured, "twice", blocks=[folder / "contact.nc"])
     assert twice["load_mean"] == 0.5
     np.testing.assert_allclose(twice["pad_std"], 2 * result["pad_std"], rtol=1e-9)

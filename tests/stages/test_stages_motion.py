@@ -16,13 +16,12 @@ DAMPINGS = [0.1, 0.17, 0.34]
 MOMENTS = {"mean": 0.3, "standard_deviation": 1e-9, "correlation_length_m": 2.5e-4}
 CONFIGURATION = {
     "seed": 7,
-    "friction": {"statistics": MOMENTS | {"beta_shapes": [2.1, 5.0]}},
+    "friction": {"statistics": MOMENTS},
     "oscillator": OSCILLATOR,
     "ensemble": {
         "realisations": 8,
         "duration_periods": 30,
         "damping_ratios": DAMPINGS,
-        "drawn_realisations": 2,
         "nodes_per_correlation_length": 8,
     },
 }
@@ -40,6 +39,7 @@ def precise():
     """Motions as precise as the closed forms that they are compared with."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(machine, "TOLERANCE", 1e-9)
+        patch.setattr(oscillator, "DRAWN", 2)
         yield
 
 

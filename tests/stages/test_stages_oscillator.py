@@ -300,10 +300,13 @@ MAP = {
     "parameters": ["belt_velocity", "damping"],
     "ranges": [[0.474, 1.896], [0.1, 0.5]],
     "points": 5,
-    "realisations": 8,
-    "duration_periods": 40,
 }
 ALL = 1.0  # share of the points that are run
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch):
+    monkeypatch.setattr(stick_slip_map, "RUNS", 8)
 
 
 def asked(std: float, **others: object) -> dict:

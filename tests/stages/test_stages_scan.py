@@ -20,7 +20,7 @@ from roughslip.surface.embedding import embed
 from roughslip.surface.model import gaussian_model
 from roughslip.surface.models import covariance_of
 
-STRIP = {"length_m": 4e-4, "margin_m": 2e-5, "width_m": 2.5e-5, "cell_m": 5e-6}
+STRIP = {"window_m": 1e-4, "width_m": 2.5e-5, "cell_m": 5e-6}
 SQ, DX, DY = 2e-7, 1e-6, 2e-6
 GRID = Grid(160, 120, DX, DY)
 CONFIGURATION = {

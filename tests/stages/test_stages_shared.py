@@ -23,7 +23,7 @@ from roughslip.scan.topography import topography
 from roughslip.scene.declarations import Stage
 from roughslip.scene.types import scene_of
 from roughslip.stages.costs import total
-from roughslip.stages.from_scene import expansion, geometry, surface_model
+from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.from_scene.expansion import directions
 from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
 from roughslip.stages.report import read_scene
@@ -36,8 +36,6 @@ from roughslip.surface.modes import karhunen_loeve
 
 # Of the paper's scene: lengths that are no whole numbers of cells in floating point.
 STRIP = {
-    "length_m": 2.4e-3,
-    "margin_m": 3e-4,
     "width_m": 2.5e-5,
     "cell_m": 2.5e-6,
     "window_m": 6e-4,
@@ -45,17 +43,13 @@ STRIP = {
 }
 
 
-@pytest.mark.parametrize(
-    ("margin", "length", "middle"), [(0.0, 2.4e-3, 960), (3e-4, 2.4e-3, 960), (3e-4, 2.41e-3, 964)]
-)
-def test_blocks_lie_on_the_middle_of_the_strip(margin, length, middle):
-    """160 of 15 um fill 2.4 mm. Of 2.41 mm four columns are left."""
-    scene = scene_of({"strip": STRIP | {"margin_m": margin, "length_m": length}})
+def test_blocks_lie_on_the_middle_of_the_strip():
+    """160 of 15 um fill 2.4 mm, four windows. Half a window is solved beyond either end."""
+    scene = scene_of({"strip": STRIP})
     grid, within = geometry.strip_grid(scene), geometry.middle(scene)
-    assert grid.shape == (middle + 2 * round(margin / 2.5e-6), 10)
-    assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx((length + 2 * margin, 2.5e-5))
-    assert within.start == grid.nx - within.stop == round(margin / 2.5e-6)
-    assert within.stop - within.start == middle
+    assert grid.shape == (960 + 2 * 120, 10)
+    assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx((3e-3, 2.5e-5))
+    assert within == slice(120, 1080)
     assert geometry.block_nodes(scene) == (6, 10)
 
 
@@ -71,18 +65,18 @@ def test_a_field_with_every_key_and_a_distribution_of_heights():
     model = model_of(covariance="matern", smoothness=1.5, correlation_length_across_m=2e-6, lay_rad=0.3)
     assert model.covariance == covariance_of("matern", 2e-7, 5e-6, 2e-6, 0.3, smoothness=1.5)
     assert (model.lengths_m, model.marginal) == (model.covariance.axis_lengths_m, None)
-    law = {"beta": [5.0, 2.1]}
-    model, corrected = model_of(marginal=law), model_of(marginal=law | {"correct_correlation": True})
+    law = [5.0, 2.1]
+    model, corrected = model_of(beta_shapes=law), model_of(beta_shapes=law, correct_correlation=True)
     assert model.marginal == BetaDistribution.of_moments(5.0, 2.1, 0.0, 2e-7)
     assert model.covariance == covariance_of("exponential", 2e-7, 5e-6)
     lag = np.array(5e-6)
     assert corrected.covariance.wanted(lag) == model.covariance(lag) < corrected.covariance(lag)
     with pytest.raises(IllPosedError, match="no Gaussian field"):
-        model_of(covariance="gaussian", marginal=law | {"correct_correlation": True})
+        model_of(covariance="gaussian", beta_shapes=law, correct_correlation=True)
 
 
 def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
-    fractal = {"hurst": 0.8, "azimuths": 8, "gamma": 1.5}
+    fractal = {"hurst": 0.8}
     scene = {"roughness": {"rms_height_m": 2e-7, "fractal": fractal}, "strip": STRIP}
     law = surface_model.surface_model(scene_of(scene)).law
     assert law.longest_wavelength_m == pytest.approx(3e-3)
@@ -161,12 +155,11 @@ def test_training_nodes_lie_half_a_length_from_the_central_ones():
 def test_variables_are_local_functionals_as_long_as_they_are_independent():
     surface, grid = GaussianModel(covariance_of("gaussian", 1.0, 6.0), (6.0, 6.0)), Grid(24, 24, 1.0, 1.0)
     modes, places = karhunen_loeve(surface.covariance, grid, 60).modes, training_nodes(surface.lengths_m, grid)
-    variables = expansion.variables_of(scene_of({"expansion": {"variables": 3}}), surface, grid, modes, places)
-    np.testing.assert_array_equal(variables.directions, directions(surface, grid, modes, places, 3)[0])
-    for one, x, y in zip(variables.directions, places.x, places.y, strict=True):
+    variables = directions(surface, grid, modes, places, 3)[0]
+    for one, x, y in zip(variables, places.x, places.y, strict=True):
         np.testing.assert_allclose(one[0], modes[:, x, y] / np.linalg.norm(modes[:, x, y]), atol=1e-12)
     with pytest.raises(IllPosedError, match="only 5 of the 6 variables"):
-        expansion.variables_of(scene_of({"expansion": {"variables": 6}}), surface, grid, modes[:5], places)
+        directions(surface, grid, modes[:5], places, 6)
 
 
 @pytest.mark.parametrize(("lay", "symmetries"), [(0.0, 2), (0.6, 1)])

@@ -27,7 +27,7 @@ CONFIGURATION = changed(
     numerics={"contact_area": "nodes"},
     expansion={"target": "trial_pressure", "degree": 1},
 )
-NX, NY, FIRST, COUNT, WINDOW, SPACING = 88, 5, 4, 16, 20, 4  # nodes; first column and number of windows; columns
+NX, NY, FIRST, COUNT, WINDOW, SPACING = 100, 5, 10, 16, 20, 4  # nodes; first column and number of windows; columns
 CELL_AREA = 5e-6**2
 HOW = {"method": "fft", "nodes": NX * NY, "start": "given"}  # solutions were found
 COLUMNS = training_columns(slice(FIRST, FIRST + 80))
@@ -234,7 +234,6 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
 LONG = changed(
     CONTACT,
     strip={
-        "length_m": 8e-4,
         "window_m": 2e-4,
         "penetration_percentiles": [30.0, 50.0, 80.0],
         "training_samples": 6,
@@ -277,7 +276,7 @@ def test_friction_of_a_surface_that_yields_is_at_least_shear_strength_over_hardn
 
 def test_friction_does_not_change_when_all_lengths_do_and_falls_as_the_modulus_rises(strips, elastic_strips):
     """u, B and the cells have one length, so pressures stay; they are proportional to E*, areas are not."""
-    lengths = ("length_m", "margin_m", "width_m", "cell_m", "window_m", "window_spacing_m")
+    lengths = ("width_m", "cell_m", "window_m", "window_spacing_m")
     larger = changed(
         LONG,
         roughness={"rms_height_m": 4 * SQ, "correlation_length_m": 4 * 1.5e-5},
@@ -321,8 +320,7 @@ def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run)
     scene = changed(
         CONTACT,
         roughness={"correlation_length_m": 1.416e-5},
-        strip={"length_m": 8e-4, "margin_m": 1e-4, "window_m": 2e-4, "window_spacing_m": 2e-5, "cell_m": 1.25e-6}
-        | {"training_samples": 1, "samples": 48},
+        strip={"window_m": 2e-4, "window_spacing_m": 2e-5, "cell_m": 1.25e-6} | {"training_samples": 1, "samples": 48},
         numerics={"contact_area": "corrected", "extrapolate_mesh": True, "contact_tolerance": 1e-5},
     )
     changes, errors = [], []

@@ -23,7 +23,7 @@ TINY = """\
 extends: paper
 description: "Every stage, as small as the rules allow"
 square: {nodes: 8, modes: 64, monte_carlo_samples: 4000, latin_hypercube_samples: 8000}
-expansion: {variables: 3, degree: 2, samples: 200, draws: 2000}
+expansion: {degree: 2, samples: 200}
 strip:
   cell_m: 5.0e-6
   window_spacing_m: 6.0e-5
@@ -35,7 +35,6 @@ ensemble:
   realisations: 8
   duration_periods: 20
   damping_ratios: [0.17, 0.34]
-  drawn_realisations: 2
 answer: {realisations: 72, duration_periods: 20}
 jobs: 1
 """

@@ -35,13 +35,13 @@ material: {young_modulus_gpa: 210}
 roughness: {correlation_length_m: 1e-6}
 square: {nodes: ten}
 strip: {window_spacing_m: 6.2e-5}
-oscillator: {stochastic_static_limit: perhaps}
+numerics: {extrapolate_mesh: perhaps}
 ensemble: {damping_ratios: [0.3, 0.2]}
 """
 BROKEN_KEYS = [
     "ensemble.damping_ratios",
     "material.young_modulus_gpa",
-    "oscillator.stochastic_static_limit",
+    "numerics.extrapolate_mesh",
     "roughness.correlation_length_m",
     "square.nodes",
     "strip.window_spacing_m",

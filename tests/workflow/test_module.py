@@ -132,14 +132,13 @@ def test_scenes_of_a_caller_are_added_to_the_shipped_ones(tmp_path):
 
 SECTION = '''"""Section `slopes` of a scene."""
 
-from roughslip.scene.fields import Section, integer, section
+from roughslip.scene.section import Section, number
 
 
-@section
 class Slopes(Section):
     """Slopes of the square, of figure_slopes."""
 
-    bins: int = integer("Bins of the histogram", minimum=2, maximum=1000)
+    bins: int = number("Bins of the histogram", ge=2, le=1000)
 '''
 
 FIGURE = '''"""Slopes along the sliding direction."""
@@ -210,7 +209,7 @@ def test_a_stage_with_its_figure(copy):
     copy.edit(
         "src/roughslip/scene/types.py",
         "    numerics: Numerics",
-        "    slopes: Slopes = group(Slopes)\n    numerics: Numerics",
+        "    slopes: Slopes = part()\n    numerics: Numerics",
     )
     copy.scene("steep", "extends: tiny\ntargets: [figure_slopes]\nslopes: {bins: 20}\n")
     assert "figure_slopes" not in jobs_of(copy, "tiny")
@@ -234,9 +233,9 @@ def test_a_scene_key(copy):
     copy.edit(
         "src/roughslip/scene/contact.py",
         "    poisson_ratio",
-        '    yield_share: float = number("Share of the hardness", above=0, maximum=1, default=1.0)\n    poisson_ratio',
+        '    yield_share: float = number("Share of the hardness", gt=0, le=1, default=1.0)\n    poisson_ratio',
     )
-    copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads_if_given="', 'reads_if_given="material.yield_share ')
+    copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads="', 'reads="material.yield_share ')
     ask = "from roughslip.scene.types import slice_for; from roughslip.scene.loader import load\n"
     ask += "from pathlib import Path\n"
     ask += "print(slice_for(load(Path('config/scenes/{}.yaml'), Path('config/scenes')), 'karhunen_loeve')['material'])"

@@ -6,13 +6,11 @@ import shutil
 
 import pytest
 
-from roughslip.errors import InputError
 from roughslip.scene.plausibility import inherited
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
-from workflow.study.scenes import Scenes
 from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
@@ -83,25 +81,20 @@ SIDES = {
         {"oscillator": table(0.44)},
         "oscillator.static_friction = 0.44 is below 0.45, the largest of oscillator.friction_table",
     ),
-    "static friction at small penetration": (  # 1.3 times 0.3
-        {"oscillator": {"penetration_percentile": 20.0, "static_friction": 0.3901}},
-        {"oscillator": {"penetration_percentile": 20.0, "static_friction": 0.3899}},
-        "oscillator.static_friction = 0.39 may be below the mean friction",
-    ),
     "samples of the square": (  # C(8 + 3, 3) = 165
         {"expansion": {"samples": 330}},
         {"expansion": {"samples": 329}},
         "expansion.samples = 329 are fewer than 2 for each of the 165 terms",
     ),
-    "samples of the strip": (  # 2.4 mm hold 24 correlation lengths of 0.1 mm; 14 strips hold 336 >= 330
-        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 14, "window_m": 1.0e-3}},
-        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 13, "window_m": 1.0e-3}},
-        "strip.training_samples = 13 have 312 independent columns, fewer than 2 for each of the 165 terms",
+    "samples of the strip": (  # 4 mm hold 40 correlation lengths of 0.1 mm; 9 strips hold 360 >= 330
+        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 9, "window_m": 1.0e-3}},
+        {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"training_samples": 8, "window_m": 1.0e-3}},
+        "strip.training_samples = 8 have 320 independent columns, fewer than 2 for each of the 165 terms",
     ),
-    "least contact of a window": (  # of 480 x 20 cells: two of them
-        {"friction": {"least_contact_fraction": 2 / 9600}},
-        {"friction": {"least_contact_fraction": 1.9 / 9600}},
-        "friction.least_contact_fraction = 0.000197917 lets a window count with 1.9 cells in contact",
+    "least contact of a window": (  # a thousandth of 600 x 25 um is two cells of 2.74 um
+        {"targets": ["figure3"], "strip": {"cell_m": 2.73e-6}},
+        {"targets": ["figure3"], "strip": {"cell_m": 2.75e-6}},
+        "strip.cell_m = 2.75e-06 m lets a window count with 2 cells in contact",
     ),
 }
 
@@ -123,18 +116,6 @@ def test_shipped_scenes_have_one_warning_at_most():
     assert scene_warnings(shipped_scene("resolved")) == scene_warnings(shipped_scene("measured")) == []
     assert scene_warnings(changed("given", material={"young_modulus_pa": 1e6})) == []
     assert scene_warnings(changed("paper", targets=["figure3"]))[0].startswith("strip.cell_m = 2.5e-06 m above")
-
-
-def test_a_surface_that_does_not_exist_is_a_mistake_of_its_scene(tmp_path, monkeypatch):
-    """126 frequencies, ln(2.4e-3 / 5.2e-6) / ln(1.05), at 1000 azimuths: refused by the surface, before any job."""
-    monkeypatch.chdir(tmp_path)
-    text = "extends: fractal\nroughness: {fractal: {gamma: 1.05, azimuths: 1000, wavelengths_m: [5.2e-6, 2.4e-3]}}\n"
-    (tmp_path / "config/scenes").mkdir(parents=True)
-    for name in ("paper", "resolved", "fractal"):
-        (tmp_path / f"config/scenes/{name}.yaml").write_bytes((CONFIG / f"scenes/{name}.yaml").read_bytes())
-    (tmp_path / "config/scenes/mine.yaml").write_text(text)
-    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: roughness: 126000 waves, more than 100000: use"):
-        Scenes(tmp_path, ["mine"])
 
 
 def test_rms_slope_is_that_of_the_field_or_of_its_steps():
@@ -243,8 +224,8 @@ def test_a_case_has_a_hardness_both_cutoffs_and_a_variant_of_waves_ten_times_as_
 
 
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():
-    """Heights of independent nodes are allowed, and 2.4 mm at 4 nodes a nanometre are 9.6 million."""
-    strip = {"cell_m": 2.5e-6, "length_m": 2.4e-3}
+    """Heights of independent nodes are allowed, and four windows of 0.6 mm at 4 nodes a nanometre are 9.6 million."""
+    strip = {"cell_m": 2.5e-6}
     assert surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8}))[1] == ""
     assert "9.6e+06 nodes" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))[1]
     assert "length of 0 m" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 5e-324}))[1]

@@ -26,6 +26,7 @@ from roughslip.chaos.local import Samples, fit_local
 from roughslip.chaos.sampling import latin_hypercube, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
+from roughslip.limits import FUNCTIONALS
 from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
@@ -90,13 +91,11 @@ class Square:
         self.seed, self.degree = self.scene.seed, self.scene.expansion.degree
         self.model, self.grid = surface_model.gaussian_model(self.scene), geometry.square_grid(self.scene)
         square = self.scene.square
-        self.modes = karhunen_loeve(self.model.covariance, self.grid, square.modes, share=square.variance_share).modes
+        self.modes = karhunen_loeve(self.model.covariance, self.grid, square.modes).modes
         self.central = len(central_nodes(self.model.lengths_m, self.grid).x)
         self.influence = elastic.influence(self.scene, self.grid)
         self.nodes = training_nodes(self.model.lengths_m, self.grid)
-        self.directions, self.odd = expansion.directions(
-            self.model, self.grid, self.modes, self.nodes, self.scene.expansion.variables
-        )
+        self.directions, self.odd = expansion.directions(self.model, self.grid, self.modes, self.nodes, FUNCTIONALS)
         self.target = expansion.target(self.scene, self.model, self.grid)
         self.planes = np.array([float(self.model.plane_height(percentile)) for percentile in PERCENTILES])
 

@@ -12,6 +12,7 @@ from typing import Any
 from roughslip.atomic_write import replacing
 from roughslip.compilation.source_hash import closure_hash
 from roughslip.errors import InputError, ParameterError, RoughslipError
+from roughslip.limits import WINDOWS
 from roughslip.scene import plausibility
 from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
@@ -115,7 +116,7 @@ def surface_mistake(scene: dict[str, Any]) -> tuple[str, str]:
 
 def _length_mistake(scene: dict[str, Any], minimum: float, key: str, cell: float) -> str:
     """Of a correlation length that the cells of the strip leave far behind."""
-    nodes = 4 * get(scene, "strip.length_m") / max(minimum, sys.float_info.min)  # a tiny length rounds to 0
+    nodes = 4 * WINDOWS * get(scene, "strip.window_m") / max(minimum, sys.float_info.min)  # a tiny length rounds to 0
     return (
         f"a correlation length of {minimum:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
         f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "

@@ -75,7 +75,7 @@ def _ascending(pressure: np.ndarray) -> np.ndarray:
     if positive.size == 0:
         raise IllPosedError(
             "no sample is in contact, so there is no distribution given contact: take more samples or a deeper "
-            "penetration; scene keys: square.monte_carlo_samples, square.penetration_percentile"
+            "penetration; scene key: square.monte_carlo_samples"
         )
     return np.sort(positive, axis=None)
 

@@ -124,7 +124,7 @@ def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
             return directions
     raise IllPosedError(
         f"only {len(directions)} of the {count} variables asked for are independent: take fewer variables, or more "
-        "modes; scene keys: expansion.variables, square.modes"
+        "modes; scene key: square.modes"
     )
 
 

@@ -147,7 +147,7 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
         raise IllPosedError(
             f"{count} of {len(pressure)} samples are in contact; eq. (11) needs more than the {terms} coefficients: "
             "take more samples, a deeper penetration or a lower degree; scene keys: square.latin_hypercube_samples, "
-            "square.penetration_percentile, expansion.degree"
+            "expansion.degree"
         )
     target = np.log(pressure[contact]) if logarithm else pressure[contact]
     return least_squares(basis[contact], target)

@@ -2,15 +2,14 @@
 
 FEWER_TERMS = (
     "take more samples, fewer variables or a lower degree; scene keys: expansion.samples or strip.training_samples, "
-    "expansion.variables, expansion.degree"
+    "expansion.degree"
 )
 MORE_CONTACT = (
     "take more samples or a deeper penetration; scene keys: expansion.samples or strip.training_samples, "
-    "square.penetration_percentile or strip.penetration_percentiles"
+    "strip.penetration_percentiles"
 )
 OTHER_PENETRATION = (
-    "its value is the result; for a scatter take another penetration; scene keys: square.penetration_percentile or "
-    "strip.penetration_percentiles"
+    "its value is the result; for a scatter take another penetration; scene key: strip.penetration_percentiles"
 )
 MORE_SURFACES = "take more samples; scene key: expansion.samples"
 FEWER_MODES = "take more samples or fewer modes; scene keys: expansion.samples, square.modes"

@@ -107,7 +107,7 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     if not np.all(np.diff(knots) > 0):
         raise IllPosedError(
             f"at least one in {SPLINE_PIECES} predictions are alike, so the expansion explains too little: take more "
-            "variables or a higher degree; scene keys: expansion.variables, expansion.degree"
+            "variables or a higher degree; scene key: expansion.degree"
         )
     padded = np.concatenate([[knots[0]] * 3, knots, [knots[-1]] * 3])
     design = scipy.interpolate.BSpline.design_matrix(s, padded, 3).toarray()

@@ -143,7 +143,7 @@ def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterato
         where = ", ".join(level for level, share in missing.items() if share > MOST_MISSING)
         yield (
             f"at penetrations of {where} up to {missing[worst]:.2g} of the windows have no friction coefficient and "
-            "are left out: take larger windows, or see friction.least_contact_fraction"
+            "are left out: take larger windows"
         )
 
 

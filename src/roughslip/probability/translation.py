@@ -92,8 +92,8 @@ class Translation:
         if np.any(wanted < minimum - self.least_error):
             raise IllPosedError(
                 f"correlation {float(np.min(wanted)):.4g} is wanted, but this distribution allows none below "
-                f"{minimum:.4g}; use a less skewed distribution, or leave the correlation uncorrected; scene keys: "
-                "roughness.marginal.correct_correlation, roughness.scan.correct_correlation"
+                f"{minimum:.4g}; use a less skewed distribution, or leave the correlation uncorrected; scene key: "
+                "roughness.correct_correlation"
             )
         wanted = np.maximum(wanted, minimum)
         rho = np.minimum(wanted / max(self.shares[0], 1e-300), 1.0)
@@ -116,8 +116,7 @@ class Translation:
             return rho
         raise ConvergenceError(
             f"no Gaussian correlation was found to within {WORST_CORRELATION_ERROR:.0e}; use a less skewed "
-            "distribution, or leave the correlation uncorrected; scene keys: roughness.marginal.correct_correlation, "
-            "roughness.scan.correct_correlation",
+            "distribution, or leave the correlation uncorrected; scene key: roughness.correct_correlation",
             residual,
             _ + 1,
         )

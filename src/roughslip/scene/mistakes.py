@@ -1,9 +1,10 @@
-"""Mistakes of scenes, the rules that find them, the line of each, and access to values by dotted key."""
+"""Mistakes of scenes, the rules that find them, and values in the words of a scene file."""
 
 from __future__ import annotations
 
+import difflib
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,8 +23,42 @@ class Mistake(NamedTuple):
     text: str
 
 
+class Rule(NamedTuple):
+    """A condition on the values of several keys, for scenes that give all of them or have a default."""
+
+    keys: tuple[str, ...]  # of the values that `holds` takes; the first is the one refused
+    holds: Callable[..., bool]
+    allowed: str  # a format of the same values
+
+
+def refused(value: Any, allowed: str, *keys: str) -> Mistake:
+    """The mistake of a value, by what is allowed. keys : its own first, then those that limit it."""
+    return Mistake(keys, f"{shown(value)} is not allowed; {allowed}")
+
+
+def missing(reason: str, *keys: str) -> Mistake:
+    """The mistake of an absent key. keys : its own first, then those that need it."""
+    return Mistake(keys, f"missing; {reason}")
+
+
+def not_together(key: str, value: Any, other: str, equals: Any = None, *, allowed: str = "give one") -> Mistake:
+    """The mistake of a key that another one excludes. equals : the value of the other one that does so."""
+    condition = other if equals is None else f"{other} = {equals}"
+    return Mistake((key, other), f"{shown(value)} is not allowed together with {condition}; {allowed}")
+
+
+def increasing(key: str) -> Rule:
+    """The rule of a list whose numbers increase."""
+    return Rule((key,), strictly_increasing, "strictly increasing")
+
+
+def strictly_increasing(values: list[float]) -> bool:
+    """Whether each number exceeds the one before it."""
+    return all(low < high for low, high in pairwise(values))
+
+
 def given(scene: Values, key: str) -> Any:
-    """The value that a scene gives under a dotted key; None where it gives none, or where the schema refused it."""
+    """The value that a scene gives under a dotted key; None where it gives none, or where it was refused."""
     value: Any = scene
     for part in key.split("."):
         if not isinstance(value, dict) or part not in value:
@@ -48,38 +83,11 @@ def shown(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
-def strictly_increasing(values: list[float]) -> bool:
-    """Whether each number exceeds the one before it."""
-    return all(low < high for low, high in pairwise(values))
-
-
-def not_together(key: str, value: Any, other: str, equals: Any = None, *, allowed: str = "give one") -> Mistake:
-    """The mistake of a key that another one excludes. equals : the value of the other one that does so."""
-    condition = other if equals is None else f"{other} = {equals}"
-    return Mistake((key, other), f"{shown(value)} is not allowed together with {condition}; {allowed}")
-
-
-def refused(value: Any, allowed: str, *keys: str) -> Mistake:
-    """The mistake of a value, by what is allowed. keys : its own first, then those that limit it."""
-    return Mistake(keys, f"{shown(value)} is not allowed; {allowed}")
-
-
-def missing(reason: str, *keys: str) -> Mistake:
-    """The mistake of an absent key. keys : its own first, then those that need it."""
-    return Mistake(keys, f"missing; {reason}")
-
-
-class Rule(NamedTuple):
-    """A condition on the values of several keys that are given."""
-
-    keys: tuple[str, ...]  # of the values that `holds` takes, defaults among them; the first is the one refused
-    holds: Callable[..., bool]
-    allowed: str  # a format of the same values
-
-
-def increasing(key: str) -> Rule:
-    """The rule of a list whose numbers increase."""
-    return Rule((key,), strictly_increasing, "strictly increasing")
+def guess(word: str, known: Sequence[str]) -> str:
+    """A question for the known word that is nearest, or nothing where none is near."""
+    word = word[:100].replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")  # else µm is near m
+    near = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean {near[0]}? " if near else ""
 
 
 def line(file: Path, path: KeyPath, text: str) -> str:

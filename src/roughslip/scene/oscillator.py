@@ -1,104 +1,215 @@
-"""Section `oscillator` of a scene."""
+"""Sections `oscillator`, `ensemble`, `map` and `answer` of a scene: the mass on a belt and its runs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Annotated, Literal
 
+from pydantic import Field
+
+from roughslip.limits import MOST_NUMBERS
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
-from roughslip.scene.fields import Section, choice, flag, integer, many, number, section
-from roughslip.scene.friction import MOST_WINDOWS, RECORD, STATISTICS
-from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, strictly_increasing
+from roughslip.scene.friction import MEAN, MOST_WINDOWS, RECORD, STATISTICS
+from roughslip.scene.mistakes import (
+    Mistake,
+    Rule,
+    Values,
+    increasing,
+    missing,
+    not_together,
+    refused,
+    strictly_increasing,
+)
+from roughslip.scene.section import EachOnce, Section, choice, many, number, word
+
+Uncertain = Annotated[float, Field(ge=0, le=1e6, description="A number [-]", json_schema_extra={"uncertain": True})]
+DampingRatio = Annotated[float, Field(ge=0, le=10, description="A damping ratio, as oscillator.damping_ratio [-]")]
+Value = Annotated[float, Field(ge=0, le=1e15, description="A value [-]")]
+Row = Annotated[tuple[Uncertain, Uncertain], Field(strict=False)]
+Range = Annotated[tuple[Value, Value], Field(strict=False)]
 
 
-@section
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
-    mass_kg: float = number("Mass m", "kg", measured=True, above=0, maximum=1e6)
+    mass_kg: float = number("Mass m", "kg", symbol="m", uncertain=True, gt=0, le=1e6)
     natural_frequency_rad_per_s: float = number(
         "Natural frequency omega; the spring has m omega^2",
         "rad/s",
-        measured=True,
-        above=0,
-        maximum=1e6,
+        symbol="omega",
+        uncertain=True,
+        gt=0,
+        le=1e6,
         default=None,
     )
     stiffness_n_per_m: float | None = number(
         "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
         "N/m",
-        measured=True,
-        minimum=1e-12,
-        maximum=1e15,
+        symbol="k",
+        uncertain=True,
+        ge=1e-12,
+        le=1e15,
         default=None,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", measured=True, minimum=0, maximum=1)
-    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", measured=True, above=0, maximum=1000)
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", symbol="D", uncertain=True, ge=0, le=1)
+    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", symbol="v0", uncertain=True, gt=0, le=1000)
     normal_force_n: float = number(
-        "Normal force N; with load it follows", "N", measured=True, above=0, maximum=1e9, default=None
+        "Normal force N; with load it follows", "N", symbol="N", uncertain=True, gt=0, le=1e9, default=None
     )
-    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", minimum=0, maximum=1e9)
+    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", symbol="Q", ge=0, le=1e9)
     excitation_frequency_rad_per_s: float = number(
-        "Angular frequency Omega of the excitation", "rad/s", minimum=0, maximum=1e6
+        "Angular frequency Omega of the excitation", "rad/s", symbol="Omega", ge=0, le=1e6
     )
     static_friction: float = number(
-        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", measured=True, above=0, maximum=10
+        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", uncertain=True, gt=0, le=10
     )
-    law: str = choice(
+    law: str = word(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
         "mu_fit; coulomb, that coefficient at every speed; table, friction_table",
         FRICTION_LAWS,
         default="stribeck",
     )
-    friction_table: tuple[tuple[float, float], ...] | None = many(
+    friction_table: tuple[Row, ...] | None = many(
         "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "
         "The last one holds beyond its speed, and the windows give the scatter alone",
-        many(
-            "A speed and its coefficient",
-            number("A number", measured=True, minimum=0, maximum=1e6),
-            minimum=2,
-            maximum=2,
-        ),
-        minimum=2,
-        maximum=1000,
+        min_length=2,
+        max_length=1000,
         default=None,
     )
     stribeck_decay_s_per_m: float = number(
-        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", measured=True, minimum=0, maximum=1e6
+        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", uncertain=True, ge=0, le=1e6
     )
     stribeck_quadratic_s2_per_m2: float = number(
-        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", measured=True, minimum=0, maximum=1e6
+        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", uncertain=True, ge=0, le=1e6
     )
-    stochastic_static_limit: bool = flag("Whether the stochastic part enters the static limit too")
-    penetration_percentile: float | None = number(
-        "Penetration of the surfaces that the mass slides on, between the first and the last of the strip, as the "
-        "share of the heights above the plane; with load it follows",
-        "%",
-        above=0,
-        below=100,
-        default=50.0,
-    )
-    windows_in_parallel: int = integer(
+    windows_in_parallel: int = number(
         "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n); "
         "with load the number follows",
-        minimum=1,
-        maximum=MOST_WINDOWS,
+        ge=1,
+        le=MOST_WINDOWS,
         default=1,
+    )
+
+
+class Ensemble(Section):
+    """Runs of figure 5."""
+
+    realisations: int = number(
+        "Realisations of the friction process for each damping ratio; fewer than 8 give no interval", ge=8, le=1_000_000
+    )
+    duration_periods: float = number(
+        "Duration of a run in natural periods, 2 pi/omega; reattachment statistics leave out the first ten",
+        ge=20,
+        le=10000,
+    )
+    process: Literal["recursion", "spectral"] = choice(
+        "Method that draws realisations of the friction process: recursion, exact and piece by piece; spectral, "
+        "waves of random phase as in the paper, which keeps a whole realisation in memory",
+        default="recursion",
+    )
+    marginal: Literal["beta", "empirical", "paper"] = choice(
+        "Distribution of the friction process, at the mean and standard deviation of the windows: beta, fitted; "
+        "empirical, the quantiles of the windows; paper, Beta(2.1, 5)",
+        default="beta",
+    )
+    nodes_per_correlation_length: int = number(
+        "Nodes of a realisation of the friction process per correlation length", ge=2, le=1000, default=4
+    )
+    damping_ratios: tuple[DampingRatio, ...] | None = many(
+        "Damping ratios of figure 5 (c), strictly increasing; not given, a list around the scene's own limits",
+        min_length=1,
+        max_length=200,
+        default=None,
+    )
+
+
+# Of the parameters of maps, the smallest and the largest value. Only damping may be zero.
+LIMITS = {
+    "damping": (0.0, 10.0),
+    "belt_velocity": (0.0, 1000.0),
+    "mass": (0.0, 1e6),
+    "stiffness": (0.0, 1e15),
+    "load": (0.0, 1e9),
+    "windows": (1.0, 1e6),
+    "correlation_length": (0.0, 1.0),
+    "mean_friction": (0.0, 10.0),
+}
+Parameter = Literal[
+    "damping", "belt_velocity", "mass", "stiffness", "load", "windows", "correlation_length", "mean_friction"
+]
+
+
+class StickSlipMap(Section):
+    """Probability of stick-slip over two parameters, of figure_map."""
+
+    parameters: Annotated[tuple[Parameter, Parameter], EachOnce] = many(
+        "The two parameters that vary; the other parts of the machine stay, as spring and damper of another mass",
+        unique=True,
+        default=("damping", "belt_velocity"),
+    )
+    ranges: tuple[Range, Range] | None = many(
+        "First and last value of each, in SI units; not given, a range around the scene's own. "
+        "A range is spaced evenly in its logarithm, or evenly from zero",
+        default=None,
+    )
+    points: int = number("Points on either axis, of which a quarter are run, at most 56", ge=8, le=200, default=33)
+
+
+class Answer(Section):
+    """Runs that tell whether stick-slip occurs, and where it ceases or begins: answer.json."""
+
+    realisations: int = number(
+        "Realisations of the friction process, the same at every value; fewer than 72 do not bound a probability of "
+        "5 %",
+        ge=72,
+        le=10000,
+        default=100,
+    )
+    duration_periods: float | None = number(
+        "Duration of a run after its first departure, in natural periods, of which the second half counts; where not "
+        "given, what the vibration's decay, the cycle and the correlation of friction take, 40 to 400",
+        ge=20,
+        le=1_000_000,
+        default=None,
     )
 
 
 _FREQUENCY, _STIFFNESS, _MASS = "natural_frequency_rad_per_s", "stiffness_n_per_m", "mass_kg"
 _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
-_FORCE, _DEPTH = "oscillator.excitation_force_n", "oscillator.penetration_percentile"
+_FORCE, _VELOCITY, _OMEGA = (
+    "oscillator.excitation_force_n",
+    "oscillator.belt_velocity_m_per_s",
+    "oscillator.natural_frequency_rad_per_s",
+)
+_LENGTH, _PROCESS, _PERIODS = f"{STATISTICS}.correlation_length_m", "ensemble.process", "ensemble.duration_periods"
 MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
 FREE = ("figure_budget", "figure_map")  # figures without excitation
+PATH_NODES, MOST_NODES = 4, 4_000_000  # of a friction path: a correlation length; a run, which takes seconds then
+MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
+LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
 
 REPLACES: dict[str, tuple[str, ...]] = {
     f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),
     f"oscillator.{_STIFFNESS}": (f"oscillator.{_FREQUENCY}",),
     _LAW: (_TABLE,),
+    # In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
+    **dict.fromkeys(("oscillator", "friction"), ("ensemble.damping_ratios", "map.ranges")),
+    "map.parameters": ("map.ranges",),
 }
+
+
+def path_nodes(length: float, velocity: float, omega: float, periods: float) -> float:
+    """Nodes of the friction path on the way of the belt in a number of natural periods."""
+    return PATH_NODES * velocity * periods * 2 * math.pi / omega / length
+
+
+def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: int) -> bool:
+    """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
+    count = path_nodes(length, velocity, omega, periods)
+    return process == "recursion" or count > MOST_NODES or count * nodes / PATH_NODES <= MOST_NUMBERS
+
 
 RULES = (
     Rule(
@@ -117,7 +228,7 @@ RULES = (
             lambda static, mean, law: law == "table" or static >= mean,
             f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
         )
-        for mean in ("friction.mean_at_median", "load.mean_friction", f"{STATISTICS}.mean")
+        for mean in (MEAN, f"{STATISTICS}.mean")
     ),
     Rule(
         (_STATIC, _TABLE),
@@ -130,8 +241,8 @@ RULES = (
         f"at most {MOST_STEP:g} times the first coefficient of {_TABLE} = {{1}}, at vanishing speed",
     ),
     Rule(
-        ("load.mean_friction", _TABLE, _LAW),
-        lambda mean, table, law: law != "table" or min(row[1] for row in table) <= mean <= max(row[1] for row in table),
+        (MEAN, _TABLE, "load"),
+        lambda mean, table, _: min(row[1] for row in table) <= mean <= max(row[1] for row in table),
         f"a mean between the smallest and the largest coefficient of {_TABLE} = {{1}}",
     ),
     Rule(
@@ -149,23 +260,44 @@ RULES = (
         lambda windows, marginal: windows == 1 or marginal != "empirical",
         "1 where ensemble.marginal is {1}",
     ),
+    increasing("ensemble.damping_ratios"),
     Rule(
-        (_DEPTH, "strip.penetration_percentiles"),
-        lambda depth, levels: depth == 50 or levels[0] <= depth <= levels[-1],
-        "between the first and the last of strip.penetration_percentiles = {1}",
+        ("ensemble.realisations", _PERIODS),
+        lambda runs, periods: runs * periods <= MOST_PERIODS,
+        f"realisations times {_PERIODS} = {{1}} at most {MOST_PERIODS} (2.5 GB of memory)",
     ),
     Rule(
-        (_DEPTH, "ensemble.marginal"),
-        lambda depth, marginal: depth == 50 or marginal != "empirical",
-        "50 where ensemble.marginal is {1}: quantiles of the windows are kept at 50 alone",
+        ("ensemble.realisations", "ensemble.damping_ratios"),
+        lambda runs, ratios: runs * len(ratios) <= MOST_PERIODS,
+        f"realisations times the number of ensemble.damping_ratios at most {MOST_PERIODS} (2 GB of memory)",
     ),
     *(
         Rule(
-            (_DEPTH, form),
-            lambda depth, _: depth == 50,
-            f"one of {_DEPTH} and {form}, which replaces the windows",
+            ("ensemble.marginal", form),
+            lambda marginal, _: marginal != "empirical",
+            f"beta or paper where {form} replaces the windows",
         )
         for form in (STATISTICS, RECORD)
+    ),
+    Rule(
+        (_LENGTH, _VELOCITY, _OMEGA, _PERIODS),
+        lambda length, velocity, omega, periods: path_nodes(length, velocity, omega, periods) <= MOST_NODES,
+        f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{3}} natural periods, "
+        f"or a run takes more than {MOST_NODES} nodes of friction",
+    ),
+    Rule(
+        (_VELOCITY, "strip.window_m", _OMEGA, _PERIODS),
+        lambda velocity, window, omega, periods: (
+            path_nodes(LENGTH_OF_WINDOW * window, velocity, omega, periods) <= MOST_NODES
+        ),
+        f"a belt that passes strip.window_m = {{1}} m at most {MOST_NODES // PATH_NODES * LENGTH_OF_WINDOW:g} times in "
+        f"{{3}} natural periods, or a run takes more than {MOST_NODES} nodes of friction",
+    ),
+    Rule(
+        (_LENGTH, _PROCESS, _VELOCITY, _OMEGA, _PERIODS, "ensemble.nodes_per_correlation_length"),
+        _path_fits,
+        f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
+        f"or {_PROCESS}: recursion",
     ),
 )
 
@@ -173,10 +305,15 @@ RULES = (
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """The spring is given by the natural frequency or by its stiffness, and a friction table with its law alone."""
     values = scene.get("oscillator")
-    if not isinstance(values, dict):
-        return
+    if isinstance(values, dict):
+        yield from _oscillator_mistakes(values)
+    if isinstance(scene.get("map"), dict):
+        yield from _map_mistakes(scene["map"])
+
+
+def _oscillator_mistakes(values: Values) -> Iterator[Mistake]:
     law, table = values.get("law", "stribeck"), values.get("friction_table")
-    if law == "table" and table is None:
+    if law == "table" and "friction_table" not in values:
         yield missing(f"{_LAW} = table needs it", _TABLE, _LAW)
     elif law not in ("table", None) and table is not None:
         yield not_together(_TABLE, table, _LAW, law, allowed="only table takes it")
@@ -186,10 +323,24 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         yield missing(f"give it, or oscillator.{_STIFFNESS}", f"oscillator.{_FREQUENCY}")
 
 
+def _map_mistakes(asked: Values) -> Iterator[Mistake]:
+    """A range rises within the limits of its parameter."""
+    parameters = asked.get("parameters", ["damping", "belt_velocity"]) or ()
+    for parameter, values in zip(parameters, asked.get("ranges") or (), strict=False):
+        low, high = LIMITS[parameter]
+        allowed = ""
+        if not low <= values[0] < values[1] <= high:
+            allowed = f"for {parameter} a smaller and a larger number from {low:g} to {high:g}"
+        elif values[0] == 0 and parameter != "damping":
+            allowed = f"for {parameter} a first number above 0"
+        if allowed:
+            yield refused(values, allowed, "map.ranges", "map.parameters")
+
+
 def with_frequency(scene: Values) -> Values:
     """The scene with the natural frequency that follows from stiffness and mass, where it gives these instead."""
     values = scene.get("oscillator")
-    if isinstance(values, dict) and _FREQUENCY not in values:
+    if isinstance(values, dict) and values.get(_FREQUENCY) is None:
         stiffness, mass = values.get(_STIFFNESS), values.get(_MASS)
         if isinstance(stiffness, int | float) and isinstance(mass, int | float) and min(stiffness, mass) > 0:
             return scene | {"oscillator": values | {_FREQUENCY: math.sqrt(stiffness / mass)}}

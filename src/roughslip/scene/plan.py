@@ -6,7 +6,7 @@ from collections.abc import Set
 from functools import cache
 
 from roughslip.scene.declarations import EVERY_SCENE, Stage, declarations, targets
-from roughslip.scene.mistakes import Values, given
+from roughslip.scene.mistakes import Values
 from roughslip.scene.types import get
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
@@ -51,7 +51,7 @@ def lacking(scene: Values) -> dict[str, list[str]]:
     for target in scene.get("targets", []):
         for key in dict.fromkeys(key for name in sorted(_needed(scene, (target,))) for key in _needs(name)):
             name = key if (section := key.partition(".")[0]) in scene else section
-            if given(scene, name) is None and target not in absent.setdefault(name, []):
+            if get(scene, key) is None and target not in absent.setdefault(name, []):
                 absent[name].append(target)
     return absent
 

@@ -6,10 +6,12 @@ import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from roughslip.scene.fields import Section, choice, flag, group, integer, many, number, section, text
-from roughslip.scene.mistakes import Mistake, Rule, Values, missing, not_together, refused
+from pydantic import Field
+
+from roughslip.scene.mistakes import Mistake, Rule, Values, given, missing, not_together, refused
+from roughslip.scene.section import Line, Section, choice, many, number, part, text, word
 
 MODELS = Path(__file__).resolve().parents[1] / "surface" / "models.py"
 
@@ -34,166 +36,134 @@ def _literals(model: ast.ClassDef) -> dict[str, Any]:
 
 
 COVARIANCES = covariance_shapes()
-Form = Literal["mean", "plane", "quadratic"]
-Axis = Literal["x", "y"]
-HeightUnit = Literal["m", "mm", "um", "nm", "pm"]
+Shape = Annotated[float, Field(ge=0.02, le=10000, description="A shape [-]")]
+Wavelength = Annotated[float, Field(gt=0, le=1, description="A wavelength [m]")]
+Distance = Annotated[float, Field(ge=1e-11, le=0.01, description="A distance [m]")]
 
 
-@section
-class Marginal(Section):
-    """Distribution of the heights where it is not Gaussian, shifted to zero mean and scaled to rms_height_m."""
-
-    beta: tuple[float, ...] = many(
-        "Shapes a and b of a Beta distribution; with a above b valleys hang below a plateau",
-        number("A shape", minimum=0.02, maximum=10000),
-        minimum=2,
-        maximum=2,
-    )
-    correct_correlation: bool = flag(
-        "Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, "
-        "and the transformation changes it a little",
-        default=False,
-    )
-
-
-@section
 class Fractal(Section):
     """Weierstrass-Mandelbrot surface, plane waves with random phases, eq. (1) and its form in two dimensions."""
 
-    hurst: float = number(
-        "Hurst exponent; the fractal dimension of the surface is 3 minus it", minimum=0.01, maximum=0.99
-    )
-    azimuths: int = integer(
-        "Directions of the waves in half a turn; with fewer than 3 a curvature of the surface is zero everywhere",
-        minimum=3,
-        maximum=1000,
-    )
-    gamma: float = number("Ratio of successive frequencies", minimum=1.05, maximum=10)
-    wavelengths_m: tuple[float, float] | None = many(
-        "Shortest and longest wave; where not given, two cells and the whole length of the strip",
-        number("A wavelength", "m", above=0, maximum=1),
-        minimum=2,
-        maximum=2,
-        default=None,
+    hurst: float = number("Hurst exponent; the fractal dimension of the surface is 3 minus it", ge=0.01, le=0.99)
+    wavelengths_m: tuple[Wavelength, Wavelength] | None = many(
+        "Shortest and longest wave; where not given, two cells and the whole length of the strip", default=None
     )
 
 
-@section
 class Scan(Section):
     """A measured surface; models are fitted to it, and surfaces are sampled from these."""
 
-    file: str = text(
+    file: Line = text(
         "File of the scan; its path starts at the folder of the scene file or of the project. Allowed: a format of an "
         "instrument that SurfaceTopography reads, a .nc map, or a .txt matrix with a row for each y",
         longest=500,
     )
-    spacing_m: tuple[float, float] | None = many(
-        "Distance of neighbouring points along x and along y, where the file does not give it",
-        number("A distance", "m", minimum=1e-11, maximum=0.01),
-        minimum=2,
-        maximum=2,
-        default=None,
+    spacing_m: tuple[Distance, Distance] | None = many(
+        "Distance of neighbouring points along x and along y, where the file does not give it", default=None
     )
-    height_unit: HeightUnit | None = choice(
-        "Unit of the heights, where the file does not give it", HeightUnit, default=None
+    height_unit: Literal["m", "mm", "um", "nm", "pm"] | None = choice(
+        "Unit of the heights, where the file does not give it", default=None
     )
-    form: Form = choice("Form that is removed from the scan first, by a least squares fit", Form)
+    form: Literal["mean", "plane", "quadratic"] = choice(
+        "Form that is removed from the scan first, by a least squares fit"
+    )
     cutoff_m: float | None = number(
         "Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than "
         "it are no part of the surface",
         "m",
-        minimum=1e-10,
-        maximum=0.1,
+        ge=1e-10,
+        le=0.1,
         default=None,
     )
-    endless_lay: Axis | None = choice(
+    endless_lay: Literal["x", "y"] | None = choice(
         "Axis along which the lay is taken as infinitely long, where grooves are longer than half the scan: the "
         "model is that across the lay, and sampled surfaces are equal along it",
-        Axis,
         default=None,
     )
-    covariance: str = choice(
+    covariance: str = word(
         "Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, "
         "measured the estimate itself",
         ("best", "measured", *COVARIANCES),
     )
-    marginal: str = choice(
-        "Distribution of the heights; empirical is the measured one",
-        ("gaussian", "empirical"),
-    )
-    correct_correlation: bool | None = flag("As roughness.marginal.correct_correlation", default=None)
+    marginal: Literal["gaussian", "empirical"] = choice("Distribution of the heights; empirical is the measured one")
     outliers: Literal["keep", "missing"] | None = choice(
         "What is done with points far from the bulk of the heights and from their neighbours; keep where not given",
-        Literal["keep", "missing"],
         default=None,
     )
 
 
-@section
 class Roughness(Section):
     """Random heights, stationary: a field, a fractal or a measured surface.
 
-    A field has covariance, rms_height_m and correlation_length_m, a fractal has fractal and rms_height_m."""
+    A field has covariance, rms_height_m and correlation_length_m, a fractal has fractal and rms_height_m.
+    """
 
-    covariance: str = choice(
+    covariance: str = word(
         "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
         "matern has a smoothness, self_affine a Hurst exponent and bandwidth",
         tuple(COVARIANCES),
         default=None,
     )
     rms_height_m: float = number(
-        "Root mean square of the heights, Sq", "m", measured=True, above=0, maximum=0.01, default=None
+        "Root mean square of the heights, Sq", "m", symbol="Sq", uncertain=True, gt=0, le=0.01, default=None
     )
     correlation_length_m: float = number(
         "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",
         "m",
-        measured=True,
-        above=0,
-        maximum=1,
+        uncertain=True,
+        gt=0,
+        le=1,
         default=None,
     )
     correlation_length_across_m: float | None = number(
         "Correlation length across the lay of an anisotropic surface; correlation_length_m is then that along the lay",
         "m",
-        above=0,
-        maximum=1,
+        gt=0,
+        le=1,
         default=None,
     )
     lay_rad: float | None = number(
-        "Angle from the sliding direction x to the lay; 0 where not given",
-        "rad",
-        minimum=-3.1416,
-        maximum=3.1416,
-        default=None,
+        "Angle from the sliding direction x to the lay; 0 where not given", "rad", ge=-3.1416, le=3.1416, default=None
     )
     smoothness: float | None = number(
         "Smoothness nu of a matern covariance; 0.5 is exponential, large ones come close to gaussian",
-        minimum=0.05,
-        maximum=20,
+        ge=0.05,
+        le=20,
         default=None,
     )
     hurst: float | None = number(
         "Hurst exponent of a self_affine covariance; the fractal dimension of the surface is 3 minus it",
-        minimum=0.01,
-        maximum=1,
+        ge=0.01,
+        le=1,
         default=None,
     )
     bandwidth: float | None = number(
-        "Longest over shortest wavelength of the power law of a self_affine covariance",
-        minimum=1.01,
-        maximum=1e6,
+        "Longest over shortest wavelength of the power law of a self_affine covariance", ge=1.01, le=1e6, default=None
+    )
+    beta_shapes: tuple[Shape, Shape] | None = many(
+        "Shapes a and b of a Beta distribution of the heights, where they are not Gaussian; with a above b valleys "
+        "hang below a plateau",
         default=None,
     )
-    marginal: Marginal | None = group(Marginal)
-    fractal: Fractal | None = group(Fractal)
-    scan: Scan = group(Scan)
+    correct_correlation: bool = choice(
+        "Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, "
+        "and the transformation to the marginal changes it a little",
+        default=False,
+    )
+    fractal: Fractal | None = part()
+    scan: Scan = part()
 
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")
 SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in shapes))
-FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, "marginal")
+CORRECT, BETA = "correct_correlation", "beta_shapes"
+FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, BETA)
 # The keys that each form may have.
-FORMS = {"covariance": (*FIELD, *FIELD_OPTIONS), "fractal": ("fractal", "rms_height_m"), "scan": ("scan",)}
+FORMS = {
+    "covariance": (*FIELD, *FIELD_OPTIONS, CORRECT),
+    "fractal": ("fractal", "rms_height_m"),
+    "scan": ("scan", CORRECT),
+}
 STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 
 _REPLACES = {
@@ -202,16 +172,16 @@ _REPLACES = {
     "covariance": ("fractal", "scan", *SHAPES),
     "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
     "scan": (*FORMS["covariance"], "fractal"),
-    "scan.marginal": ("scan.correct_correlation",),
+    "scan.marginal": (CORRECT,),
 }
 REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
 
 _LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.fractal.wavelengths_m", "strip.cell_m"
 RULES = (
     Rule(
-        ("strip.length_m", _LENGTH),
-        lambda length, correlation: length >= 8 * correlation,
-        f"at least eight times {_LENGTH} = {{1}} [m]",
+        ("strip.window_m", _LENGTH),
+        lambda window, correlation: window >= 2 * correlation,
+        f"at least twice {_LENGTH} = {{1}} [m]",
     ),
     Rule(
         ("numerics.extrapolate_mesh", _LENGTH, _CELL),
@@ -219,9 +189,9 @@ RULES = (
         f"false, or {_LENGTH} = {{1}} [m] at least four cells, 4 x {{2}} m",
     ),
     Rule(
-        (_WAVES, "strip.length_m"),
-        lambda waves, length: waves[0] <= waves[1] <= length,
-        "the shortest first, the longest at most strip.length_m = {1} [m]",
+        (_WAVES, "strip.window_m"),
+        lambda waves, window: waves[0] <= waves[1] <= 4 * window,
+        "the shortest first, the longest at most four times strip.window_m = {1} [m]",
     ),
     Rule(
         (_WAVES, _CELL),
@@ -256,13 +226,16 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     for key, value in roughness.items():
         if key in every.difference(FORMS[form]):
             yield not_together(f"roughness.{key}", value, f"roughness.{form}")
-    for key in FIELD if form == "covariance" else FORMS[form]:
+    for key in {"covariance": FIELD, "fractal": FORMS["fractal"]}.get(form, ()):
         if key not in roughness:
             yield missing(f"give {', '.join(FIELD)}, or fractal with rms_height_m, or scan", f"roughness.{key}")
     if form == "covariance":
         yield from _field_mistakes(roughness)
-    if roughness.get("scan") is not None:
-        yield from _scan_mistakes(roughness["scan"])
+    if CORRECT in roughness and form == "covariance" and BETA not in roughness:
+        yield missing(f"goes with roughness.{CORRECT}", f"roughness.{BETA}", f"roughness.{CORRECT}")
+    if CORRECT in roughness and given(scene, "roughness.scan.marginal") == "gaussian":
+        allowed = "a gaussian marginal changes no correlation"
+        yield refused(roughness[CORRECT], allowed, f"roughness.{CORRECT}", "roughness.scan.marginal")
 
 
 def _field_mistakes(field: Values) -> Iterator[Mistake]:
@@ -275,9 +248,3 @@ def _field_mistakes(field: Values) -> Iterator[Mistake]:
             yield missing(f"roughness.covariance = {kind} needs it", *keys)
     if "lay_rad" in field and "correlation_length_across_m" not in field:
         yield missing("goes with roughness.lay_rad", "roughness.correlation_length_across_m", "roughness.lay_rad")
-
-
-def _scan_mistakes(scan: Values) -> Iterator[Mistake]:
-    if scan.get("marginal") == "gaussian" and "correct_correlation" in scan:
-        keys = "roughness.scan.correct_correlation", "roughness.scan.marginal"
-        yield refused(scan["correct_correlation"], "a gaussian marginal changes no correlation", *keys)

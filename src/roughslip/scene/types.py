@@ -1,104 +1,67 @@
-"""The scene: a section for each subject, read by the stages as `job.scene`.
-
-A new section is a dataclass in a module of its subject, and a field of `Scene`.
-"""
+"""The scene: a section for each subject, read by the stages as `job.scene`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from copy import deepcopy
-from typing import Any, Literal
+from typing import Annotated, Any
 
-from roughslip.scene.contact import Material, Square, Strip
-from roughslip.scene.declarations import declarations
-from roughslip.scene.ensemble import Answer, Ensemble, StickSlipMap
-from roughslip.scene.expansion import Expansion
-from roughslip.scene.fields import (
-    Section,
-    build,
-    choice,
-    completed,
-    default_of,
-    fields_of,
-    flag,
-    group,
-    integer,
-    many,
-    number,
-    section,
-    text,
-)
+from pydantic import AfterValidator
+
+from roughslip.scene.contact import Expansion, Material, Numerics, Square, Strip
+from roughslip.scene.declarations import declarations, targets
 from roughslip.scene.friction import Friction, Load
 from roughslip.scene.mistakes import Values
-from roughslip.scene.oscillator import Oscillator
+from roughslip.scene.oscillator import Answer, Ensemble, Oscillator, StickSlipMap
 from roughslip.scene.roughness import Roughness
-
-ContactArea = Literal["corrected", "nodes"]
-
-
-@section
-class Numerics(Section):
-    """Tolerances of the solvers, and what counts as contact."""
-
-    contact_tolerance: float = number(
-        "Relative residual to which a contact problem is solved",
-        minimum=1e-14,
-        maximum=0.001,
-        default=None,
-    )
-    contact_area: ContactArea = choice(
-        "corrected: a cell at the edge of a contact counts by its covered share, and the pressure at the centre of the "
-        "square by its distance from the edge. With nodes, each node in contact counts as a whole cell, too much by a "
-        "share of the perimeter",
-        ContactArea,
-        default="corrected",
-    )
-    extrapolate_mesh: bool = flag(
-        "Whether strips are also solved on cells of twice the edge, from which friction is extrapolated to cells of no "
-        "size. It takes a quarter more time; the heights must be smooth over four cells",
-        default=False,
-    )
+from roughslip.scene.section import EachOnce, Line, Section, build, completed, kind_of, many, number, part, text
 
 
-@section
-class Scene(Section):
-    """Everything that a study may be asked to do."""
+def _declared(target: str) -> str:
+    if target not in targets():
+        raise ValueError("no stage declares it")
+    return target
 
-    description: str = text("Purpose of the scene in one line, for captions and the report", longest=200)
-    seed: int = integer("Fixes every random number of the scene", minimum=0, maximum=4294967295)
-    targets: tuple[str, ...] = many(
-        "The figures to make; only the stages that they need run",
-        text(
-            "A figure of the paper, or one of two others. In figure_scan, a scan is compared with surfaces sampled "
-            "from its models. In figure_map, the probability of stick-slip is shown over two parameters. "
-            "answer has no figure: it is that probability and its limits, and comes with figure5 and figure_map",
-            longest=40,
-        ),
+
+Target = Annotated[str, AfterValidator(_declared)]
+
+
+class File(Section):
+    """Scene of roughslip; the unit of a number ends its name."""
+
+    description: Line = text("Purpose of the scene in one line, for captions and the report", longest=200)
+    seed: int = number("Fixes every random number of the scene", ge=0, le=4294967295)
+    targets: Annotated[tuple[Target, ...], EachOnce] = many(
+        "The figures to make; only the stages that they need run. In figure_scan, a scan is compared with surfaces "
+        "sampled from its models. In figure_map, the probability of stick-slip is shown over two parameters. answer "
+        "has no figure: it is that probability and its limits, and comes with figure5 and figure_map",
         unique=True,
+        min_length=1,
     )
-    material: Material = group(Material)
-    roughness: Roughness = group(Roughness)
-    square: Square = group(Square)
-    expansion: Expansion = group(Expansion)
-    strip: Strip = group(Strip)
-    friction: Friction = group(Friction)
-    load: Load = group(Load)
-    oscillator: Oscillator = group(Oscillator)
-    ensemble: Ensemble = group(Ensemble)
-    map: StickSlipMap = group(StickSlipMap)
-    answer: Answer = group(Answer)
-    numerics: Numerics = group(Numerics)
-    standard_uncertainties: tuple[tuple[str, float], ...] = many(
-        "Of the numbers that are given with one, by dotted key: the loader finds them, no scene file holds this",
-        many("Key and standard uncertainty", text("A key", longest=80)),
-        default=(),
-    )
-    jobs: int = integer(
+    material: Material = part()
+    roughness: Roughness = part()
+    square: Square = part()
+    expansion: Expansion = part()
+    strip: Strip = part()
+    friction: Friction = part()
+    load: Load = part()
+    oscillator: Oscillator = part()
+    ensemble: Ensemble = part()
+    map: StickSlipMap = part()
+    answer: Answer = part()
+    numerics: Numerics = part()
+    jobs: int = number(
         "Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it",
-        minimum=1,
-        maximum=2000,
         default=2,
+        ge=1,
+        le=2000,
     )
+
+
+class Scene(File):
+    """Everything that a study may be asked to do: what a file holds, and what the loader finds in it."""
+
+    standard_uncertainties: tuple[tuple[str, float], ...] = ()  # by dotted key, of the numbers that are given with one
 
 
 def slice_for(scene: Values, stage: str) -> Values:
@@ -108,18 +71,13 @@ def slice_for(scene: Values, stage: str) -> Values:
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:
     """The part of a scene under some dotted keys, nested as in the scene; absent optional keys have their defaults."""
-    return nested({key: deepcopy(get(scene, key)) for key in keys})
-
-
-def nested(values: Values) -> Values:
-    """Values by dotted key as the sections of a scene."""
     whole: Values = {}
-    for key, value in values.items():
+    for key in keys:
         *sections, last = key.split(".")
         inner = whole
         for place in sections:
             inner = inner.setdefault(place, {})
-        inner[last] = value
+        inner[last] = deepcopy(get(scene, key))
     return whole
 
 
@@ -131,13 +89,14 @@ def without_nulls(values: Any) -> Any:
 
 
 def scene_of(values: Values, reads: Iterable[str] | None = None) -> Scene:
-    """The scene as an object, from nested dicts; absent optional keys get their defaults.
+    """The scene as an object, from nested dicts; absent optional keys and sections get their defaults.
 
     reads : dotted keys that a stage declares; the object then holds these alone
     """
-    if reads is None:
-        return build(Scene, values)
-    return build(Scene, part_of(values, reads), defaults=False)
+    if reads is not None:
+        return build(Scene, part_of(values, reads))
+    sections: Values = {name: {} for name, field in Scene.model_fields.items() if kind_of(field) is not None}
+    return build(Scene, completed(Scene, sections | values))
 
 
 def get(scene: Values, key: str) -> Any:
@@ -147,11 +106,12 @@ def get(scene: Values, key: str) -> Any:
     """
     value: Any = scene
     kind: type[Section] | None = Scene
-    for depth, part in enumerate(key.split(".")):
-        if kind is None or (field := fields_of(kind).get(part)) is None:
+    for depth, name in enumerate(key.split(".")):
+        field = None if kind is None else kind.model_fields.get(name)
+        if field is None:
             raise KeyError(f"{key} is no key of a scene")
-        within = isinstance(value, Mapping) or depth <= 1  # an absent section of the scene has defaults, no deeper one
-        given = isinstance(value, Mapping) and part in value
-        value = value[part] if given else default_of(field) if within else None
-        kind = field.metadata["kind"]
-    return completed(kind, value) if kind is not None and isinstance(value, Mapping) else value
+        within = isinstance(value, dict) or depth <= 1  # an absent section of the scene has defaults, no deeper one
+        default = field.get_default() if within and not field.is_required() else None
+        value = value.get(name, default) if isinstance(value, dict) else default
+        kind = kind_of(field)
+    return completed(kind, value) if kind is not None and isinstance(value, dict) else value

@@ -11,19 +11,14 @@ from collections.abc import Iterator
 from typing import Any
 
 from roughslip.scene.mistakes import KeyPath, Values, shown
+from roughslip.scene.schema import inner
 
 VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 FORM = f"{{{VALUE}: 10, {UNCERTAINTY}: 1}}"
-GROUP: Values = {
-    "description": "A number with its standard uncertainty, in one unit",
-    "type": "object",
-    "additionalProperties": False,
-    "properties": {VALUE: {"type": "number"}, UNCERTAINTY: {"type": "number", "exclusiveMinimum": 0}},
-}
 
 
 def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tuple[KeyPath, str]]]:
-    """Put values in the place of groups, where the schema says that a number may be measured.
+    """Put values in the place of groups, where the schema says that a number may be uncertain.
 
     Returns the standard uncertainties, [dotted key, number] each, and mistakes, by path.
     """
@@ -31,18 +26,16 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
     mistakes: list[tuple[KeyPath, str]] = []
 
     def inside(value: Any, part: Values, path: KeyPath) -> Any:
-        if isinstance(value, dict) and part.get("measured"):
+        if isinstance(value, dict) and part.get("uncertain"):
             wrong = list(_mistakes(value, path))
             mistakes.extend(wrong)
             if not wrong and _is_number(value.get(UNCERTAINTY)):
                 uncertainties.append([".".join(map(str, path)), float(value[UNCERTAINTY])])
             return value.get(VALUE)
         if isinstance(value, dict):
-            return {
-                key: inside(item, part.get("properties", {}).get(key, {}), (*path, key)) for key, item in value.items()
-            }
+            return {key: inside(item, inner(part, key), (*path, key)) for key, item in value.items()}
         if isinstance(value, list):
-            return [inside(item, part.get("items", {}), (*path, place)) for place, item in enumerate(value)]
+            return [inside(item, inner(part, place), (*path, place)) for place, item in enumerate(value)]
         return value
 
     scene |= inside(scene, schema, ())
@@ -55,13 +48,13 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
 
 
 def _mistakes(group: Values, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """What is wrong with a standard uncertainty; the schema judges the value."""
+    """What is wrong with a standard uncertainty; the section judges the value."""
     for key in group.keys() - {VALUE, UNCERTAINTY}:
         yield (*path, key), f"unknown key; write a number, or {FORM}"
     value: Any = group.get(VALUE)
     given: Any = group.get(UNCERTAINTY)
     if not _is_number(value) or value < 0.0:
-        return  # the schema refuses it
+        return  # its section refuses it
     if UNCERTAINTY not in group:
         yield (*path, UNCERTAINTY), f"missing; give it, or the number {shown(value)} alone"
     elif value == 0.0:
@@ -76,11 +69,3 @@ def _mistakes(group: Values, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
 def _is_number(value: Any) -> bool:
     is_real = isinstance(value, int | float) and not isinstance(value, bool)
     return is_real and abs(value) <= sys.float_info.max
-
-
-def with_forms(part: Any) -> Any:
-    """A part of the schema for editors, in which a measured number may also be a GROUP."""
-    if not isinstance(part, dict):
-        return part
-    inner = {key: with_forms(value) for key, value in part.items()}
-    return {"anyOf": [inner, {"$ref": "#/$defs/uncertain"}]} if inner.pop("measured", False) else inner

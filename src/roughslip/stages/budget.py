@@ -19,7 +19,7 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="budget",
     reads="seed oscillator",
-    reads_if_given="standard_uncertainties ensemble.marginal friction.mean_at_median friction.statistics "
+    reads_if_given="standard_uncertainties ensemble.marginal friction.mean friction.statistics "
     "friction.scatter load material roughness strip.window_m strip.width_m",
     inputs={"answer": "answer"},
     optional={"friction": "friction record", "scan": "scan"},

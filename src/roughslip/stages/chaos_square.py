@@ -26,7 +26,7 @@ from roughslip.chaos.centre_distribution import (
 )
 from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.errors import IllPosedError
-from roughslip.limits import designs_of
+from roughslip.limits import FUNCTIONALS, designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
@@ -37,7 +37,7 @@ from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="chaos_square",
-    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile "
+    reads="seed material roughness square.edge_m square.nodes "
     "square.latin_hypercube_samples numerics.contact_area expansion",
     inputs={"surface": "karhunen_loeve"},
     optional={"scan": "scan"},
@@ -50,6 +50,7 @@ EQUATIONS = ("equation_8", "equation_9")
 METHODS = ("monte_carlo", "latin_hypercube", *EQUATIONS, "roughslip")
 EXPANDED = METHODS[2:]
 KNOWN = 20_000  # surfaces in contact at most, at which equations are evaluated
+DRAWS = 400_000  # from a fitted expansion; its distribution then errs by less than that of the samples
 BINS = np.linspace(-4.0, 6.0, 51)  # of the first variable, which is the height of the centre where variables are local
 BY_METHOD, BY_VARIANT, BY_FIT = ("method",), ("variant",), ("fit",)
 VARIABLES = {
@@ -119,10 +120,10 @@ def work(job: Job) -> None:
         for name, pressures in drawn.items():
             rows[name] |= drawn_rows(pressures, solved)
             pressure[name] = pressures[0]
-        pressure["roughslip"] = edges.apply(local.draw(np.random.default_rng(drawing), scene.expansion.draws))
+        pressure["roughslip"] = edges.apply(local.draw(np.random.default_rng(drawing), DRAWS))
         rows["roughslip"] = expanded_rows(local, pressure["roughslip"], edges, drawing, solved)
         given = given_contact(equations, nodes, directions, designs, solved, scene.seed)
-    draws = scene.expansion.draws + sum(one.size for one in drawn.values())
+    draws = DRAWS + sum(one.size for one in drawn.values())
     job.usage.count(fits=1 + len(local.without) + len(equations) * len(designs), draws=draws)
     job.usage.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, scene.expansion.degree)})
     apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
@@ -167,7 +168,7 @@ def local_expansion(
     scene = job.scene
     model, grid = surface_model.gaussian_model(scene, job.arguments.scan), geometry.square_grid(scene)
     nodes = geometry.training_nodes(model.lengths_m, grid)
-    directions, odd = expansion.directions(model, grid, modes, nodes, scene.expansion.variables)
+    directions, odd = expansion.directions(model, grid, modes, nodes, FUNCTIONALS)
     variables = np.einsum("km,nvm->knv", training_design(scene, len(modes)), directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap, odd)

@@ -21,7 +21,7 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="chaos_strip",
     reads="seed material roughness "
-    "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
+    "strip.window_m strip.width_m strip.cell_m strip.penetration_percentiles "
     "numerics.contact_area strip.training_samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     optional={"scan": "scan"},

@@ -15,7 +15,7 @@ from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="contact",
-    reads="seed material roughness strip.length_m strip.margin_m strip.width_m strip.cell_m strip.samples "
+    reads="seed material roughness strip.window_m strip.width_m strip.cell_m strip.samples "
     "strip.penetration_percentiles strip.window_m strip.window_spacing_m strip.training_samples "
     "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh",
     reads_if_given="load.nominal_pressure_pa",

@@ -6,7 +6,6 @@ from roughslip import store
 from roughslip.scene.declarations import Batches, Stage
 from roughslip.stages.from_scene import geometry
 from roughslip.stages.from_scene.square import (
-    check_designs,
     latin_hypercubes,
     pressures_at,
     solved,
@@ -18,7 +17,7 @@ from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="contact_square",
-    reads="seed material roughness square.edge_m square.nodes square.penetration_percentile "
+    reads="seed material roughness square.edge_m square.nodes "
     "square.latin_hypercube_samples expansion.samples numerics.contact_tolerance "
     "numerics.contact_area",
     inputs={"surface": "karhunen_loeve"},
@@ -39,7 +38,6 @@ def work(job: Job) -> None:
     arguments, scene, numbers = job.arguments, job.scene, range(job.arguments.first, job.arguments.last)
     problem = square(job)
     modes, count = len(problem.modes), len(numbers)
-    check_designs(scene, modes)
     lengths = problem.model.lengths_m
     with job.usage.core():
         if arguments.design == "expansion":

@@ -23,6 +23,7 @@ from roughslip.scene.types import Scene
 from roughslip.stages.from_scene.machine import (
     DISCARDED_PERIODS,
     DRAWN_PERIODS,
+    MEDIAN,
     at_penetration,
     damping_ratios,
     friction_of,
@@ -134,7 +135,7 @@ def of_friction(job: Job, machine: Machine, friction: Friction) -> dict[str, sto
         )
         for kind, moved in load_responses(scene, result, machine, friction).items():
             variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
-        percentile = scene.oscillator.penetration_percentile
+        percentile = MEDIAN
         variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
         warn_of_load(job, result, friction.pad_deviation)
     return variables
@@ -166,7 +167,7 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     )
     force, given = section.normal_force_n, section.windows_in_parallel
     if max(needed / given, given / needed) > MISSED:
-        percentile = job.scene.oscillator.penetration_percentile
+        percentile = MEDIAN
         job.usage.warn(
             f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {percentile:g} a window bears "
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "

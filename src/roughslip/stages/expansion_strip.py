@@ -23,7 +23,7 @@ from roughslip.stages.runtime.command import Job
 STAGE = Stage(
     name="expansion_strip",
     reads="seed material roughness "
-    "strip.length_m strip.margin_m strip.width_m strip.cell_m strip.penetration_percentiles "
+    "strip.window_m strip.width_m strip.cell_m strip.penetration_percentiles "
     "strip.window_m strip.window_spacing_m strip.samples expansion.degree expansion.target",
     reads_if_given="strip.expansion_spacing_m",
     inputs={"expansion": "chaos_strip"},

@@ -24,8 +24,8 @@ from roughslip.stages.runtime.command import Job
 
 STAGE = Stage(
     name="friction",
-    reads="seed material roughness strip friction.mean_at_median",
-    reads_if_given="friction.least_contact_fraction load oscillator.normal_force_n oscillator.windows_in_parallel",
+    reads="seed material roughness strip friction.mean",
+    reads_if_given="load oscillator.normal_force_n oscillator.windows_in_parallel",
     many={"blocks": "contact expansion_strip"},
     optional={"scan": "scan"},
     result="friction/statistics.nc",
@@ -86,7 +86,7 @@ def over_penetration(
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
     with job.usage.core():
         levels = levels_of_sums(geometry.least_contact_area(scene), sums, others, coarse)
-        draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean_at_median
+        draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean
         table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.usage.progress)
         loads = load_table.load_table(job, blocks, table)
     job.usage.warn(*missing_warnings(table.solved["missing_share"], percentiles))

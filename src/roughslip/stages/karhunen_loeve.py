@@ -1,41 +1,19 @@
 """Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
 
 from roughslip import store
-from roughslip.errors import IllPosedError
-from roughslip.grid import Grid
-from roughslip.scene.contact import Square
 from roughslip.scene.declarations import Stage
 from roughslip.stages.from_scene import geometry, surface_model
 from roughslip.stages.runtime.command import Job
-from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
+from roughslip.surface.modes import karhunen_loeve
 
 STAGE = Stage(
     name="karhunen_loeve",
-    reads="roughness square.edge_m square.nodes",
-    reads_if_given="square.modes square.variance_share",
+    reads="roughness square.edge_m square.nodes square.modes",
     optional={"scan": "scan"},
     result="surface/modes.nc",
 )
 
 WELL_CAPTURED = 0.9  # share of the variance below which a warning says so
-INSTEAD = (
-    "Figure 2 needs modes, so take a lower square.variance_share, or give their number as square.modes; "
-    "the strips of Figure 3 are embedded anyway"
-)
-
-
-def expanded(covariance: StationaryCovariance, grid: Grid, square: Square) -> KarhunenLoeve:
-    """The expansion up to the order of the scene at any cost, or up to its share of the variance.
-
-    Raises IllPosedError where a share takes more than a quarter of the modes of a large mesh.
-    """
-    if square.modes is not None:
-        return karhunen_loeve(covariance, grid, square.modes)
-    try:
-        return karhunen_loeve(covariance, grid, share=square.variance_share)
-    except IllPosedError as error:
-        raise IllPosedError(f"{error}. {INSTEAD}") from error
 
 
 def work(job: Job) -> None:
@@ -43,7 +21,7 @@ def work(job: Job) -> None:
     model = surface_model.gaussian_model(job.scene, job.arguments.scan)
     grid = geometry.square_grid(job.scene)
     with job.usage.core():
-        expansion = expanded(model.covariance, grid, job.scene.square)
+        expansion = karhunen_loeve(model.covariance, grid, job.scene.square.modes)
     if expansion.captured_variance < WELL_CAPTURED:
         job.usage.warn(
             f"{len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the square: take "

@@ -35,6 +35,9 @@ STAGE = Stage(
 )
 
 
+DRAWN = 12  # trajectories at most, a bundle that the eye can still part
+
+
 class Run(NamedTuple):
     """The runs on one friction path.
 
@@ -65,7 +68,7 @@ def runs_of(job: Job, taken: range) -> list[Run]:
         path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
         counts = ensemble_counts(own, [path], paths.spacing, periods, over={"damping": dampings})
         nominal = simulate(belt, law, path, paths.spacing, periods, options)
-        is_drawn = number < ensemble.drawn_realisations
+        is_drawn = number < DRAWN
         drawn = trajectory(belt, law, path, paths.spacing, until, options) if is_drawn else None
         places, sticks = nominal.reattachments(DISCARDED_PERIODS), nominal.cycles + nominal.micro_slips
         runs.append(Run(counts, places, nominal.last_cycle, sticks, drawn, max(needed - path.nodes, 0)))

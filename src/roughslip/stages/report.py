@@ -52,13 +52,11 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
-def square_represented(modes: store.Result, scene: Scene) -> list[str]:
-    """How many modes the square has and why, and what they carry."""
-    share = scene.square.variance_share
-    why = "as many as the scene asks for" if share is None else f"the fewest that carry {100 * share:g} %"
+def square_represented(modes: store.Result) -> list[str]:
+    """How many modes the square has, and what they carry."""
     mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
     return [
-        f"The square is expanded in {len(modes['eigenvalue'])} modes, {why}.",
+        f"The square is expanded in {len(modes['eigenvalue'])} modes.",
         f"They carry {mean:.1f} % of the variance in the mean over the mesh, {centre:.1f} % at the centre and "
         f"{corner:.1f} % at the corner.",
     ]
@@ -81,7 +79,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     sentences = {}
     if "karhunen_loeve" in stages:
-        sentences["figure2"] = square_represented(store.read(files["surface/modes.nc"]), scene)
+        sentences["figure2"] = square_represented(store.read(files["surface/modes.nc"]))
     if "chaos_square" in stages:
         sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
     if "scan" in stages:

@@ -30,7 +30,7 @@ from roughslip.surface.models import KINDS
 STAGE = Stage(
     name="scan",
     reads="targets roughness.scan",
-    reads_if_given="strip.length_m strip.margin_m strip.width_m strip.cell_m strip.expansion_spacing_m",
+    reads_if_given="roughness.correct_correlation strip.window_m strip.width_m strip.cell_m strip.expansion_spacing_m",
     inputs={"scan": "roughness.scan.file"},
     result="surface/scan.nc",
     runs_if="roughness.scan",
@@ -134,7 +134,7 @@ def fitted_model(
     """
     wanted = job.scene.roughness.scan
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
-    kind, covariance, fits, correct = wanted.covariance, None, 0, bool(wanted.correct_correlation)
+    kind, covariance, fits, correct = wanted.covariance, None, 0, job.scene.roughness.correct_correlation
     if kind != "measured":
         kinds = KINDS if kind == "best" else (kind,)
         fitted, refused = fitted_covariances(kinds, scan, statistics)

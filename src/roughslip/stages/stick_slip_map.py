@@ -13,7 +13,7 @@ from roughslip.oscillator.states import run_until_known
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.declarations import Stage
-from roughslip.scene.ensemble import StickSlipMap
+from roughslip.scene.oscillator import StickSlipMap
 from roughslip.stages.from_scene.machine import machine_of
 from roughslip.stages.from_scene.streams import Stream
 from roughslip.stages.runtime import skip_reasons
@@ -31,6 +31,7 @@ STAGE = Stage(
 # Points that are run: a tenth of the runs at 24 x 24 points, and the same error of the probability, 0.006; of a coarse
 # map a quarter of its points.
 MOST_COMPUTED, SHARE = 56, 1 / 4
+RUNS, PERIODS = 20, 40  # of a point: a probability to a tenth; settled after half of them
 POINT = ("x", "y")
 LIMITS = {
     "hopf_damping": "damping ratio below which steady sliding is unstable",
@@ -45,21 +46,20 @@ def work(job: Job) -> None:
     ranges = box(own, scene.ensemble.marginal, asked)
     names = tuple(ranges)
     axes = [spaced(*ranges[name], asked.points) for name in names]
-    runs = range(asked.realisations)
-    at_points = PointRuns(own, asked.duration_periods, (scene.seed, Stream.MAP))
+    at_points = PointRuns(own, PERIODS, (scene.seed, Stream.MAP))
 
     def probability(i: int, j: int) -> float:
         values = {name: float(axis[k]) for name, axis, k in zip(names, axes, (i, j), strict=True)}
-        return float(np.mean(at_points.shares(values, runs)))
+        return float(np.mean(at_points.shares(values, range(RUNS))))
 
     with job.usage.core():
         shares = lattice_map(probability, asked.points, min(MOST_COMPUTED, int(SHARE * asked.points**2)))
         limits = limits_along(job, own, names[1], axes[1] if names[0] == "damping" else None)
     job.usage.count(runs=at_points.runs, steps=at_points.steps)
-    spared = asked.points**2 * asked.realisations - at_points.runs
+    spared = asked.points**2 * RUNS - at_points.runs
     skipped = {skip_reasons.STICK: at_points.sticks, skip_reasons.KEPT: at_points.runs - at_points.paths}
     job.usage.skip(skipped | {skip_reasons.BETWEEN: spared})
-    variables = of_shares(shares, asked)
+    variables = of_shares(shares)
     for axis, name, values in zip(POINT, names, axes, strict=True):
         parameter = PARAMETERS[name]
         variables[f"map_{axis}"] = store.Variable((axis,), values, parameter.unit, parameter.title)
@@ -82,15 +82,15 @@ def limits_along(job: Job, own: Machine, name: str, values: np.ndarray | None) -
     return limits
 
 
-def of_shares(shares: LatticeMap, asked: StickSlipMap) -> dict[str, store.Variable]:
+def of_shares(shares: LatticeMap) -> dict[str, store.Variable]:
     """The probability at every point with its interval, and how it was found."""
-    interval = shares.probability, *wilson_interval(asked.realisations * shares.probability, asked.realisations)
+    interval = shares.probability, *wilson_interval(RUNS * shares.probability, RUNS)
     title = "probability of stick-slip, share of the second half of the runs"
     columns = {
         "is_computed": (POINT, shares.is_computed.astype(np.int8), "1 where runs were made, 0 where the spline says"),
         "prediction_error": ((), shares.prediction_error, "mean error of the spline at the last third of the points"),
-        "map_periods": ((), asked.duration_periods, "natural periods of a run"),
-        "map_runs": ((), asked.realisations, "runs at a point"),
+        "map_periods": ((), PERIODS, "natural periods of a run"),
+        "map_runs": ((), RUNS, "runs at a point"),
     }
     variables = {name: store.Variable(dims, value, "1", label) for name, (dims, value, label) in columns.items()}
     return store.with_interval("probability", POINT, interval, "1", title) | variables

@@ -45,8 +45,7 @@ def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.nd
         deviation = float(np.max(np.abs(translation.correlation(nearest) - wanted)))
         raise IllPosedError(
             f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
-            f"{deviation:.2g}: leave the correlation uncorrected; scene keys: roughness.marginal.correct_correlation, "
-            "roughness.scan.correct_correlation"
+            f"{deviation:.2g}: leave the correlation uncorrected; scene key: roughness.correct_correlation"
         )
     return nearest
 

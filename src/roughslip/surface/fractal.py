@@ -64,8 +64,8 @@ class WeierstrassMandelbrot:
             raise ParameterError(f"gamma must exceed 1 and azimuths be 1 or more, not {self.gamma}, {self.azimuths}")
         if self.variables > MOST_WAVES:
             raise ParameterError(
-                f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths; scene keys: "
-                "roughness.fractal.gamma, roughness.fractal.azimuths"
+                f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths, or a narrower "
+                "band; scene key: roughness.fractal.wavelengths_m"
             )
 
     @property
@@ -127,8 +127,7 @@ class WeierstrassMandelbrot:
         below = np.flatnonzero(excess(distances) <= 0.0)
         if below.size == 0:
             raise IllPosedError(
-                f"along {azimuth:.3g} rad the autocorrelation stays above 1/e: choose another azimuth, or more of "
-                "them; scene key: roughness.fractal.azimuths"
+                f"along {azimuth:.3g} rad the autocorrelation stays above 1/e: choose another azimuth, or more of them"
             )
         return float(scipy.optimize.brentq(excess, distances[below[0] - 1], distances[below[0]], xtol=1e-12 * step))
 
@@ -238,8 +237,8 @@ class RandomPhaseMarginal:
             if terms > MOST_TERMS:
                 raise ConvergenceError(
                     f"the distribution of a sum of {len(self.amplitudes) * self.repeats} cosines is not found from "
-                    "its series; use more frequencies or azimuths; scene keys: roughness.fractal.gamma, "
-                    "roughness.fractal.azimuths",
+                    "its series; use more frequencies or azimuths; scene key: "
+                    "roughness.fractal.wavelengths_m",
                     self._truncation(math.pi * MOST_TERMS / self.bound),
                     MOST_TERMS,
                 )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.grid import Grid
-from roughslip.limits import TRAINING_SPACING
+from roughslip.limits import LEAST_CONTACT, MARGIN, TRAINING_SPACING, WINDOWS
 from roughslip.scene.types import Scene
 
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
@@ -23,7 +23,7 @@ def strip_grid(scene: Scene) -> Grid:
     """Mesh of a strip of Figure 3, margins included."""
     strip = scene.strip
     cell = strip.cell_m
-    length = strip.length_m + 2 * strip.margin_m
+    length = (WINDOWS + 2 * MARGIN) * strip.window_m
     return Grid(round(length / cell), round(strip.width_m / cell), cell, cell)
 
 
@@ -33,7 +33,7 @@ def middle(scene: Scene, mesh: int = 1) -> slice:
     mesh : edge of the cells over that of the cells of the scene
     """
     strip, cell = scene.strip, mesh * scene.strip.cell_m
-    margin, length = round(strip.margin_m / cell), round(strip.length_m / cell)
+    margin, length = round(MARGIN * strip.window_m / cell), round(WINDOWS * strip.window_m / cell)
     return slice(margin, margin + length)
 
 
@@ -80,7 +80,7 @@ def block_nodes(scene: Scene, mesh: int = 1) -> tuple[int, int]:
 
 def least_contact_area(scene: Scene) -> float:
     """[m2] below which a window has no friction coefficient."""
-    return scene.friction.least_contact_fraction * (scene.strip.window_m * scene.strip.width_m)
+    return LEAST_CONTACT * (scene.strip.window_m * scene.strip.width_m)
 
 
 def block_sizes(scene: Scene) -> tuple[float, float, float]:

@@ -34,6 +34,7 @@ DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
 DISCARDED_PERIODS = 10.0
 TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of an average over a window of two lengths
+MEDIAN = 50.0  # [%] penetration of the windows of a scene without a load
 TOLERANCE = 1e-5  # of the motion; mean counts are the same within their error from 1e-4 to 1e-10
 
 
@@ -86,7 +87,7 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
     pad: Callable[[float, float], Pad] | None = None
     if given is not None:
         mean, deviation, length = given.mean, given.standard_deviation, given.correlation_length_m
-        a, b = given.beta_shapes
+        a, b = PAPER_SHAPES
     elif result is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")
     elif is_record(result):
@@ -134,14 +135,7 @@ def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> fl
     """Values : (levels,) of the friction statistics at the penetration of the windows, or () under the load."""
     if is_under_load(result):
         return float(values)
-    return between(result["percentile"], values, penetration(scene))
-
-
-def penetration(scene: Scene) -> float:
-    """[%] of the windows of a scene without a load."""
-    percentile = scene.oscillator.penetration_percentile
-    assert percentile is not None
-    return percentile
+    return between(result["percentile"], values, MEDIAN)
 
 
 def window_scatter(result: store.Result) -> np.ndarray:
@@ -191,7 +185,7 @@ def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple
     curves /= curves[:, :1]
     curve = (1.0 - near) * curves[0] + near * curves[1]
     if not is_under_load(result):
-        curve = np.array([np.interp(penetration(scene), result["percentile"], row) for row in curve])
+        curve = np.array([np.interp(MEDIAN, result["percentile"], row) for row in curve])
     lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
     return CorrelationShape.of_lags(lags, curve)
 

@@ -12,9 +12,8 @@ from roughslip.contact.at_nodes import NodePressures, solve_at
 from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import SMALL, solve
-from roughslip.errors import InputError
 from roughslip.grid import Grid
-from roughslip.limits import MOST_NUMBERS, designs_of
+from roughslip.limits import designs_of
 from roughslip.scene.types import Scene
 from roughslip.stages.from_scene import elastic, geometry, surface_model
 from roughslip.stages.from_scene.geometry import Nodes
@@ -24,6 +23,7 @@ from roughslip.stages.runtime.command import Job
 from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import heights
 
+PENETRATION = 50.0  # [%] of the heights are above the plane
 PRECISION = 1e-3  # width of the bounds of a pressure over the pressure; errors are then a tenth of that
 PRESSURE = "contact pressure at nodes around the centre"
 POINT = f"{PRESSURE}, less the mesh error at edges"
@@ -70,26 +70,6 @@ def training_design(scene: Scene, modes: int) -> np.ndarray:
     return latin_hypercube(generator, scene.expansion.samples, modes)
 
 
-def check_designs(scene: Scene, modes: int) -> None:
-    """Raise InputError with a line for each design too large for memory.
-
-    The rules of scenes cannot check this, because stage karhunen_loeve finds the number of modes that a share of the
-    variance takes.
-    """
-    counts = {
-        "square.latin_hypercube_samples": scene.square.latin_hypercube_samples,
-        "expansion.samples": scene.expansion.samples,
-    }
-    lines = [
-        f"{key}: {samples} is not allowed; samples times the {modes} modes of the square at most {MOST_NUMBERS} "
-        "(0.8 GB of memory): fewer samples, or a lower square.variance_share"
-        for key, samples in counts.items()
-        if samples * modes > MOST_NUMBERS
-    ]
-    if lines:
-        raise InputError(lines)
-
-
 def square(job: Job) -> Square:
     """The square of a stage that was given the modes as --surface."""
     scene = job.scene
@@ -98,7 +78,7 @@ def square(job: Job) -> Square:
         model,
         grid,
         store.read(job.arguments.surface)["modes"],
-        float(model.plane_height(scene.square.penetration_percentile)),
+        float(model.plane_height(PENETRATION)),
         elastic.influence(scene, grid),
         scene.numerics.contact_tolerance,
         elastic.hardness_pa(scene),

@@ -24,6 +24,7 @@ from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
 
+AZIMUTHS, GAMMA = 16, 1.5  # of a fractal: directions of its waves, isotropic to five lengths; ratio of frequencies
 HELPS = {"outliers": "missing", "marginal": "gaussian", "covariance": "measured"}
 
 
@@ -41,12 +42,10 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
     roughness = scene.roughness
     options = {name: value for name in OPTIONS if (value := getattr(roughness, name)) is not None}
     field = covariance_of(roughness.covariance, roughness.rms_height_m, roughness.correlation_length_m, **options)
-    law = roughness.marginal
-    if law is None:
+    if roughness.beta_shapes is None:
         return GaussianModel(field, field.axis_lengths_m)
-    a, b = law.beta
-    marginal = BetaDistribution.of_moments(a, b, 0.0, field.rms_height_m)
-    correct = law.correct_correlation
+    marginal = BetaDistribution.of_moments(*roughness.beta_shapes, 0.0, field.rms_height_m)
+    correct = roughness.correct_correlation
     return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
 
 
@@ -54,9 +53,9 @@ def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
     """The waves of a fractal; where the scene gives no band, that of the strip, from its length to two cells."""
     roughness, grid = scene.roughness, geometry.strip_grid(scene)
     if law.wavelengths_m is None:
-        return fractal_on(grid, law.hurst, roughness.rms_height_m, law.azimuths, law.gamma)
+        return fractal_on(grid, law.hurst, roughness.rms_height_m, AZIMUTHS, GAMMA)
     shortest, longest = law.wavelengths_m
-    return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, law.azimuths, law.gamma)
+    return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, AZIMUTHS, GAMMA)
 
 
 def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:

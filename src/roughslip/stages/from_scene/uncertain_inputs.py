@@ -32,7 +32,7 @@ from roughslip.stages.from_scene.machine import at_penetration, friction_of, is_
 from roughslip.stages.from_scene.surface_model import gaussian_model
 
 SCAN, SURFACE, SOLVES = "scan", "surface", "contact solves"
-MEANS = ("friction.statistics.mean", "load.mean_friction", "friction.mean_at_median")  # a scene reads one of them
+MEANS = ("friction.statistics.mean", "friction.mean")  # a scene reads one of them
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
 STATIC, TABLE, FORCE = "oscillator.static_friction", "oscillator.friction_table", "load.force_n"
 SOURCES = {  # of the numbers that a scene may give with a standard uncertainty, but for those of the surface

@@ -53,7 +53,7 @@ def load_results(
     """
     scene, surface = job.scene, correlated(job.scene, job.arguments.scan)
     nominal, length = scene.load.nominal_pressure_pa, scene.load.pad_length_m
-    mean, windows = scene.load.mean_friction or scene.friction.mean_at_median, scene.oscillator.windows_in_parallel
+    mean, windows = scene.friction.mean, scene.oscillator.windows_in_parallel
     weights = weights_of(scene, own, REPLICATES)
     with job.usage.core():
         found = pad_estimates(own, surface, weights, windows, length)
@@ -78,7 +78,7 @@ def load_results(
     for name, estimate in of_single.items():
         unit, along = "m" if "length_" in name else "1", ("lag",) if name == "autocorrelation" else ()
         variables |= store.with_interval(name, along, columns_of(estimate), unit, OF_WINDOWS[name])
-    if index <= ELASTIC and scene.roughness.marginal is None and not job.arguments.scan:
+    if index <= ELASTIC and scene.roughness.beta_shapes is None and not job.arguments.scan:
         title = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
         variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", title)
     variables |= correlation_variables(scene, job.arguments.scan, length)

@@ -1,0 +1,131 @@
+"""Sections of a scene: each field says its meaning, unit, range, default, and whether it can be uncertain, once.
+
+A section is a class on `Section` with fields such as `samples: int = number("Strips that are solved", ge=8)`. Its
+JSON schema, the check of scene files and the words of their mistakes follow from the fields. A new key is a field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
+
+T = TypeVar("T")
+S = TypeVar("S", bound="Section")
+FILE_AND_CLASS = r"[^:\s][^:]*\.py:[A-Za-z_]\w*"  # of a user's own law or covariance
+
+
+class Section(BaseModel):
+    """Base class of the sections: closed and frozen. A section of a stage holds only the keys that the stage reads."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    if not TYPE_CHECKING:  # which knows the fields
+
+        def __getattr__(self, name: str) -> Any:
+            """Called for a missing attribute alone."""
+            if name.startswith("_"):
+                return super().__getattr__(name)
+            section = type(self).__name__
+            raise AttributeError(
+                f"{name} of {section} is not among the keys that this stage reads; add it to `reads` of its STAGE"
+            )
+
+
+def number(
+    meaning: str, unit: str = "-", *, default: Any = ..., symbol: str = "", uncertain: bool = False, **bounds: float
+) -> Any:
+    """A field for a number; its annotation says whether it is a real or a whole one.
+
+    symbol : in labels; uncertain : whether it may carry a standard uncertainty (`scene.uncertain`)
+    bounds : gt, ge, lt, le
+    """
+    extra: dict[str, Any] = {"symbol": symbol} if symbol else {}
+    extra |= {"uncertain": True} if uncertain else {}
+    options: dict[str, Any] = {**bounds, "json_schema_extra": extra or None}
+    return Field(default, description=f"{meaning} [{unit}]", **options)
+
+
+def choice(meaning: str, *, default: Any = ...) -> Any:
+    """A field for one of the words of a Literal, or for true or false."""
+    return Field(default, description=meaning)
+
+
+def text(meaning: str, *, longest: int, default: Any = ...) -> Any:
+    """A field for text on one line, of 1 to `longest` characters."""
+    return Field(default, description=meaning, min_length=1, max_length=longest)
+
+
+def part() -> Any:
+    """A field for a section that may be absent; its docstring says what it is."""
+    return Field(None)
+
+
+def word(meaning: str, words: Collection[str], *, default: Any = ..., or_file: bool = False) -> Any:
+    """A field for one of several words that are found at run time, or for a class in a file of the user."""
+    pattern = "|".join([*words, FILE_AND_CLASS] if or_file else words)
+    extra: dict[str, Any] = {"enum": list(words)}
+    if or_file:
+        extra["or_file"] = True
+    return Field(default, description=meaning, pattern=f"^({pattern})$", json_schema_extra=extra)
+
+
+def many(meaning: str, *, default: Any = ..., unique: bool = False, **lengths: int) -> Any:
+    """A field for a tuple, which a scene file gives as a list. lengths : min_length, max_length"""
+    options: dict[str, Any] = {**lengths, "json_schema_extra": {"uniqueItems": True} if unique else None}
+    return Field(default, description=meaning, strict=False, **options)
+
+
+def _each_once(values: tuple[T, ...]) -> tuple[T, ...]:
+    if any(value in values[:place] for place, value in enumerate(values)):
+        raise ValueError("each once")
+    return values
+
+
+def _on_one_line(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("on one line")
+    return text
+
+
+EachOnce = AfterValidator(_each_once)
+Line = Annotated[str, AfterValidator(_on_one_line)]
+
+
+def kind_of(field: FieldInfo) -> type[Section] | None:
+    """The section that a field holds, if it holds one."""
+    options = getattr(field.annotation, "__args__", (field.annotation,))
+    return next((one for one in options if isinstance(one, type) and issubclass(one, Section)), None)
+
+
+def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a section as nested dicts, with the defaults of absent optional keys; None where there is none."""
+    whole = dict(values)
+    for name, field in kind.model_fields.items():
+        inner = kind_of(field)
+        if inner is not None and isinstance(values.get(name), Mapping):
+            whole[name] = completed(inner, values[name])
+        elif name not in values and not field.is_required():
+            whole[name] = field.get_default()
+    return whole
+
+
+def build(kind: type[S], values: Mapping[str, Any]) -> S:
+    """A section from the keys that `values` holds, which are valid; reading any other raises AttributeError."""
+    made = kind.model_construct()
+    for name, field in kind.model_fields.items():
+        inner, value = kind_of(field), values.get(name)
+        if name not in values:
+            made.__dict__.pop(name, None)
+            continue
+        if inner is not None and isinstance(value, Mapping):
+            value = build(inner, value)
+        made.__dict__[name] = as_tuples(value)
+    return made
+
+
+def as_tuples(value: Any) -> Any:
+    """Lists, and those in them, as tuples."""
+    return tuple(map(as_tuples, value)) if isinstance(value, list) else value

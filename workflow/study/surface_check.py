@@ -15,7 +15,7 @@ from roughslip.errors import InputError, ParameterError, RoughslipError
 from roughslip.limits import WINDOWS
 from roughslip.scene import plausibility
 from roughslip.scene.mistakes import line
-from roughslip.scene.roughness import FIELD, FIELD_OPTIONS, STATED
+from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.types import get, scene_of
 from roughslip.stages.runtime.usage import checksum
 
@@ -89,7 +89,7 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
         return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.fractal"
     from roughslip.surface.models import covariance_of  # with scipy.special
 
-    given = {key: section[key] for key in FIELD_OPTIONS if key != "marginal" and section[key] is not None}
+    given = {key: section[key] for key in FIELD_OPTIONS if key != BETA and section[key] is not None}
     field = covariance_of(*(section[key] for key in FIELD), **given)
     return field, field.axis_lengths_m, "roughness.correlation_length_m"
 

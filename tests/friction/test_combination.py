@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.combination import ORDERS, combine, controlled, mesh_factors
+from roughslip.friction.combination import ORDERS, Levels, combine, controlled, mesh_factors
 from roughslip.friction.correlation import window_lengths
-from roughslip.friction.level import Levels
 from roughslip.friction.penetration import trend
 from roughslip.friction.statistics import strip_weights
 from roughslip.friction.table import WindowLayout, friction_table
@@ -33,33 +32,6 @@ def sample(rng: np.random.Generator, replicates: int = 100) -> tuple:
 def windows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """mu and valid."""
     return values, np.ones(values.shape, bool)
-
-
-@pytest.mark.slow
-def test_combine_is_unbiased_and_saves_what_the_correlation_promises() -> None:
-    repetitions, n = 400, STRIPS * WINDOWS
-    means, log_stds, kept = np.empty((3, repetitions, 2))
-    for k in range(repetitions):
-        solved, control, weights = sample(np.random.default_rng([11, k]), 400)
-        c = combine(Levels(solved, control), weights)
-        means[k] = math.exp(c.rows["mean"][0]), np.mean(solved[0])
-        log_stds[k] = c.rows["std"][0], np.log(np.std(solved[0]))
-        kept[k] = c.variance_share["mean"], c.variance_share["std"]
-    # Gaussian windows: strip means correlate by rho, strip variances by rho^2
-    theory = np.array([1.0 - RHO**2 * SHARE, 1.0 - RHO**4 * SHARE])
-    variances = np.var(means[:, 0]) / (0.01 / n), np.var(log_stds[:, 0]) / np.var(log_stds[:, 1])
-    # A variance of 400 values is known to sqrt(2 / 399), the ratio of two to at most sqrt(2) times that. An alpha from
-    # 25 strips costs (S - 2)/(S - 3) of the unexplained part (Lavenberg and Welch 1981), within that.
-    tolerance = 4 * math.sqrt(2 / 399)
-    assert variances[0] == pytest.approx(theory[0], rel=tolerance)
-    assert variances[1] == pytest.approx(theory[1], rel=math.sqrt(2) * tolerance)
-    assert abs(np.mean(means[:, 0]) - 1.0) < 4 * np.std(means[:, 0]) / math.sqrt(repetitions)
-    # E log std = log 0.1 - 3 / (4 n) to first order (n divisor)
-    bias = np.mean(log_stds[:, 0]) - math.log(0.1) + 0.75 / n
-    assert abs(bias) < 4 * np.std(log_stds[:, 0]) / math.sqrt(repetitions) + 1.0 / n
-    # estimated correlations of 25 strips scatter by about (1 - rho^2) / sqrt(25) each; their mean much less, biased
-    # by (1 - rho^2) / 25
-    np.testing.assert_allclose(np.mean(kept, axis=0), theory, atol=0.03)
 
 
 def test_the_truth_as_control_returns_the_pooled_sample() -> None:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from roughslip.friction.combination import combine
+from roughslip.friction.combination import Levels, combine
 from roughslip.friction.correlation import autocorrelation
-from roughslip.friction.level import Levels
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.statistics import strip_weights, window_statistics
 from roughslip.probability import beta_moments

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.friction.bowden_tabor import window_sums
-from roughslip.friction.level import Windows
+from roughslip.friction.bowden_tabor import Windows, window_sums
 from roughslip.friction.pad import (
     Surface,
     adjacent_variance,

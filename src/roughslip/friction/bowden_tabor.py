@@ -14,6 +14,8 @@ import numpy as np
 from roughslip.errors import ParameterError, real, whole
 from roughslip.validation import finite, gate, reals
 
+Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, or area and force, each (..., S, W)
+
 
 @gate
 def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -> np.ndarray:

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.combination import Combined, Replicates, combine, mesh_factors
+from roughslip.friction.bowden_tabor import Windows
+from roughslip.friction.combination import Combined, Levels, Replicates, combine, mesh_factors
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
-from roughslip.friction.level import Levels, Windows
 from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
 from roughslip.probability import Estimate

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
+from roughslip.friction.bowden_tabor import Windows
 from roughslip.friction.correlation import LENGTHS, triangular, window_lengths
-from roughslip.friction.level import Windows
 from roughslip.friction.marginal import SHAPES, nearest_level
 from roughslip.friction.penetration import curve_over_penetration, trend
 from roughslip.friction.table import BY_SOURCE, FrictionTable

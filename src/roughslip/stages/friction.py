@@ -4,7 +4,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.blocks import Blocks
-from roughslip.friction.level import Windows, levels_of_sums
+from roughslip.friction.bowden_tabor import Windows
+from roughslip.friction.combination import levels_of_sums
 from roughslip.friction.table import WindowLayout, friction_table
 from roughslip.friction.table_variables import (
     missing_warnings,

@@ -27,6 +27,7 @@ from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.mistakes import shown
+from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, slice_for
 from roughslip.stages.runtime.usage import checksum
 from workflow.study.scenes import USER_FILES, Scenes
@@ -44,7 +45,8 @@ _PYTHON = ".".join(map(str, sys.version_info[:2]))
 class Entry:
     """What the results of a stage are made of.
 
-    made_of : JSON values that are hashed: stage, slice of the scene, code, scans, and the keys of the stages before
+    made_of : JSON values that are hashed: stage, slice of the scene, code, also of the user, scans, and the keys of the
+        stages before
     inputs : files that its jobs read, by option of the stage
     awaited : records of cost of the jobs that make these
     files : of a stage that looks at whole scenes, by scene its results by the names under which they are published
@@ -91,6 +93,8 @@ class Names:
             files = {scene: self.published(scene, without=("report",))}
         if stage in USER_FILES:
             made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
+        if own := sorted({code.rpartition(":")[0] for code in own_code(made_of["configuration"]).values()}):
+            made_of["own"] = {file: checksum(Path(file)) for file in own}
         if declarations()[stage].batches is not None:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         made_of["before"] = {name: self.entry(scene, name).key for name in before}

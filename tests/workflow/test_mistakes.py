@@ -157,6 +157,52 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 
 
+LAW = "class BoPavelescu:\n    pass\n\n\ndef falling(speed):\n    return 0.3\n"
+
+
+MODEL = """import numpy as np
+
+from roughslip.surface import Covariance
+
+
+class Mine(Covariance):
+    def profile(self, u):
+        return (1 + u) * np.exp(-u)
+"""
+
+
+def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp_path, monkeypatch):
+    """The path is that from the folder of the scene; stages that do not read the key keep their names."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "config/scenes"
+    shutil.copytree(ROOT / "config/scenes", folder)
+    own = "oscillator: {law: my_laws.py:BoPavelescu}\nroughness: {covariance: my_models.py:Mine}\n"
+    (folder / "mine.yaml").write_text(f"extends: quick\n{own}", encoding="utf-8")
+    (folder / "my_models.py").write_text(MODEL, encoding="utf-8")
+
+    def names():
+        made = Names(Scenes(tmp_path, ["mine"]), ROOT, writes=False)
+        assert made.scenes["mine"]["oscillator"]["law"] == "config/scenes/my_laws.py:BoPavelescu"
+        return {stage: made.entry("mine", stage).made_of.get("own", {}).keys() for stage in ("contact", "answer")}, {
+            stage: made.entry("mine", stage).key for stage in ("contact", "answer")
+        }
+
+    with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: oscillator.law: 'my_laws.py' is not there"):
+        Scenes(tmp_path, ["mine"])
+    (folder / "my_laws.py").write_text(LAW.replace("BoPavelescu", "BoPavlescu"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"has no BoPavelescu; did you mean BoPavlescu\? it has BoPavlescu, falling$"):
+        Scenes(tmp_path, ["mine"])
+    (folder / "my_laws.py").write_text(LAW, encoding="utf-8")
+    files, before = names()
+    assert {stage: [*own] for stage, own in files.items()} == {
+        "contact": ["config/scenes/my_models.py"],
+        "answer": ["config/scenes/my_laws.py"],
+    }
+    (folder / "my_laws.py").write_text(f"{LAW}\n# edited\n", encoding="utf-8")
+    after = names()[1]
+    assert (after["contact"], after["answer"] == before["answer"]) == (before["contact"], False)
+
+
 def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monkeypatch):
     """A wave of 0.05 µm on points 1 µm apart, 20 a period: differences have 2 sin(pi / 20) of its rms: slope 0.0111.
 

@@ -5,6 +5,7 @@ Options of a run are checked here: config/config.yaml, --configfile, --config, a
 
 from __future__ import annotations
 
+import ast
 import difflib
 import os
 from collections.abc import Collection, Mapping, Sequence
@@ -16,8 +17,9 @@ from roughslip.errors import InputError
 from roughslip.scene import plan
 from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import load, scene_names
-from roughslip.scene.mistakes import display, line, shown
+from roughslip.scene.mistakes import display, guess, line, shown
 from roughslip.scene.plausibility import inherited
+from roughslip.scene.schema import own_code
 from roughslip.scene.types import get
 from workflow.study.surface_check import check_surface
 
@@ -218,15 +220,36 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
     if name in RULES:
         file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
-    scene = load(folder / f"{name}.yaml", folder)
-    for key, file in [(name, file) for name in USER_FILES.values() for file in _listed(get(scene, name))]:
+    top = folder / f"{name}.yaml"
+    scene = load(top, folder)
+    files = [(key, file) for key in USER_FILES.values() for file in _listed(get(scene, key))]
+    own = own_code(scene)
+    for key, file in [*files, *((key, code.rpartition(":")[0]) for key, code in own.items())]:
         path = Path(_user_file(folder, root, file))
         text = "is not there; a path from the folder of the scenes or of the project"
         if path.is_file():
             text = "lies outside the project; copy it, not a link, to the folder of the scenes"
         if not (path.is_file() and any(_is_inside(path, inside) for inside in (folder, root, Path.cwd()))):
-            raise InputError(line(folder / f"{name}.yaml", tuple(key.split(".")), f"{shown(file)} {text}"))
+            raise InputError(line(top, tuple(key.split(".")), f"{shown(file)} {text}"))
+    for key, code in own.items():
+        file, _, wanted = code.rpartition(":")
+        section, _, last = key.partition(".")
+        path = _user_file(folder, root, file)
+        if text := _no_such_code(Path(path), wanted):
+            raise InputError(line(top, (section, last), text))
+        scene = {**scene, section: {**scene[section], last: f"{path}:{wanted}"}}
     return scene
+
+
+def _no_such_code(file: Path, wanted: str) -> str:
+    """What is wrong with a file of the user that should have a class or function of that name; empty where it has."""
+    try:
+        body = ast.parse(file.read_text(encoding="utf-8")).body
+    except (SyntaxError, UnicodeDecodeError) as error:
+        return f"{display(file)} is no Python: {error}"
+    names = [node.name for node in body if isinstance(node, ast.ClassDef | ast.FunctionDef)]
+    has = f"has {', '.join(names)}" if names else "has no class or function"
+    return "" if wanted in names else f"{display(file)} has no {wanted}; {guess(wanted, names)}it {has}"
 
 
 def not_writable(name: str) -> list[Path]:

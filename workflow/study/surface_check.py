@@ -16,6 +16,7 @@ from roughslip.limits import WINDOWS
 from roughslip.scene import plausibility
 from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
+from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
 from roughslip.stages.runtime.usage import checksum
 
@@ -35,7 +36,8 @@ def check_surface(
     marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
     checks = closure_hash(_CHECKS, SOURCE) if marks else ""
-    made_of = [scene, checksum(scan_file) if scan_file else "", checksum(Path(__file__)), checks]
+    own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(scene).values()]
+    made_of = [scene, checksum(scan_file) if scan_file else "", own, checksum(Path(__file__)), checks]
     mark = (marks or Path()) / f"{hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()}.json"
     if marks and mark.is_file():
         return [], json.loads(mark.read_text(encoding="utf-8"))

@@ -66,9 +66,10 @@ class Oscillator(Section):
     )
     law: str = word(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
-        "mu_fit; coulomb, that coefficient at every speed; table, friction_table",
+        "mu_fit; coulomb, that coefficient at every speed; table, friction_table; or a law of your own",
         FRICTION_LAWS,
         default="stribeck",
+        or_file=True,
     )
     friction_table: tuple[Row, ...] | None = many(
         "With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. "

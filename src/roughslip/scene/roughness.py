@@ -100,9 +100,10 @@ class Roughness(Section):
 
     covariance: str = word(
         "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
-        "matern has a smoothness, self_affine a Hurst exponent and bandwidth",
+        "matern has a smoothness, self_affine a Hurst exponent and bandwidth; or a model of your own",
         tuple(COVARIANCES),
         default=None,
+        or_file=True,
     )
     rms_height_m: float = number(
         "Root mean square of the heights, Sq", "m", symbol="Sq", uncertain=True, gt=0, le=0.01, default=None

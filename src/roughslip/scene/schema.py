@@ -15,7 +15,7 @@ from typing import Any, cast
 from pydantic.json_schema import GenerateJsonSchema
 
 from roughslip.scene.declarations import targets
-from roughslip.scene.mistakes import KeyPath, Values, guess, shown
+from roughslip.scene.mistakes import KeyPath, Values, given, guess, shown
 from roughslip.scene.types import File
 
 FILE, PAGE = Path("config/scene.schema.json"), Path("docs/reference/keys.md")
@@ -82,6 +82,12 @@ def keys(part: Values | None = None, prefix: str = "") -> Iterator[tuple[str, Va
     for name, one in (scene_schema() if part is None else part).get("properties", {}).items():
         yield prefix + name, one
         yield from keys(one, f"{prefix}{name}.")
+
+
+def own_code(scene: Values) -> dict[str, str]:
+    """What a scene takes from files of the user, `my_laws.py:Mine`, by the dotted key that names it."""
+    found = {key: given(scene, key) for key, part in keys() if part.get("or_file")}
+    return {key: value for key, value in found.items() if isinstance(value, str) and ":" in value}
 
 
 def text() -> str:
@@ -152,7 +158,7 @@ def describe_allowed(part: Values) -> str:
     """What a part of the schema allows, in words: `a number > 0 and <= 1 [m]`."""
     if "enum" in part:
         words = "one of " + ", ".join(part["enum"])
-        return f"{words}, or a class of your own as file.py:Name" if part.get("or_file") else words
+        return f"{words}, or one of your own, as my_file.py:Mine" if part.get("or_file") else words
     match part["type"]:
         case "boolean":
             return "true or false"

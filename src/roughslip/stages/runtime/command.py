@@ -115,7 +115,7 @@ def check_sources(stage: Stage, entry: Mapping[str, Any]) -> None:
     if edited and closure_hash(stage.modules, SOURCE, FRAME) != sources["closure"]:
         raise StoreError(f"{edited[0]} was edited during the run: nothing is written; run snakemake again")
     given = entry["inputs"][stage.name] if "scans" in entry else ()
-    for name, known in zip(given, entry.get("scans", ()), strict=True):
+    for name, known in (*zip(given, entry.get("scans", ()), strict=True), *entry.get("own", {}).items()):
         if _differs(Path(name), known):
             raise StoreError(f"{name} was changed during the run: nothing is written; run snakemake again")
 

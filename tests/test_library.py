@@ -87,6 +87,12 @@ def test_results_become_datasets_with_coordinates_and_units():
 
     events = to_xarray(simulate(BELT, StribeckLaw(0.3), duration_periods=3.0))
     assert events["position"].dims == events["backwards"].dims == ("events",)
+    machine, over = Machine(BELT, StribeckLaw(0.3)), {"damping": [0.1, 0.2], "load": [2e3, 3e3, 4e3]}
+    counts = to_xarray(ensemble(machine, [None], duration_periods=3.0, over=over))
+    assert counts["cycles"].dims == ("runs", "damping", "load")
+    assert float(counts["load"].sel(load=3e3)) == 3e3
+    drawn = to_xarray(trajectory(BELT, StribeckLaw(0.3), duration_periods=1.0))
+    assert float(drawn["position"].sel(time=0.0)) == 0.0
 
     mu = np.random.default_rng(2).normal(0.3, 0.03, (12, 9))
     of_windows = window_statistics(mu, np.ones(mu.shape, bool), strip_weights(12, 50, np.random.default_rng(3)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,9 +51,11 @@ def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
             texts[field.name] = number
         elif isinstance(number, Estimate):
             columns = (number.value, number.low, number.high)
-            variables |= with_interval(field.name, _dims(field, number.value), columns, unit, title)
+            variables |= with_interval(field.name, _dims(result, field, number.value), columns, unit, title)
+        elif isinstance(number, Mapping):
+            variables |= {name: Variable((name,), values, unit, title) for name, values in number.items()}
         elif isinstance(number, (bool, int, float, np.ndarray)):
-            variables[field.name] = Variable(_dims(field, number), number, unit, title)
+            variables[field.name] = Variable(_dims(result, field, number), number, unit, title)
     grid = grid or getattr(result, "grid", None)
     if grid is not None:
         variables["x"] = Variable(("x",), grid.x(), "m", "position along the belt")
@@ -60,8 +63,12 @@ def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
     return dataset(variables, texts)
 
 
-def _dims(field: dataclasses.Field[Any], number: Any) -> tuple[str, ...]:
-    """Names of the dimensions of a value; numbered where its field names another number of them."""
-    names: tuple[str, ...] = field.metadata["dims"]
+def _dims(result: Any, field: dataclasses.Field[Any], number: Any) -> tuple[str, ...]:
+    """Names of the dimensions of a value; numbered where its field names another number of them.
+
+    A dimension may be a field of the result that holds values of several parameters: it stands for all of these.
+    """
+    given = ((name, getattr(result, name, None)) for name in field.metadata["dims"])
+    names = tuple(one for name, over in given for one in (over if isinstance(over, Mapping) else (name,)))
     count = np.ndim(number)
     return names if len(names) == count else tuple(f"{field.name}_{place}" for place in range(count))

@@ -1,18 +1,13 @@
 """Friction laws: formulas, compiled forms, refusals, and the recipe that adds a law."""
 
 import math
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from roughslip import store
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
@@ -24,15 +19,14 @@ from roughslip.oscillator.laws import (
     friction,
     friction_curvature,
     friction_slope,
+    law_from_scene,
     only_row,
     row_at,
     row_ends,
 )
+from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.motion import simulate
 from tests.oscillator.motions import STUDY
-from tests.workflow.project import copy_project
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_published_law():
@@ -130,14 +124,6 @@ def test_a_smooth_table_of_many_knots_has_few_rows():
     assert len(TableLaw(tuple(speeds[:100]), tuple(rough)).parameters().table) > 90
 
 
-def test_linear_table_is_its_chords():
-    law = TableLaw(SPEEDS, VALUES, static=0.5, interpolation="linear")
-    v = np.linspace(0.0, 3.0, 301)
-    assert law.mu(v) == pytest.approx(np.interp(v, SPEEDS, VALUES), abs=1e-15)
-    assert law.slope(0.2) == pytest.approx(-0.1, rel=1e-13)
-    assert law.static == 0.5
-
-
 def test_a_steep_drop_of_a_table_is_resolved():
     """Friction falls from 0.4 to 0.2 within a width w: the motion differs from that of a jump in proportion to w.
 
@@ -183,7 +169,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.oscillator.base_law import SceneLaw
+from roughslip.oscillator.base_law import FrictionLaw
 
 
 class ExponentialParameters(NamedTuple):
@@ -194,7 +180,7 @@ class ExponentialParameters(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ExponentialLaw(SceneLaw, name="exponential", parameters=ExponentialParameters):
+class ExponentialLaw(FrictionLaw, parameters=ExponentialParameters):
     kinetic: float
     static: float
     decay_s_per_m: float
@@ -202,10 +188,6 @@ class ExponentialLaw(SceneLaw, name="exponential", parameters=ExponentialParamet
     @classmethod
     def from_scene(cls, section, mean):
         return cls(mean, section.static_friction, section.stribeck_decay_s_per_m)
-
-    @classmethod
-    def example(cls, generator, static, speed):
-        return cls(0.5 * static, static, 1.0 / speed)
 
     def parameters(self):
         return ExponentialParameters(self.static, self.static, self.kinetic, self.decay_s_per_m)
@@ -221,40 +203,34 @@ class ExponentialLaw(SceneLaw, name="exponential", parameters=ExponentialParamet
     @staticmethod
     def curvature_of_friction(speed, law):
         return law.decay**2 * (law.rest - law.least) * np.exp(-law.decay * speed)
+
+
+def falling(speed):
+    return 0.3 + 0.1 * np.exp(-1.42 * speed)
 """
 
 
-@pytest.mark.slow
-def test_the_recipe_adds_a_law(tmp_path):
-    """The steps of CONTRIBUTING.md in a copy of the project, whose run has the Hopf damping of the new law.
+def section(law):
+    return SimpleNamespace(law=law, static_friction=0.4, stribeck_decay_s_per_m=1.42)
 
-    D = -mu'(v0) N / (2 m omega), with mu'(v0) = -decay (static - mean) exp(-decay v0).
-    """
-    folder = tmp_path / "project"
-    copy_project(folder)
-    for tests in ("tests/oscillator", "tests/workflow"):  # the second makes copies of the project
-        shutil.copytree(ROOT / tests, folder / tests)
-    shutil.copy2(ROOT / "pyproject.toml", folder)
-    oscillator = folder / "src/roughslip/oscillator"
-    (oscillator / "friction_laws/exponential.py").write_text(EXPONENTIAL)
-    registry = oscillator / "laws.py"
-    registry.write_text(
-        registry.read_text().replace("import coulomb, stribeck", "import coulomb, exponential, stribeck")
-    )
-    scene = "extends: given\ndescription: A new law\ntargets: [figure5]\noscillator: {law: exponential}\n"
-    (folder / "config/scenes/exponential.yaml").write_text(scene)
-    environment = {**os.environ, "PYTHONPATH": str(folder / "src")}
-    for command in (
-        ["roughslip.scene.schema"],
-        ["snakemake", "-j1", "results/exponential/oscillator/deterministic.nc"],
-        ["pytest", "tests/oscillator/test_friction_laws.py", "-k", "exponential"],
+
+@pytest.mark.parametrize("name", ["ExponentialLaw", "falling"])
+def test_a_law_in_a_file_of_the_user(name, tmp_path):
+    """As a class, or as a function of speed: D = -mu'(v0) N / (2 m omega), mu'(v0) = -decay (static - mean) exp."""
+    (tmp_path / "mine.py").write_text(EXPONENTIAL)
+    law = law_from_scene(section(f"{tmp_path}/mine.py:{name}"), 0.3)
+    speeds = np.array([0.0, 0.2, 3.0])
+    assert law.mu(speeds) == pytest.approx(0.3 + 0.1 * np.exp(-1.42 * speeds), rel=1e-14)
+    assert law.static == 0.4
+    slope = -1.42 * 0.1 * math.exp(-1.42 * 0.948)
+    assert hopf_damping(STUDY, law) == pytest.approx(-0.5 * slope * 2500.0 / 316.0, rel=1e-9)
+
+
+def test_a_file_without_a_law_is_refused(tmp_path):
+    (tmp_path / "other.py").write_text("mu = 0.3\n")
+    for file, line in (
+        ("other.py:mu", "neither a function of speed nor a class"),
+        ("absent.py:mu", "there is no file"),
     ):
-        run = subprocess.run(
-            [sys.executable, "-m", *command], cwd=folder, env=environment, capture_output=True, text=True
-        )
-        assert run.returncode == 0, run.stdout + run.stderr
-    assert '"exponential"' in (folder / "config/scene.schema.json").read_text()
-    result = store.read(folder / "results/exponential/oscillator/deterministic.nc")
-    slope = -1.42 * (0.4 - 0.3) * math.exp(-1.42 * 0.948)
-    assert float(result["hopf_damping"]) == pytest.approx(-0.5 * slope * 2500.0 / 316.0, rel=1e-9)
-    assert float(result["period"]) > 2.0 * math.pi
+        with pytest.raises(ParameterError, match=line):
+            law_from_scene(section(f"{tmp_path}/{file}"), 0.3)

@@ -9,7 +9,6 @@ from roughslip.probability.estimate import wilson_interval
 from roughslip.stages import cycles, deterministic, oscillator
 from roughslip.stages.from_scene import machine
 from roughslip.stages.from_scene.machine import DISCARDED_PERIODS
-from roughslip.stages.result_tables import ensemble_table
 from tests.stages.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -163,10 +162,6 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     share = [result[f"cycling_share{end}"] for end in ("", "_low", "_high")]
     assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
     assert run.warnings == []
-    said: list[str] = []
-    few = ensemble_table.normality_variables(place[:20], np.arange(20), np.random.default_rng(0), said.append)
-    assert np.isnan([variable.values for variable in few.values()]).all()
-    assert "too few for a test of normality" in said[0]
     assert result["reattachment_mean"] == pytest.approx(place.mean())
     assert result["reattachment_std"] == pytest.approx(place.std())
     # whole runs are resampled, and their events weigh alike; the interval of eight is Student's

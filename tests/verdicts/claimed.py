@@ -92,8 +92,6 @@ def oscillator():
         "load_response_additive": np.array(1.0),
         "load_response_multiplicative": np.array(1.2),
         "friction_percentile": np.array(50.0),
-        "normality_jarque_bera_p": np.array(3e-9),
-        "normality_anderson_darling_p": np.array(0.0025),
     }
 
 

@@ -21,6 +21,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
+from roughslip.oscillator.runge_kutta import NODES as STAGES
 from roughslip.probability import BetaDistribution
 from workflow.benchmarks.timing import OURS, Row, case, make_row, power, race, write
 
@@ -88,7 +89,7 @@ def simulate_slip(slip: Slip, tolerance: float) -> Motion:
 def slip_by_roughslip(slip: Slip, tolerance: float) -> Found:
     """Return X, evaluations and cycles of our motion."""
     motion = simulate_slip(slip, tolerance)
-    return float(motion.position[motion.kind == REATTACHMENT][0]), motion.evaluations, max(motion.cycles, 1)
+    return float(motion.position[motion.kind == REATTACHMENT][0]), len(STAGES) * motion.steps, max(motion.cycles, 1)
 
 
 def leave_belt(x: float, s: float, V: float) -> tuple[float, float, float]:

@@ -2,8 +2,8 @@
 
 numba compares the file of a function only: it does not see an edit of a compiled function that is called from another
 file. Here the folder of a module carries the hash of its import closure. So no edit is missed, an edit of a docstring
-compiles nothing, and equal code has one folder. A friction law in a file of the user is part of the key of what is
-compiled for it.
+compiles nothing, and equal code has one folder. Parameters of a friction law of the user have a type whose name changes
+with its file (`oscillator.law_parameters`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import hashlib
 import inspect
 import logging
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -82,15 +82,6 @@ def file_key(defined: Any) -> str:
         return os.urandom(16).hex()
 
 
-def _laws_of_users(kinds: Iterable[Any]) -> Iterator[type]:
-    """The named tuples among types of numba, also of those in tuples, that a file of the user defines."""
-    for kind in kinds:
-        named = isinstance(kind, numba.types.NamedTuple | numba.types.NamedUniTuple)
-        if named and not kind.instance_class.__module__.startswith("roughslip."):
-            yield kind.instance_class
-        yield from _laws_of_users(getattr(kind, "types", ()))
-
-
 class _Locator(caching.InTreeCacheLocator):
     """Where numba finds the compiled forms of one function."""
 
@@ -128,9 +119,6 @@ class _Cache(caching.FunctionCache):
                 super().save_overload(sig, data)
         except OSError:
             _announce_not_kept()
-
-    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return (*super()._index_key(sig, codegen), *map(file_key, _laws_of_users(sig)))
 
 
 @cache

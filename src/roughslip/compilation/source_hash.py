@@ -93,6 +93,8 @@ def imported_modules(file: Path, module: str, package: str, source_root: Path) -
     modules = []
     for target, names in absolute_imports(file, module):
         if target.partition(".")[0] == package:
+            if names == ("*",):  # of a package: all its modules
+                names = tuple(sorted(one.stem for one in source_root.joinpath(*target.split(".")).glob("*.py")))
             submodules = [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
             listed = _public_names(target, source_root)
             modules += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]

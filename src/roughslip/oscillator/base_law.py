@@ -10,25 +10,28 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numba.extending import overload
 
+from roughslip.compilation.cache import file_key
 from roughslip.errors import InputError, ParameterError
+from roughslip.oscillator import law_parameters
 from roughslip.validation import gate, not_negative
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
 OF_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of those that Python never calls
-LAWS: dict[str, type[SceneLaw]] = {}
+LAWS: dict[str, type[FrictionLaw]] = {}
 _LAW_OF: dict[type, Any] = {}  # what has the formulas, by the type of the compiled parameters
 
 
 class FrictionLaw(ABC):
     """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
 
-    For a law of one function see `friction_law`. A subclass gives `parameters`, the named tuple that compiled code
+    For a law of one function see `friction_law`. A law that scenes can name has a `name`, or stands in a file of the
+    user, and gives `from_scene`. A subclass gives `parameters`, the named tuple that compiled code
     reads. The tuple begins with static, rest (mu_D at vanishing speed, at most static) and least (a number that mu_D
     does not fall below at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue
     smoothly below 0.
@@ -36,13 +39,30 @@ class FrictionLaw(ABC):
 
     static: float
 
-    def __init_subclass__(cls, parameters: type | None = None) -> None:
-        if parameters is not None:
-            _LAW_OF[parameters] = cls
+    def __init_subclass__(cls, name: str = "", parameters: type | None = None) -> None:
+        if name:
+            LAWS[name] = cls
+        if parameters is None:
+            return
+        if not parameters.__module__.startswith("roughslip."):  # a type that every process can read
+            own, of_law = cls.parameters, f"{file_key(cls)} {cls.__qualname__}"
+            parameters = kind = law_parameters.named(of_law, parameters._fields)  # type: ignore[attr-defined]
+            cls.parameters = lambda self: kind(*own(self))  # type: ignore[method-assign]
+        _LAW_OF[parameters] = cls
 
     @abstractmethod
     def parameters(self) -> Any:
         """The named tuple for compiled code; a law that uses the type of another law has the formula of that law."""
+
+    @classmethod
+    def from_scene(cls, section: Any, mean: float) -> FrictionLaw:
+        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
+        raise ParameterError(f"{cls.__name__} has no from_scene, by which a scene makes it; scene key: oscillator.law")
+
+    @classmethod
+    def example(cls, generator: np.random.Generator, static: float, speed: float) -> FrictionLaw:
+        """A law drawn at random for tests, with features at some speeds [m/s]; of the laws of this package."""
+        raise NotImplementedError
 
     @property
     def fastest_known(self) -> float:
@@ -120,28 +140,6 @@ class FrictionLaw(ABC):
         """Raise ParameterError for an attribute that is not finite or is negative."""
         for name in names:
             not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
-
-
-class SceneLaw(FrictionLaw):
-    """A law that scenes can name, as `name`."""
-
-    name: ClassVar[str]
-
-    def __init_subclass__(cls, name: str = "", parameters: type | None = None) -> None:
-        super().__init_subclass__(parameters)
-        if name:
-            cls.name = name
-            LAWS[name] = cls
-
-    @classmethod
-    @abstractmethod
-    def from_scene(cls, section: Any, mean: float) -> SceneLaw:
-        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
-
-    @classmethod
-    @abstractmethod
-    def example(cls, generator: np.random.Generator, static: float, speed: float) -> SceneLaw:
-        """A law drawn at random for stress runs and tests, with features at some speeds [m/s]."""
 
 
 def formulas_of(parameters: type, made: Callable[[], Any]) -> Any:

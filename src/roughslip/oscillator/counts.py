@@ -20,20 +20,21 @@ from roughslip.validation import finite, gate
 class Counts:
     """Counts of motions, of each path at each value; with two parameters over (runs, values, values), and so on."""
 
-    cycles: np.ndarray = described("number of cycles", "1", "runs values")
-    micro_slips: np.ndarray = described("number of micro-slips", "1", "runs values")
+    cycles: np.ndarray = described("number of cycles", "1", "runs over")
+    micro_slips: np.ndarray = described("number of micro-slips", "1", "runs over")
     last_cycle: np.ndarray = described(
-        "natural periods until the last cycle ends, 0 where there is none", "1", "runs values"
+        "natural periods until the last cycle ends, 0 where there is none", "1", "runs over"
     )
     stick_slip: np.ndarray = described(
         "share of the time in either state that is stick-slip; NaN where the run reaches no state, and with excitation",
         "1",
-        "runs values",
+        "runs over",
     )
-    cuts: np.ndarray = described("cuts of negative friction, as in Motion", "1", "runs values")
+    cuts: np.ndarray = described("cuts of negative friction, as in Motion", "1", "runs over")
     steps: int = described("steps in all, as in Motion")
-    evaluations: int = described("evaluations in all, as in Motion")
-    over: Mapping[str, np.ndarray] = described("values of each parameter, by its name")
+    over: Mapping[str, np.ndarray] = described(
+        "values of each parameter, by its name, which is a coordinate of the Dataset"
+    )
 
 
 @gate
@@ -67,17 +68,17 @@ def ensemble(
     rows = [_row(one, path, spacing_m, duration_periods) for path in paths for one in machines]
     shape = (len(paths), *(value.size for value in values.values()))
     columns = zip(*rows, strict=True)
-    cycles, micro_slips, last, share, cuts, steps, evaluations = (np.reshape(column, shape) for column in columns)
-    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), int(evaluations.sum()), values)
+    cycles, micro_slips, last, share, cuts, steps = (np.reshape(column, shape) for column in columns)
+    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), values)
 
 
 def _row(
     machine: Machine, path: FrictionPath, spacing_m: float, periods: float
-) -> tuple[int, int, float, float, int, int, int]:
+) -> tuple[int, int, float, float, int, int]:
     """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined."""
     oscillator, law, share = machine.oscillator, machine.law, math.nan
     motion = simulate(oscillator, law, path, spacing_m, periods, machine.options)
     if oscillator.q == 0.0 and oscillator.V > 0.0:
         share = states_of(motion, longest_slip(oscillator, law)).share()
     counted = motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts
-    return *counted, motion.steps, motion.evaluations
+    return *counted, motion.steps

@@ -114,7 +114,7 @@ class RunState(NamedTuple):
     limit : [m] static limit of stick
     since, control : of the slip phase, arguments of `slip`
     backwards : whether X' < 0 occurred since the departure
-    steps, wide, error : number of steps, of these over many nodes, sum of the local errors [m]
+    steps, error : number of steps, sum of the local errors [m]
     cuts : steps of slip and starts of stick at which friction was cut to zero
     """
 
@@ -125,7 +125,6 @@ class RunState(NamedTuple):
     control: StepControl
     backwards: bool
     steps: int
-    wide: int
     error: float
     cuts: int
 
@@ -171,7 +170,7 @@ def start_on_belt(x: float, path: Path, p: Coefficients) -> tuple[RunState, Even
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, limit, 0.0, START, False, 0, 0, 0.0, 0), events
+    return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
 
 
 @compiled()
@@ -182,7 +181,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     y = State(0.0, x, u, 0.0, 0.0, 0.0)
     y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(y, float(sigma), piece, p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0.0, 0), events
 
 
 @compiled()
@@ -191,7 +190,7 @@ def continue_run(
 ) -> tuple[Status, RunState, Events]:
     """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
     status = Status.TIME_OVER
-    y, sigma, limit, since, control, backwards, steps, wide, error, cuts = run
+    y, sigma, limit, since, control, backwards, steps, error, cuts = run
     while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
@@ -208,7 +207,6 @@ def continue_run(
         phase = slip(y, since, control, backwards, float(sigma), path, p, settings, left, samples)
         y, control, backwards = phase.y, phase.control, phase.backwards
         steps += phase.steps
-        wide += phase.wide
         error += phase.error
         cuts += phase.cuts
         if phase.status != Status.AT_BELT and phase.status != Status.NO_SLIP:
@@ -227,4 +225,4 @@ def continue_run(
         sigma = side
         if phase.status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
-    return status, RunState(y, sigma, limit, since, control, backwards, steps, wide, error, cuts), events
+    return status, RunState(y, sigma, limit, since, control, backwards, steps, error, cuts), events

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 import math
 import numbers
 import os
-from collections import namedtuple
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
@@ -19,6 +16,7 @@ import numpy as np
 
 from roughslip.compilation.cache import file_key
 from roughslip.errors import ParameterError
+from roughslip.oscillator import law_parameters
 from roughslip.oscillator.base_law import OPTIONS, FrictionLaw, formulas_of
 from roughslip.validation import gate
 
@@ -27,25 +25,7 @@ SPEEDS = np.geomspace(1e-9, 1e4, 261)  # [m/s] at which a function is tried: twe
 CHANGE = 1e-3  # of the friction at rest: the speed by which it changes so much is the scale of the formula near rest
 STEPS = 0.1, 1e-3  # of differences for the slope: of that scale, and of the speed
 WIDER = 5.0  # times those steps for the curvature, whose rounding error grows with the square of the steps
-PREFIX = "Parameters_"
 FIELDS = ("static", "rest", "least", "slope", "curvature", "scale")
-
-
-@cache
-def _parameters(name: str) -> type:
-    """The named tuple of a formula, by a name that changes with its code: one type for each, in each process the same.
-
-    Compiled code is kept by the types of its arguments, which are written as names of this module (`__getattr__`).
-    """
-    kind = namedtuple(name, FIELDS)  # type: ignore[misc]
-    kind.__module__ = __name__
-    return kind
-
-
-def __getattr__(name: str) -> type:
-    if name.startswith(PREFIX):
-        return _parameters(name)
-    raise AttributeError(f"module {__name__} has no attribute {name!r}")
 
 
 @dataclass(frozen=True)
@@ -94,7 +74,7 @@ def friction_law(
     least = float(min(rest, values.min()) - np.abs(np.diff(values)).max())  # below all speeds between those tried
     given = function, slope, curvature
     key = " ".join((file_key(_for_both), *map(_code_key, given)))
-    kind = _parameters(PREFIX + hashlib.sha256(key.encode()).hexdigest()[:24])
+    kind = law_parameters.named(key, FIELDS)
     for each in filter(None, given):
         _check_compiles(each)
     formulas = formulas_of(kind, lambda: _formulas(*given))

@@ -13,7 +13,6 @@ from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.runge_kutta import NODES
 from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
@@ -46,7 +45,6 @@ class Motion:
     duration: float = described("time tau at the end")
     local_error: float = described("sum of the error estimates of all steps, in X and X'", "m")
     steps: int = described("number of steps, with the rejected ones and those that locate events")
-    evaluations: int = described("evaluations of X'' in these steps", default=0)
     cuts: int = described(
         "steps of slip and starts of stick at which friction would have been negative and was cut to zero", default=0
     )
@@ -77,9 +75,9 @@ class Trajectory:
     """A motion and its samples for drawing."""
 
     motion: Motion = described("the events")
-    time: np.ndarray = described("time tau = omega t", "1", "samples")
-    position: np.ndarray = described("position X", "m", "samples")
-    velocity: np.ndarray = described("velocity X' = dX/dtau", "m", "samples")
+    time: np.ndarray = described("time tau = omega t", "1", "time")
+    position: np.ndarray = described("position X", "m", "time")
+    velocity: np.ndarray = described("velocity X' = dX/dtau", "m", "time")
 
 
 @gate
@@ -179,7 +177,6 @@ def _followed(
         duration=2.0 * math.pi * duration_periods,
         local_error=run.error,
         steps=run.steps,
-        evaluations=len(NODES) * run.steps,
         cuts=run.cuts,
     )
 

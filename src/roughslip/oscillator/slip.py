@@ -107,7 +107,6 @@ class Slip(NamedTuple):
     status, y : why and where it ends
     backwards : whether X' < 0 occurred, in this phase or before
     steps : number of steps, with the rejected ones and those that locate the end
-    wide : number of these that are over many nodes
     error : [m] sum of the local errors
     control : of the next step, for a phase that continues when more nodes are present
     cuts : steps that ended where friction was cut to zero
@@ -117,7 +116,6 @@ class Slip(NamedTuple):
     y: State
     backwards: bool
     steps: int
-    wide: int
     error: float
     control: StepControl
     cuts: int
@@ -331,17 +329,17 @@ def slip(
     shorter where the error is too large; (5) a first step that is pulled back to the belt is no slip; (6) end it at the
     first bound of the branch; (7) accept it, and end the phase or cross the bound.
     """
-    tolerance, total, steps, wide, cuts = settings.tolerance, 0.0, 0, 0, 0
+    tolerance, total, steps, cuts = settings.tolerance, 0.0, 0, 0
     piece, here, y = start_phase(start, control, sigma, path, p)
     control = control if control.allowed > 0.0 else FIRST
     while steps < horizon.steps:
         first = y.tau == since
         status, control, piece, here, y = next_piece(y, control, piece, here, sigma, path, p, settings)  # 1
         if status != Status.GOES_ON:
-            return Slip(status, y, backwards, steps, wide, total, control, cuts)
+            return Slip(status, y, backwards, steps, total, control, cuts)
         if control.level >= 0:  # 2
             leap = wide_step(y, control.level, backwards, sigma, here, path, p, tolerance, horizon.tau)
-            steps, wide = steps + leap.tried, wide + leap.tried
+            steps += leap.tried
             control = StepControl(control.allowed, 0.0, 0.0, leap.level)
             if leap.level >= 0:
                 sample_wide(y, leap.end, here, sigma, path, p, samples)
@@ -349,7 +347,7 @@ def slip(
                 continue
         h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
         if not y.tau + h > y.tau:
-            return Slip(Status.STEP_LOST, y, backwards, steps, wide, total, control, cuts)
+            return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
         last, whole = h == horizon.tau - y.tau, h == control.allowed
         end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 4
         steps += trials
@@ -358,7 +356,7 @@ def slip(
             continue
         if first and sigma * (p.V - end.u) <= 0.0:  # 5
             if h < SHORTEST_SLIP:
-                return Slip(Status.NO_SLIP, y, backwards, steps, wide, 0.0, control, cuts)
+                return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, control, cuts)
             control = StepControl(0.25 * h, control.grown, control.length, control.level)
             continue
         met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
@@ -375,13 +373,13 @@ def slip(
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
-            return Slip(Status.AT_BELT, end, backwards, steps, wide, total, control, cuts)
+            return Slip(Status.AT_BELT, end, backwards, steps, total, control, cuts)
         if last:
-            return Slip(Status.TIME_OVER, end, backwards, steps, wide, total, control, cuts)
+            return Slip(Status.TIME_OVER, end, backwards, steps, total, control, cuts)
         if whole:
             control = next_control(control, h, ratio)
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)
             control = StepControl(control.allowed, 0.0, 0.0, control.level)
-    return Slip(Status.STEPS_OVER, y, backwards, steps, wide, total, control, cuts)
+    return Slip(Status.STEPS_OVER, y, backwards, steps, total, control, cuts)

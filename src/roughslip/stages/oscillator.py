@@ -86,8 +86,8 @@ def work(job: Job) -> None:
         int(np.sum(variables[name].values)) for name in ("cycles", "micro_slips", "negative_friction")
     )
     count = len(taken) * runs[0].counts.cycles.size
-    steps, evaluations = (sum(getattr(run.counts, name) for run in runs) for name in ("steps", "evaluations"))
-    job.usage.count(runs=count, cycles=cycles, steps=steps, evaluations=evaluations, negative_friction_cut=cut)
+    steps = sum(run.counts.steps for run in runs)
+    job.usage.count(runs=count, cycles=cycles, steps=steps, negative_friction_cut=cut)
     sticks, unread = (sum(getattr(run, name) for run in runs) for name in ("sticks", "unread"))
     skipped = {skip_reasons.STICK: cycles + micro_slips + sticks, skip_reasons.KEPT: count + len(drawn)}
     job.usage.skip(skipped | {skip_reasons.UNREAD: unread})

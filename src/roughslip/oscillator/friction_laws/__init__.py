@@ -8,4 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-FRICTION_LAWS = tuple(sorted(file.stem for file in Path(__file__).parent.glob("*.py") if file.stem != "__init__"))
+__all__ = FRICTION_LAWS = tuple(
+    sorted(file.stem for file in Path(__file__).parent.glob("*.py") if file.stem != "__init__")
+)

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.base_law import SceneLaw, check_static
+from roughslip.oscillator.base_law import FrictionLaw, check_static
 from roughslip.oscillator.friction_laws.stribeck import StribeckParameters
 from roughslip.validation import gate
 
 
 @gate
 @dataclass(frozen=True)
-class CoulombLaw(SceneLaw, name="coulomb"):
+class CoulombLaw(FrictionLaw, name="coulomb"):
     """One value at rest and one in slip: eq. (13) without decay, so compiled code needs no formula for it.
 
     kinetic : [-] mu_D at every speed

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.oscillator.base_law import SceneLaw, check_static
+from roughslip.oscillator.base_law import FrictionLaw, check_static
 from roughslip.validation import gate
 
 NO_POLE = 0.5  # steps that end at the belt try speeds below 0, down to which the quotient may have its pole
@@ -26,7 +26,7 @@ class StribeckParameters(NamedTuple):
 
 @gate
 @dataclass(frozen=True)
-class StribeckLaw(SceneLaw, name="stribeck", parameters=StribeckParameters):
+class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
     """mu_D(v) = fit / (1 + decay |v|) + static - fit + quadratic v^2, eq. (13).
 
     fit : [-] part of the friction that decays with speed

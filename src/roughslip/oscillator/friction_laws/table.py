@@ -12,7 +12,7 @@ import scipy
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
-from roughslip.oscillator.base_law import OPTIONS, SceneLaw
+from roughslip.oscillator.base_law import OPTIONS, FrictionLaw
 from roughslip.validation import gate, not_negative
 
 LEFT_OUT = 1e-6  # of the largest value: knots that the cubic between others meets within that are no ends of rows
@@ -118,7 +118,7 @@ def _needed(curve: Any, slopes: np.ndarray, allowed: float) -> list[int]:
 
 @gate
 @dataclass(frozen=True)
-class TableLaw(SceneLaw, name="table", parameters=TableParameters):
+class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.
 
     speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two; no nearer than 1e-9 of their speed

@@ -24,7 +24,7 @@ from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
-from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.laws import law_from_scene
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions
@@ -66,7 +66,7 @@ def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
     """
     result = statistics_of(scene, statistics)
     if result is None or not is_record(result):
-        return LAWS[scene.oscillator.law].from_scene(scene.oscillator, mean)
+        return law_from_scene(scene.oscillator, mean)
     speeds, values = result["curve_speed"], result["curve"]
     static = max(scene.oscillator.static_friction, values[0])
     at_rest = min(float(result["curve_at_rest"]), static)

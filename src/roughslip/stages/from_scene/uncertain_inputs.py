@@ -22,7 +22,7 @@ from roughslip.friction.pad import pad_edges
 from roughslip.friction.scatter_law import Covariance, scatter_of_friction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.laws import law_from_scene
 from roughslip.oscillator.machine import Machine
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
@@ -82,7 +82,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         section = section_at(scene, values, mean)
         return Machine(
             oscillator_of(section),
-            law_of_record(own.law, values) if recorded else LAWS[section.law].from_scene(section, mean),
+            law_of_record(own.law, values) if recorded else law_from_scene(section, mean),
             replace(friction, mean=mean, deviation=deviation, length_m=length * friction.length_m),
             own.options,
         )

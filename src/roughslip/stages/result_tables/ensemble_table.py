@@ -9,7 +9,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.cycles import count_difference, normality, reattachment_statistics
+from roughslip.oscillator.cycles import count_difference, reattachment_statistics
 from roughslip.probability.estimate import student_95, wilson_interval
 
 STORED = (
@@ -72,34 +72,6 @@ def share_of_time(stick_slip: np.ndarray) -> np.ndarray:
     return interval
 
 
-NORMALITY = {
-    "effective_skewness": "independent events that would give the skewness as well",
-    "effective_kurtosis": "independent events that would give the kurtosis as well",
-    "jarque_bera": "statistic of Jarque and Bera with these numbers of events",
-    "jarque_bera_p": "its p-value under a Gaussian sequence of the same autocorrelation",
-    "anderson_darling": "statistic of Anderson and Darling",
-    "anderson_darling_p": "its p-value under a Gaussian sequence of the same autocorrelation",
-}
-
-
-def normality_variables(
-    place: np.ndarray, owner: np.ndarray, generator: np.random.Generator, warn: Callable[[str], None]
-) -> dict[str, store.Variable]:
-    """Tests of normality of the reattachment point, and its correlation from one cycle to the next."""
-    test, successive = None, np.nan
-    try:
-        test = normality(place, owner, generator)
-        successive = float(test.autocorrelation[1]) if test.autocorrelation.size > 1 else np.nan
-    except IllPosedError as error:
-        warn(f"{error}; tests of normality are stored as NaN")
-    variables = {
-        f"normality_{name}": store.Variable((), getattr(test, name, np.nan), "1", title)
-        for name, title in NORMALITY.items()
-    }
-    title = "correlation of the reattachment points of successive cycles"
-    return variables | {"successive_correlation": store.Variable((), successive, "1", title)}
-
-
 def ensemble_variables(
     plain: Mapping[str, np.ndarray],
     runs: Runs,
@@ -121,7 +93,6 @@ def ensemble_variables(
         statistics = reattachment_statistics(runs.place, runs.owner, generator)
     except IllPosedError as error:
         warn(f"{error}; the statistics of the reattachment point are stored as NaN")
-    tests = normality_variables(runs.place, runs.owner, generator, warn)
     of_damping = {
         "damping_ratio": (plain["damping_ratio"], "damping ratio D"),
         "deterministic_cycles": (plain["cycles"], "cycles M_d without scatter"),
@@ -156,4 +127,4 @@ def ensemble_variables(
         ("stick_slip_share", share_of_time(runs.stick_slip), SHARE),
     ):
         variables |= store.with_interval(name, ("damping",), values, "1", title)
-    return variables | store.with_interval("cycling_share", (), share, "1", f"{closed}, at the nominal damping") | tests
+    return variables | store.with_interval("cycling_share", (), share, "1", f"{closed}, at the nominal damping")

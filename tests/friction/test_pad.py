@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.friction.blocks import Blocks, pad_estimates, pads, under_load
 from roughslip.friction.pad import (
     POWERS,
     WINDOWS,
@@ -176,3 +177,50 @@ def test_strips_that_show_no_scatter_are_refused():
     for parts, adjacent in ((np.zeros((2, 5)), np.ones(2)), (np.eye(1, 5).repeat(2, 0), np.zeros(2))):
         with pytest.raises(IllPosedError, match="has no scatter to find"):
             pad_scatter(parts, adjacent, surface, 1.0, 1.0, 4.0)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_windows_of_blocks_are_their_plain_sums(periodic):
+    """Three samples of 8 blocks along and 2 across; a window has three, and goes on across a period."""
+    area, force = np.random.default_rng(5).uniform(1, 2, (2, 3, 8, 2))
+    blocks = Blocks(area, force, 1e-5, 2e-5, 3e-5, periodic)
+    starts = 8 if periodic else 6
+    for found, values in zip(blocks.windows, (area, force), strict=True):
+        plain = [
+            [sum(values[s, (i + k) % 8, y] for k in range(3)) for i in range(starts)]
+            for s in range(3)
+            for y in range(2)
+        ]
+        np.testing.assert_allclose(found, plain, rtol=1e-13)
+    assert blocks.of_rows(np.array([[1, 2, 0]])).tolist() == [[1, 1, 2, 2, 0, 0]]
+    with pytest.raises(ParameterError, match=r"must both be \(samples, X, Y\)"):
+        Blocks(area, force[0], 1e-5, 2e-5, 3e-5, periodic)
+
+
+def test_what_cells_say_of_pads_at_a_shear_strength_of_one_and_under_a_load():
+    """Lags of cells reach half a period. Under the load the pad has the mean that is given, in each replicate."""
+    rng = np.random.default_rng(6)
+    area, force = rng.uniform(1, 2, (2, 12, 16, 2))
+    force[0, :3] = area[0, :3] = 0.0  # of the 16 windows of each row, one has no contact
+    blocks = Blocks(area, force, BLOCK, WIDTH, 3 * BLOCK, periodic=True)
+    surface, weights = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT)), strip_weights(12, 50, rng)
+    rows, counts = blocks.rows, blocks.of_rows(weights)
+    parts = mehler_parts(influence_covariance(*rows, counts)[:, :8], surface, BLOCK, WIDTH)
+    found_parts, variance = pads(blocks, surface, weights)
+    np.testing.assert_array_equal(found_parts, parts)
+    adjacent = adjacent_variance(*rows, counts, 3)
+    np.testing.assert_array_equal(variance, pad_scatter(parts, adjacent, surface, BLOCK, WIDTH, 3 * BLOCK))
+    found = pad_estimates(blocks, surface, weights, windows=4.0)
+    ratio = (weights @ area.sum(axis=(1, 2))) / (weights @ force.sum(axis=(1, 2)))
+    np.testing.assert_allclose(found["ratio"].rows, ratio, rtol=1e-13)
+    np.testing.assert_allclose(found["load_std"].rows, np.sqrt(variance[:, 1]), rtol=1e-12)
+    np.testing.assert_allclose(found["pad_std"].rows, np.sqrt(variance), rtol=1e-12)
+    assert found["no_contact"].value == pytest.approx(2 / (12 * 2 * 16))
+    assert found["no_contact"].low >= 0.0
+    loaded = under_load(found, 0.3, 5e7, 12)
+    np.testing.assert_allclose(loaded["shear_strength"].rows, 0.3 / ratio, rtol=1e-13)
+    np.testing.assert_allclose(loaded["real_area"].rows, 5e7 * ratio, rtol=1e-13)
+    np.testing.assert_allclose(loaded["load_mean"].rows, 0.3)
+    for name in ("load_std", "pad_std"):
+        scaled = found[name].rows.T * 0.3 / ratio
+        np.testing.assert_allclose(loaded[name].rows.T, scaled, rtol=1e-12)

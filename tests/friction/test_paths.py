@@ -12,6 +12,7 @@ from scipy.stats import kstest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import recursion as by_recursion
+from roughslip.friction.pad_friction import Friction
 from roughslip.friction.paths import METHODS, path_sampler, spectral_representation
 from roughslip.friction.process import PIECE_NODES, CorrelationShape, FrictionProcess, average_beta
 from roughslip.friction.recursion import interpolated, recursion
@@ -295,3 +296,24 @@ def test_nodes_many_lengths_apart(ratio):
     np.testing.assert_allclose(reached, np.exp(-ratio * np.arange(1, 4)), atol=by_recursion.CORRELATION_TOLERANCE)
     assert len(built.decay) * ratio <= 30.0
     assert state_covariance(built).sum() == pytest.approx(1.0, abs=1e-9)
+
+
+def test_friction_of_a_pad_follows_from_that_of_one_window():
+    """Four independent windows halve the deviation; where it multiplies, mu_S is in units of the mean."""
+    four = Friction(0.3, 0.04, LENGTH, windows=4.0)
+    assert (four.pad_deviation, four.path_deviation) == (pytest.approx(0.02), pytest.approx(0.02))
+    assert four.process.marginal.mean == pytest.approx(0.3)
+    assert four.process.marginal.standard_deviation == pytest.approx(0.02)
+    times = Friction(0.3, 0.04, LENGTH, windows=4.0, multiplies=True)
+    assert times.path_deviation == pytest.approx(0.02 / 0.3)
+    assert times.process.marginal.mean == pytest.approx(1.0)
+    assert times.process.marginal.standard_deviation == pytest.approx(0.02 / 0.3)
+    changed = times.changed(mean=0.6, windows=1.0, length_m=2 * LENGTH)
+    assert (changed.deviation, changed.path_deviation) == (pytest.approx(0.08), pytest.approx(0.08 / 0.6))
+    assert changed.autocorrelation(np.array([2 * LENGTH])) == pytest.approx(math.exp(-1.0))
+    pad = Friction(0.3, 0.04, LENGTH, windows=9.0, pad=lambda n, length: (n / 2.25, 3 * length, TRIANGLE))
+    assert (pad.pad_deviation, pad.correlation_length_m) == (pytest.approx(0.02), pytest.approx(3 * LENGTH))
+    assert pad.autocorrelation(3 * LENGTH * np.array([0.0, 1.0, 2.5])) == pytest.approx([1.0, 0.5, 0.0])
+    assert pad.paths(4).spacing == pytest.approx(0.75 * LENGTH)
+    quantiles = beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 50))
+    assert Friction(0.3, 0.04, LENGTH, quantiles).process.marginal.standard_deviation == 0.04

@@ -21,7 +21,7 @@ print(f"20 % of all such heights lie above the plane of that percentile, of this
 
 # On a small mesh a few modes hold most of the surface: the Karhunen-Loève expansion.
 small = Grid(nx=32, ny=32, dx=1e-6, dy=1e-6)
-modes = karhunen_loeve(covariance, small, share=0.95)
+modes = karhunen_loeve(covariance, small, order=60)
 xi = np.random.default_rng(8).standard_normal((2000, len(modes.modes)))
 drawn = np.tensordot(xi, modes.modes, axes=1)
 print(f"{len(modes.modes)} of {small.size} modes hold {modes.captured_variance:.1%} of the variance")

@@ -50,13 +50,9 @@ def attempt(trial: Trial) -> None:
         trial.case["order"] = order = int(rng.integers(1, grid.size // 4 + 1))
         judge_modes(trial, *spectrum(covariance, grid), *leading_modes(covariance, grid, order))
     else:
-        order = share = None
-        if rng.random() < 0.35:
-            share = choose(rng, (1.0, float(rng.uniform(1e-6, 1.0)), 1.0 - log_uniform(rng, -9, -1)))
-        else:
-            order = grid.size if rng.random() < 0.3 else int(rng.integers(1, grid.size + 1))
-        trial.case |= {"order": order, "share": share}
-        judge_expansion(trial, covariance, karhunen_loeve(covariance, grid, order, share=share), grid, order, share)
+        order = grid.size if rng.random() < 0.3 else int(rng.integers(1, grid.size + 1))
+        trial.case["order"] = order
+        judge_expansion(trial, covariance, karhunen_loeve(covariance, grid, order), grid, order)
 
 
 def draw_covariance(rng: np.random.Generator, grid: Grid) -> Covariance:
@@ -132,9 +128,7 @@ def judge_modes(
     trial.check("orthonormal", np.abs(vectors @ vectors.T - np.eye(count)).max(), 1e-10)
 
 
-def judge_expansion(
-    trial: Trial, covariance: Covariance, expansion: KarhunenLoeve, grid: Grid, order: int | None, share: float | None
-) -> None:
+def judge_expansion(trial: Trial, covariance: Covariance, expansion: KarhunenLoeve, grid: Grid, order: int) -> None:
     """Check an expansion: its eigenpairs, its variance and its number of modes."""
     rms, count = covariance.rms_height_m, len(expansion.eigenvalues)
     assert expansion.modes.shape == (count, *grid.shape), "fields of another shape"
@@ -154,11 +148,7 @@ def judge_expansion(
     trial.check("captured at the centre", abs(expansion.captured_at((i, j)) - at_centre), slack)
     trial.check("variance", variance.max(), 1e-12)
     trial.check("the largest entry is positive", np.max(-vectors.min(axis=1) - vectors.max(axis=1), initial=0.0), 1e-8)
-    if order is not None:
-        trial.check("its order", abs(count - order))
-    if share is not None:
-        trial.check("carries the share", share - carried[count - 1], slack)
-        trial.check("with no mode too many", (carried[count - 2] if count > 1 else 0.0) - share, slack)
+    trial.check("its order", abs(count - order))
 
 
 def judge_embedding(trial: Trial, covariance: Covariance, grid: Grid) -> None:

@@ -156,7 +156,6 @@ def test_an_expansion_finds_a_linear_contact_and_sums_its_windows(run, linear, m
     assert fitted["coefficients"].shape == (NY, 7, 2)
     assert fitted["leave_one_out"].shape == (NY, 2)
     assert np.all(fitted["leave_one_out"] < 1e-20)
-    assert np.all(fitted["condition_number"] < 100)
     expansion = fitted.path
     result = run(expansion_strip, CONFIGURATION, expansion=expansion, first=1, last=6)
     for row, number in enumerate(range(1, 6)):

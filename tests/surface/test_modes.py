@@ -152,39 +152,20 @@ def test_independent_nodes_give_one_mode_a_node():
     np.testing.assert_array_equal(np.abs(modes).sum(axis=0), 2.0)
 
 
-@pytest.mark.parametrize(
-    ("covariance", "grid"),
-    [
-        (covariance_of("gaussian", 2.0, 0.2), Grid(20, 30, 0.05, 0.05)),  # Kronecker
-        (covariance_of("gaussian", 2.0, 0.2), Grid(1100, 4, 0.01, 0.05)),  # Lanczos, for a line is too long to form
-        (covariance_of("exponential", 2.0, 3.0), Grid(15, 12, 1.0, 1.0)),  # dense
-        (covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)),  # Lanczos
-    ],
-)
-def test_a_share_takes_the_fewest_modes_that_carry_it(covariance, grid):
-    share = 0.8
-    expansion = kl.karhunen_loeve(covariance, grid, share=share)
-    assert expansion.captured_variance >= share
-    last = expansion.eigenvalues[-1] / (grid.size * 4.0)
-    assert expansion.captured_variance - last < share
-    same = kl.karhunen_loeve(covariance, grid, len(expansion.modes))
-    np.testing.assert_allclose(same.eigenvalues, expansion.eigenvalues, rtol=1e-10)
-
-
-def test_numbers_predicted_too_low_grow(monkeypatch):
-    covariance, grid = covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5), Grid(40, 40, 1.0, 1.0)
-    expected = kl.karhunen_loeve(covariance, grid, share=0.8)
-    monkeypatch.setattr(kl, "_predicted_number", lambda *_: 4)
-    np.testing.assert_allclose(kl.karhunen_loeve(covariance, grid, share=0.8).eigenvalues, expected.eigenvalues)
-
-
 def test_what_needs_too_many_modes_is_sent_to_the_embedding():
     rough, grid = covariance_of("exponential", 1.0, 0.01), Grid(70, 70, 1 / 70, 1 / 70)
-    for request in ({"share": 0.95}, {"order": 2000}):
-        with pytest.raises(IllPosedError, match="embedding"):
-            kl.karhunen_loeve(rough, grid, **request)
-    with pytest.raises(IllPosedError, match="embedding"):
-        kl.karhunen_loeve(covariance_of("gaussian", 1.0, 1e-4), Grid(5000, 2, 1e-3, 1e-3), 3000)
+    with pytest.raises(IllPosedError, match=r"2000 are more than a quarter of the 4900 modes.*embedding"):
+        kl.karhunen_loeve(rough, grid, 2000)
+
+
+def test_large_meshes_have_the_modes_of_the_matrix():
+    """By Lanczos on 40 x 40 nodes, and as a product on a line that is formed."""
+    turned = covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5)
+    grid = Grid(40, 40, 1.0, 1.0)
+    expected = np.linalg.eigvalsh(covariance_matrix(turned, grid))[::-1][:20]
+    expansion = kl.karhunen_loeve(turned, grid, 20)
+    np.testing.assert_allclose(expansion.eigenvalues, expected, rtol=1e-10)
+    assert expansion.captured_variance == pytest.approx(expected.sum() / (4.0 * 1600), rel=1e-10)
 
 
 def test_inaccurate_modes_endless_searches_and_what_is_not_finite_are_errors(monkeypatch):

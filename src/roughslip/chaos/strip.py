@@ -24,7 +24,6 @@ from roughslip.validation import finite, gate
 
 ALL = slice(None)
 GROUPS = 20  # largest number of groups of training strips, left out in turn
-QUALITY = ("leave_one_out", "condition_number", "effective_samples")
 TABLE_PLACES = 2000  # evenly spaced up to the largest target, which near a border is some 40 times the mean
 DRAWS = 200  # quantiles of the scatter over which a mean is taken
 
@@ -79,7 +78,7 @@ def fit_strip(
     target: PressureTarget,
     odd: np.ndarray = NO_SYMMETRY,
     strip: np.ndarray | None = None,
-) -> tuple[StripExpansion, dict[str, np.ndarray]]:
+) -> tuple[StripExpansion, np.ndarray, np.ndarray]:
     """Fit the expansion row by row and penetration by penetration.
 
     functionals : (K, ny, 8) [m] local functionals at the training nodes
@@ -89,11 +88,11 @@ def fit_strip(
     odd : (8, symmetries) 1 for a functional that changes sign under a symmetry of the strip that keeps every row, else
         0; terms that change sign are left out
     strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups. Where not given, nodes
-        are left out one by one. Neighbours are correlated, so their leave_one_out is then too small
+        are left out one by one. Neighbours are correlated, so the share that is missed is then too small
 
-    Returns the expansion and arrays (ny, levels) of its QUALITY by name, with (ny, levels, K) `predicted`, the target
-    at each node from the other strips. Raises ParameterError for arrays that do not match and for a single strip,
-    IllPosedError as the whitening and the regression.
+    Returns the expansion; (ny, levels) [-] the share of the variance that predictions of left-out samples miss; and
+    (levels, K, ny) [target] these predictions. Raises ParameterError for arrays that do not match and for a single
+    strip, IllPosedError as the whitening and the regression.
     """
     target_values = finite("target_values", target_values, 3)
     functionals = finite("functionals", functionals, 3)
@@ -106,7 +105,7 @@ def fit_strip(
     indices = even_terms(multi_indices(variables, degree), odd)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))
-    quality = {name: np.empty((rows, levels)) for name in QUALITY} | {"predicted": np.empty((rows, levels, nodes))}
+    missed, predicted = np.empty((rows, levels)), np.empty((levels, nodes, rows))
     for row in range(rows):
         whiten[row] = whitening(functionals[:, row], odd)
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
@@ -117,10 +116,9 @@ def fit_strip(
             except IllPosedError as error:
                 where = f"row {row} of the strip, penetration {level} (both from 0 on)"
                 raise IllPosedError(f"{where}: {error}") from error
-            coefficients[row, :, level] = fit.coefficients
-            for name, array in quality.items():
-                array[row, level] = getattr(fit, name)
-    return StripExpansion(indices, whiten, coefficients, stencil, target), quality
+            coefficients[row, :, level], missed[row, level] = fit.coefficients, fit.leave_one_out
+            predicted[level, :, row] = fit.predicted
+    return StripExpansion(indices, whiten, coefficients, stencil, target), missed, predicted
 
 
 def _groups(strip: np.ndarray) -> np.ndarray:

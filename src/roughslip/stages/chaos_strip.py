@@ -31,15 +31,8 @@ STAGE = Stage(
 )
 
 
-QUALITY = {
-    "leave_one_out": "share of the variance of the target that leave-one-out residuals keep",
-    "condition_number": "condition number of the weighted basis",
-    "effective_samples": "effective number of weighted samples, neighbours counted as independent",
-}
-
-
 def work(job: Job) -> None:
-    """Write whitening, coefficients and quality of the expansion for every row and penetration, and what it says."""
+    """Write whitening and coefficients of the expansion for every row and penetration, and what it says."""
     scene = job.scene
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.arguments.scan)
     batches = [batch for batch in store.read_all(job.arguments.contact) if "pressure" in batch]
@@ -54,11 +47,10 @@ def work(job: Job) -> None:
         training, values = turned_to_half(functionals, values)
         strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
         mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
-        half, quality = fit_strip(training, values, degree, stencil, target, mirrored, strip)
-        predicted, true = quality["predicted"].transpose(1, 2, 0), values.transpose(2, 0, 1)
-        means = conditional_means(predicted.reshape(levels, -1), true.reshape(levels, -1), target)
+        half, missed, predicted = fit_strip(training, values, degree, stencil, target, mirrored, strip)
+        means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
         fitted = on_all_rows(half, grid.ny)
-    job.usage.count(fits=quality["leave_one_out"].size)
+    job.usage.count(fits=missed.size)
     terms = skip_reasons.forbidden_terms(half.indices, degree)
     job.usage.skip({skip_reasons.TURNED: grid.ny - len(half.coefficients), skip_reasons.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
@@ -66,8 +58,8 @@ def work(job: Job) -> None:
     title = "mean force on a column of the training strips"
     variables = _of_fit(fitted, means, _covered(scene, batches, levels))
     variables["column_force"] = store.Variable(("level",), force, "N", title)
-    for name, title in QUALITY.items():
-        variables[name] = store.Variable(("y", "level"), quality[name][row], "1", title)
+    title = "share of the variance of the target that predictions of left-out strips miss"
+    variables["leave_one_out"] = store.Variable(("y", "level"), missed[row], "1", title)
     store.write(job.arguments.output, variables, job.key)
 
 

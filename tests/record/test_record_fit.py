@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from roughslip import IllPosedError
+from roughslip.record.curve import fitted_curve, stribeck_columns
 from roughslip.record.fit import _tilted, fit_record
 from roughslip.record.likelihood import Samples
 from roughslip.record.process import Scatter, through_instrument
@@ -166,3 +167,54 @@ def test_slips_tilt_the_curve_by_a_fifth_of_the_scatter():
     tilted = _tilted(curve, 0.02)
     assert tilted.factor[:, 1] == pytest.approx([0.004, 0.0, -0.004])
     assert tilted.factor_at_rest[1] == pytest.approx(0.004)
+
+
+ERROR = 2e-3
+
+
+def curve_of(law, speeds, seed=3):
+    """The curve through friction with independent errors."""
+    friction = law(speeds) + ERROR * np.random.default_rng(seed).standard_normal(speeds.size)
+    return fitted_curve(speeds, friction, np.empty((speeds.size, 0)), lambda columns: columns / ERROR), friction
+
+
+def test_the_law_is_fitted_where_it_holds():
+    """The truth within four standard errors, which are those of least squares of five columns; at rest, too."""
+    speeds = np.geomspace(0.02, 1.0, 400)
+    curve, _ = curve_of(stribeck, speeds)
+    assert curve.form == "stribeck"
+    assert curve.misfit > 0.01
+    error = np.sqrt(np.sum(curve.factor**2, axis=1))
+    assert np.all(np.abs(curve.friction - stribeck(curve.speeds_m_per_s)) < 4 * error)
+    assert abs(curve.at_rest - stribeck(0.0)) < 4 * np.sqrt(np.sum(curve.factor_at_rest**2))
+    decay = 8.0
+    columns = stribeck_columns(speeds, decay)
+    bend = 0.25 * decay * speeds / (1.0 + decay * speeds) ** 2
+    covariance = ERROR**2 * np.linalg.inv(np.column_stack([columns, bend]).T @ np.column_stack([columns, bend]))
+    at = np.column_stack([stribeck_columns(curve.speeds_m_per_s, decay), 0.25 * decay * curve.speeds_m_per_s])
+    at[:, 3] /= (1.0 + decay * curve.speeds_m_per_s) ** 2
+    assert error == pytest.approx(np.sqrt(np.sum(at @ covariance * at, axis=1)), rel=0.1)
+
+
+def test_other_curves_are_splines():
+    """Nine columns follow a hump to a tenth of its height, and the errors say so: three in four lie within two."""
+    curve, _ = curve_of(hump, np.geomspace(0.02, 1.0, 400))
+    assert (curve.form, curve.misfit < 1e-6) == ("spline", True)
+    away = np.abs(curve.friction - hump(curve.speeds_m_per_s))
+    assert away.max() < 0.006
+    error = np.sqrt(np.sum(curve.factor**2, axis=1))
+    assert np.mean(away < 2 * error) > 0.75
+    assert np.all((error > 0.05 * ERROR) & (error < 0.6 * ERROR))
+    assert curve.at_rest == curve.friction[0]
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3])
+def test_few_speeds_have_their_means(levels):
+    """As many columns as levels pass through the mean friction of each, with its standard error."""
+    means = np.array([0.2, 0.4, 0.8])[:levels]
+    curve, friction = curve_of(stribeck, np.repeat(means, 50))
+    at = [int(np.argmin(np.abs(curve.speeds_m_per_s - mean))) for mean in means[[0, -1]]]
+    expected = friction.reshape(levels, 50).mean(axis=1)[[0, -1]]
+    assert curve.friction[at] == pytest.approx(expected, rel=1e-6)
+    assert np.sqrt(np.sum(curve.factor[at] ** 2, axis=1)) == pytest.approx(ERROR / np.sqrt(50), rel=1e-5)
+    assert np.isnan(curve.misfit)

@@ -6,7 +6,7 @@ fitted about a flexible curve, so that a law which does not fit leaves nothing t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -16,6 +16,7 @@ from roughslip.record.curve import SpeedBasis, fitted_curve
 from roughslip.record.likelihood import ProcessFit, Samples, fitted_process
 from roughslip.record.process import SHAPES
 from roughslip.record.result import FrictionCurve, FrictionScatter
+from roughslip.results import described, result
 
 FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell the scatter
 FEWEST_SAMPLES = 200
@@ -31,37 +32,25 @@ SLIP_TILT = 0.2  # of the deviation of the scatter
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
 
 
-@dataclass(frozen=True, eq=False)
+@result
 class RecordFit:
-    """All that a record says.
+    """All that a record says."""
 
-    curve : mean friction over speed
-    additive, multiplicative : the scatter about it, if it is the one or the other
-    kind : additive, multiplicative or cannot tell
-    ratio : log likelihood of multiplicative scatter over that of additive
-    skewness, excess : of the scatter, each with its standard error
-    drift, period, ramps : p-values that there is none; NaN where the record cannot tell
-    period_m : [m] of the period, NaN without one
-    fits : of the process if it is additive, and if it is multiplicative
-    mean, explained : (n,) [-] of the samples, without and with drift and period
-    notes : what the record leaves open
-    """
-
-    curve: FrictionCurve
-    additive: FrictionScatter
-    multiplicative: FrictionScatter
-    kind: str
-    ratio: float
-    skewness: tuple[float, float]
-    excess: tuple[float, float]
-    drift: float
-    period: float
-    period_m: float
-    ramps: float
-    fits: dict[str, ProcessFit]
-    mean: np.ndarray
-    explained: np.ndarray
-    notes: tuple[str, ...]
+    curve: FrictionCurve = described("mean friction over speed")
+    additive: FrictionScatter = described("the scatter about it, if it is additive")
+    multiplicative: FrictionScatter = described("the scatter about it, if it is multiplicative")
+    kind: str = described("additive, multiplicative or cannot tell")
+    ratio: float = described("log likelihood of multiplicative scatter over that of additive")
+    skewness: tuple[float, float] = described("skewness of the scatter, with its standard error")
+    excess: tuple[float, float] = described("excess kurtosis of the scatter, with its standard error")
+    drift: float = described("p-value that there is no drift; NaN where the record cannot tell")
+    period: float = described("p-value that there is no period; NaN where the record cannot tell")
+    period_m: float = described("period of a revolution, or of what repeats; NaN without one", "m")
+    ramps: float = described("p-value that ramps do not differ; NaN where the record cannot tell")
+    fits: dict[str, ProcessFit] = described("of the process if it is additive, and if it is multiplicative")
+    mean: np.ndarray = described("friction of the samples by the curve", "1", "sample")
+    explained: np.ndarray = described("the same with drift and period", "1", "sample")
+    notes: tuple[str, ...] = described("what the record leaves open")
 
     def scatter(self, kind: str) -> FrictionScatter:
         """The scatter if it is additive or multiplicative."""

@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from roughslip.probability.estimate import NORMAL_95
+from roughslip.results import described, result
 
 
-@dataclass(frozen=True, eq=False)
+@result
 class FrictionCurve:
-    """Mean friction against sliding speed, over the speeds that were measured.
+    """Mean friction against sliding speed, over the speeds that were measured."""
 
-    form : stribeck, the law of the scene, or spline, where that law does not fit
-    speeds_m_per_s : (K,) [m/s] increasing; the first and the last are the slowest and the fastest speed measured
-    friction : (K,) [-] at the speeds
-    factor : (K, r) [-] their covariance is factor @ factor.T
-    misfit : p-value of the hypothesis that Stribeck's law fits
-    at_rest : [-] towards rest, where no record measures: of Stribeck's law; of a spline as at the slowest speed
-    factor_at_rest : (r,) [-] the row of the factor there
-    """
-
-    form: str
-    speeds_m_per_s: np.ndarray
-    friction: np.ndarray
-    factor: np.ndarray
-    misfit: float
-    at_rest: float
-    factor_at_rest: np.ndarray
+    form: str = described("stribeck, the law of the scene, or spline, where that law does not fit")
+    speeds_m_per_s: np.ndarray = described(
+        "increasing speeds, from the slowest to the fastest measured", "m/s", "speed"
+    )
+    friction: np.ndarray = described("mean friction coefficient at the speeds", "1", "speed")
+    factor: np.ndarray = described("F, with F F' the covariance of the curve", "1", "speed draw")
+    misfit: float = described("p-value of the hypothesis that Stribeck's law fits")
+    at_rest: float = described(
+        "friction towards rest, where no record measures: of Stribeck's law; of a spline as at the slowest speed"
+    )
+    factor_at_rest: np.ndarray = described("the row of the factor at rest", "1", "draw")
 
     def interval(self) -> tuple[np.ndarray, np.ndarray]:
         """Ends : (K,) [-] of the pointwise 95 % intervals."""
@@ -36,24 +30,16 @@ class FrictionCurve:
         return self.friction - half, self.friction + half
 
 
-@dataclass(frozen=True, eq=False)
+@result
 class FrictionScatter:
-    """The stationary scatter about the curve, along the slipped distance.
+    """The stationary scatter about the curve, along the slipped distance."""
 
-    standard_deviation : [-] additive: of the friction; multiplicative: of the friction over its mean
-    correlation_length_m : [m] integral of the autocorrelation from zero on
-    log_covariance : (2, 2) of the errors of the logarithms of these two
-    shape : of the autocorrelation: exponential or triangle
-    lengths : correlation lengths that the record holds
-    identified : false, "cannot tell", where these are too few; the numbers are then no more than a guess
-    """
-
-    standard_deviation: float
-    correlation_length_m: float
-    log_covariance: np.ndarray
-    shape: str
-    lengths: float
-    identified: bool
+    standard_deviation: float = described("additive: of the friction; multiplicative: of the friction over its mean")
+    correlation_length_m: float = described("integral of the autocorrelation from zero on", "m")
+    log_covariance: np.ndarray = described("covariance of the logarithms of these two", "1", "error other_error")
+    shape: str = described("of the autocorrelation: exponential or triangle")
+    lengths: float = described("correlation lengths that the record holds")
+    identified: bool = described('false, "cannot tell", where these are too few; the numbers are then a guess')
 
     def interval(self) -> np.ndarray:
         """(2, 2) ends of the 95 % intervals of standard deviation and correlation length, a row each."""

@@ -33,9 +33,9 @@ configfile: f"{ROOT}/config/config.yaml"
 
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
-from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import scene_names
-from roughslip.stages import PARENT
+from roughslip.study import PARENT
+from roughslip.study.graph import STAGES
 from workflow import keys
 from workflow.keys import KEY, STORE, Names
 from workflow.study import earlier_runs

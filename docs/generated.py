@@ -15,13 +15,13 @@ import api_pages
 from sphinx.application import Sphinx
 
 from roughslip import errors
-from roughslip.scene.declarations import EVERY_SCENE, STAGES_FOLDER, Stage, declarations, targets
-from roughslip.scene.plan import stages_of_several_scenes
 from roughslip.scene.schema import keys
 from roughslip.scene.types import File
+from roughslip.study.graph import EVERY_SCENE, STAGES, Stage, targets
 from roughslip.verdicts.statements import STATEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
+STUDY = ROOT / "src/roughslip/study"
 PLACE = re.compile(r"^<!-- generated: (\w+) ?(\S*) -->$", re.MULTILINE)
 # Keys that no stage reads: they say what runs and in how large jobs, or stand for others.
 OF_THE_PLAN = {
@@ -38,17 +38,13 @@ def fill(app: Sphinx, page: str, text: list[str]) -> None:
 
 def reads(stage: Stage) -> tuple[str, ...]:
     """Keys and sections that a stage reads, with those that set the number of its samples and name its files."""
-    batches = stage.batches
-    of_batches = (*batches.totals.values(), batches.asked) if batches else ()
-    files = (word for words in stage.inputs.values() for word in words.split() if "." in word)
-    return (*stage.keys, *filter(None, of_batches), *files)
+    return (*stage.keys, *stage.batches.values(), *stage.user_files.values())
 
 
 @cache
 def affected(key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The stages that read a key, and the figures and answers that follow from them."""
-    apart = stages_of_several_scenes()
-    stages = {name: one for name, one in declarations().items() if one.target != EVERY_SCENE and name not in apart}
+    stages = {name: one for name, one in STAGES.items() if one.target != EVERY_SCENE}
     first = [
         name for name, stage in stages.items() if any(key == one or key.startswith(f"{one}.") for one in reads(stage))
     ]
@@ -56,8 +52,7 @@ def affected(key: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     while pending:
         last = pending.pop()
         for name, stage in stages.items():
-            inputs = {**stage.inputs, **stage.optional, **stage.many}
-            if name not in found and any(last in words.split() for words in inputs.values()):
+            if name not in found and last in stage.makers:
                 found.add(name)
                 pending.append(name)
     shown = (name for name in found if stages[name].target not in ("", EVERY_SCENE))
@@ -84,14 +79,14 @@ def key_effects() -> str:
 def results() -> str:
     """By stage: its file, and the variables that its source names."""
     text = []
-    for name, stage in declarations().items():
-        files = ", ".join(f"`{file}`" for file in stage.results.values())
-        summary = stage.caption if stage.draws else _summary(STAGES_FOLDER / f"{name}.py")
-        text.append(f"## {name}\n\n{summary}\n\nWrites {files}.\n")
-        if not stage.caption and stage.result.endswith(".nc"):
-            text.append(_table(_variables(STAGES_FOLDER / f"{name}.py")))
+    for name, stage in sorted(STAGES.items()):
+        files = ", ".join(f"`{file}`" for file in stage.results.values() if file)
+        module = STUDY / f"{stage.module or name}.py"
+        text.append(f"## {name}\n\n{stage.caption or _summary(module)}\n\n{f'Writes {files}.' if files else ''}\n")
+        if stage.makes.endswith(".nc"):
+            text.append(_table(_variables(module)))
     text.append("## Tables that stages share\n")
-    for file in sorted((STAGES_FOLDER / "result_tables").glob("*_*.py")):
+    for file in sorted((STUDY / "result_tables").glob("*_*.py")):
         text.append(f"### {file.stem.replace('_', ' ')}\n\n{_summary(file)}\n\n{_table(_variables(file))}")
     return "\n".join(text)
 

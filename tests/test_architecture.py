@@ -16,6 +16,7 @@ import pytest
 import roughslip
 from roughslip.compilation.source_hash import absolute_imports
 from roughslip.scene.schema import keys
+from roughslip.study.graph import STAGES
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src"
@@ -33,7 +34,7 @@ ALLOWED = {
     "record": (),
     "scan": ("surface",),
     "verdicts": ("chaos", "friction"),
-    "stages": (
+    "study": (
         "surface",
         "scan",
         "record",
@@ -48,7 +49,7 @@ ALLOWED = {
     ),
 }
 # Lists of names that import nothing, for the sections of a scene.
-LIGHT = ("roughslip.oscillator.friction_laws",)
+LIGHT = ("roughslip.oscillator.friction_laws", "roughslip.study.graph", "roughslip.study.plan")
 # The ceilings; a module of one subject is better at 100 to 300 lines.
 MODULE_LINES = 400
 TABLES = ("statements.py",)  # rows of text
@@ -122,7 +123,7 @@ def test_the_wheel_is_the_library():
     """It holds all but the study, and imports neither that nor a package that only the study installs."""
     wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     study = {Path(folder).name for folder in wheel["exclude"]}
-    assert study == {"scene", "stages", "figures", "verdicts", "report"}
+    assert study == {"scene", "study", "figures", "verdicts", "report"}
     library = {module for module in MODULES if room(module) not in study}
     assert not {(module, name) for module in library for name in imported(module) if room(name) in study}
     assert {room(module) for module in importers_of("jinja2", "yaml", "jsonschema", "snakemake", "seaborn")} <= study
@@ -130,8 +131,7 @@ def test_the_wheel_is_the_library():
 
 def test_nothing_imports_a_stage_that_is_a_command():
     """Else an edit of one stage would re-run another; what stages share stands in modules that are no command."""
-    stages = {module: file for module, file in MODULES.items() if room(module) == "stages"}
-    commands = {module for module, file in stages.items() if "\nSTAGE" in file.read_text("utf-8")}
+    commands = {name for stage in STAGES.values() for name in stage.modules.split() if room(name) == "study"}
     assert {f"{module} imports {name}" for module in MODULES for name in imported(module) & commands} == set()
 
 
@@ -139,7 +139,7 @@ def test_imports_are_statements():
     """The hash of a stage's code cannot see any other import. It reads what public names and figures import by."""
     hidden = re.compile(r"import_module\(|__import__\(|\bexec\(|\beval\(")
     hides = {module for module, file in MODULES.items() if hidden.search(file.read_text("utf-8"))}
-    assert hides == {"roughslip.public_names", "roughslip.stages.__main__", "roughslip.stages.figures"}
+    assert hides == {"roughslip.public_names", "roughslip.study.job", "roughslip.study.figures"}
 
 
 def test_what_is_imported_is_declared():

@@ -2,7 +2,7 @@
 
 So a result that exists is up to date. Two scenes share a result because it has one name, and after an edit is taken
 back the result is still there. key.json in its folder says what was hashed. Code is hashed as the import closure
-of the stage's module, with the locked packages and departures from the lock.
+of the stage's modules, with the locked packages and departures from the lock.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import hashlib
 import json
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -21,21 +21,18 @@ from packaging.requirements import InvalidRequirement, Requirement
 from packaging.utils import canonicalize_name
 
 from roughslip.atomic_write import write_if_changed
-from roughslip.compilation import source_hash
-from roughslip.compilation.source_hash import FRAME, closure_hash
+from roughslip.compilation.source_hash import FRAME, closure, closure_hash
 from roughslip.errors import InputError
-from roughslip.scene import plan
-from roughslip.scene.declarations import declarations
 from roughslip.scene.mistakes import shown
 from roughslip.scene.schema import own_code
-from roughslip.scene.types import get, slice_for
-from roughslip.stages.runtime.usage import checksum
-from workflow.study.scenes import USER_FILES, Scenes
+from roughslip.scene.types import part_of
+from roughslip.study import plan
+from roughslip.study.files import checksum
+from roughslip.study.graph import STAGES, Stage, drawing
+from workflow.study.scenes import Scenes
 
 STORE = "results/store"
 KEY = "[0-9a-f]{16}"
-_NOT_HASHED = ("inputs", "awaited", "files", "outputs", "scene")
-JOINT = ""  # in place of a scene: what belongs to several
 _SHOWN = 3  # packages in a line for the user
 _INFO = ".dist-info"
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
@@ -45,30 +42,29 @@ _PYTHON = ".".join(map(str, sys.version_info[:2]))
 class Entry:
     """What the results of a stage are made of.
 
-    made_of : JSON values that are hashed: stage, slice of the scene, code, also of the user, scans, and the keys of the
-        stages before
-    inputs : files that its jobs read, by option of the stage
+    made_of : JSON values that are hashed: stage, slice of the scene, code, files of the user, keys of the stages before
+    inputs : files that its jobs read, by name
     awaited : records of cost of the jobs that make these
     files : of a stage that looks at whole scenes, by scene its results by the names under which they are published
-    outputs : files that do not go next to the key file, by option
-    scene : name of a scene that has it, or JOINT
+    outputs : files that do not go next to the key file, by name
+    scene : name of a scene that has it; "" for what belongs to several
     """
 
     made_of: dict[str, Any]
-    inputs: dict[str, list[str]]
-    awaited: list[str]
+    inputs: dict[str, list[str]] = field(default_factory=dict)
+    awaited: list[str] = field(default_factory=list)
     files: dict[str, dict[str, str]] = field(default_factory=dict)
     outputs: dict[str, str] = field(default_factory=dict)
-    scene: str = JOINT
+    scene: str = ""
 
     @cached_property
-    def key(self) -> str:
+    def folder(self) -> str:
         text = json.dumps(self.made_of, sort_keys=True, allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        return f"{STORE}/{self.made_of['stage']}/{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
     @property
-    def folder(self) -> str:
-        return f"{STORE}/{self.made_of['stage']}/{self.key}"
+    def key(self) -> str:
+        return self.folder.rpartition("/")[2]
 
 
 class Names:
@@ -86,83 +82,81 @@ class Names:
     @cache  # noqa: B019 (one instance lives as long as the run)
     def entry(self, scene: str, stage: str) -> Entry:
         """What the results of a stage of a scene are made of."""
-        inputs = self._inputs(scene, stage)
-        files, made_of = {}, {"configuration": self._configuration(scene, stage)}
-        before = self._before(scene, stage)
-        if stage == "report":
-            files = {scene: self.published(scene, without=("report",))}
-        if stage in USER_FILES:
-            made_of["scans"] = [checksum(Path(file)) for file in inputs[stage]]
-        if own := sorted({code.rpartition(":")[0] for code in own_code(made_of["configuration"]).values()}):
-            made_of["own"] = {file: checksum(Path(file)) for file in own}
-        if declarations()[stage].batches is not None:
+        row, before, whole = self._row(scene, stage), self._before(scene, stage), self.scenes[scene]
+        configuration, awaited, files = part_of(whole, row.keys), self._records(scene, before), {}
+        user = {name: self.scenes.user_files(scene, key) for name, key in row.user_files.items()}
+        words = {**row.takes, **row.collects}
+        inputs = user | {name: self.results(scene, words[name]) for name in words if name not in user}
+        if stage == "figures":
+            configuration["figures"] = plan.figures(whole)
+        elif stage == "page":
+            configuration |= {"not_needed": plan.skip_reasons(whole), "warnings": self.scenes.warnings(scene)}
+            configuration |= {"captions": plan.captions(), "folder": f"results/{scene}"}
+            files, inputs = {scene: self.published(scene, without="page")}, inputs | {"records": awaited}
+        made_of = {"configuration": configuration, "before": {name: self.entry(scene, name).key for name in before}}
+        files_of_user = [file for some in user.values() for file in some]
+        files_of_user += {code.rpartition(":")[0] for code in own_code(configuration).values()}
+        if files_of_user:
+            made_of["user_files"] = {file: checksum(Path(file)) for file in sorted(files_of_user)}
+        if row.batches:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
-        made_of["before"] = {name: self.entry(scene, name).key for name in before}
-        awaited = self._awaited(scene, before)
-        if stage == "chaos_strip" and "contact" in before:  # those of its first batches alone
-            awaited = [record for record in awaited if "/contact/" not in record]
-            awaited += self.records(scene, "contact", below="strip.training_samples")
-        return self._known(Entry(self._code(stage) | made_of, inputs, awaited, files, scene=scene))
+        return self._known(row, Entry(self._code(row) | made_of, inputs, awaited, files, scene=scene))
 
-    def joint_page(self, names: Iterable[str], kept: list[Path]) -> Entry:
+    def joint_page(self, scenes: Iterable[str], kept: list[Path]) -> Entry:
         """The page on several scenes. kept : files of evidence"""
+        row, names = STAGES["joint_page"], list(scenes)
         part = {"captions": plan.captions(), "folder": "results", "evidence": [*map(_content, kept)]}
+        made_of = {"configuration": part, "before": {name: self.entry(name, "page").key for name in names}}
+        awaited = [record for name in names for record in self.awaited(name)]
+        files = {name: self.published(name) for name in names}
         inputs = {"evidence": [str(file.parent) for file in kept[:1]]}
-        return self._of_several("report", names, part, inputs)
+        return self._known(row, Entry(self._code(row) | made_of, inputs, awaited, files))
 
     def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
         """A stage that reads and writes published files of these scenes: `verify` and `reference`."""
+        row = STAGES[stage]
+        outputs = {name: f"results/{file}" for name, file in row.results.items()}
         inputs["scenes"] = [f"results/{name}" for name in scenes]
-        outputs = {option: f"results/{file or stage}" for option, file in declarations()[stage].results.items()}
-        return self._known(Entry(self._code(stage) | {"configuration": {}}, inputs, [], outputs=outputs))
+        return self._known(row, Entry(self._code(row) | {"configuration": {}}, inputs, outputs=outputs))
 
-    def results(self, scene: str, *stages: str, below: str = "") -> list[str]:
-        """The results of these stages, as far as the scene runs them.
-
-        below : scene key of a number of samples, for the batches that begin below it alone
-        """
+    def results(self, scene: str, words: str) -> list[str]:
+        """The results of the stages that these words of a row name, as far as the scene runs them."""
+        stages = [word.rstrip("?") for word in words.split()]
         return [
-            f"{self.entry(scene, stage).folder}/{declarations()[stage].result.format(**job)}"
+            f"{self.entry(scene, stage).folder}/{STAGES[stage].makes.format(**job)}"
             for stage in stages
-            if stage in declarations()
-            for job in self._jobs(scene, stage, below)
+            for job in self.scenes.jobs(scene, stage)
         ]
 
-    def records(self, scene: str, stage: str, below: str = "") -> list[str]:
-        """The records of cost of the jobs of a stage; below : as `results`."""
-        name = declarations()[stage].job_name
-        return [
-            f"{self.entry(scene, stage).folder}/usage/{name(**job)}.json" for job in self._jobs(scene, stage, below)
-        ]
-
-    def published(self, scene: str, without: tuple[str, ...] = ()) -> dict[str, str]:
-        """The file of the store by the name of each file of a scene, without its folder.
-
-        without : stages that are left out
-        """
+    def published(self, scene: str, without: str = "") -> dict[str, str]:
+        """The file of the store by the name of each file of a scene, without its folder. without : a stage"""
         files: dict[str, str] = {}
-        for stage in sorted(self.scenes.stages(scene).difference(without)):
-            declared, folder = declarations()[stage], self.entry(scene, stage).folder
-            for job in self._jobs(scene, stage):
-                names = [file.format(**job) for file in declared.results.values()]
-                names.append(f"usage/{declared.job_name(**job)}.json")
+        for stage in sorted(self.scenes.stages(scene) - {without}):
+            row, folder = self._row(scene, stage), self.entry(scene, stage).folder
+            for job in self.scenes.jobs(scene, stage):
+                names = [file.format(**job) for file in row.results.values() if file]
+                names.append(f"usage/{row.job_name(**job)}.json")
                 files |= {name: f"{folder}/{name}" for name in names}
             files[f"keys/{stage}.json"] = f"{folder}/key.json"
         return files
 
-    def file(self, scene: str, name: str) -> str:
-        """The file of the store by its name in the folder of a scene. Raises InputError where the scene has none."""
+    def file(self, scene: str, name: str) -> tuple[str, list[str]]:
+        """The file of the store by its name in the folder of a scene, and the records of the jobs that make it.
+
+        Raises InputError where the scene has none.
+        """
         files = self.published(scene)
         if name not in files:
             near = difflib.get_close_matches(name, files, 1)
             raise InputError(
                 f"results/{scene}/{name}: no target of the scene makes it{f'; {near[0]}?' if near else ''}"
             )
-        return files[name]
+        stage = Path(files[name]).parts[2]
+        return files[name], [] if name.startswith("keys/") else self._records(scene, [stage])
 
     def awaited(self, scene: str) -> list[str]:
         """The records of cost of every job of a scene."""
-        return self._awaited(scene, self.scenes.stages(scene))
+        return self._records(scene, self.scenes.stages(scene))
 
     def at(self, folder: str) -> Entry:
         """The entry of a folder of the store: of this run, or from its key file.
@@ -173,8 +167,8 @@ class Names:
             file = Path(folder) / "key.json"
             try:
                 whole = json.loads(file.read_text(encoding="utf-8"))
-                others = {name: whole.pop(name) for name in _NOT_HASHED}
                 whole.pop("sources")
+                others = {name: whole.pop(name) for name in ("inputs", "awaited", "files", "outputs", "scene")}
                 self._entries[folder] = Entry(whole, **others)
             except (OSError, ValueError, KeyError) as error:
                 raise InputError(f"{file}: no key file ({error}); name the scene as the target") from error
@@ -182,89 +176,49 @@ class Names:
 
     def publication(self, scene: str) -> Entry:
         """The list of what stands in the folder of a scene."""
-        return self._known(Entry({"stage": "published", "published": self.published(scene)}, {}, [], scene=scene))
+        return self._known(None, Entry({"stage": "published", "published": self.published(scene)}, scene=scene))
 
-    def _awaited(self, scene: str, stages: Iterable[str]) -> list[str]:
-        return [record for stage in sorted(stages) for record in self.records(scene, stage)]
-
-    def _jobs(self, scene: str, stage: str, below: str = "") -> list[dict[str, Any]]:
-        jobs = self.scenes.jobs(scene, stage)
-        return [job for job in jobs if not below or job["first"] < get(self.scenes[scene], below)]
-
-    def _inputs(self, scene: str, stage: str) -> dict[str, list[str]]:
-        declared = declarations()[stage]
-        if stage == "costs":
-            return {"records": self._awaited(scene, self._before(scene, stage))}
-        options = {**declared.inputs, **declared.optional, **declared.many, **declared.collects}
-        special: dict[str, list[str]] = {}
-        if stage in USER_FILES:
-            special[stage] = self.scenes.user_files(scene, stage)
-        if stage == "chaos_strip":  # training strips are those of the first batches
-            special["contact"] = self.results(scene, "contact", below="strip.training_samples")
-        others = {option: made_by.split() for option, made_by in options.items() if option not in special}
-        return special | {option: self.results(scene, *stages) for option, stages in others.items()}
+    def _row(self, scene: str, stage: str) -> Stage:
+        return drawing(plan.figures(self.scenes[scene])) if stage == "figures" else STAGES[stage]
 
     def _before(self, scene: str, stage: str) -> list[str]:
-        """The stages of a scene whose results a stage takes."""
+        """The stages of a scene whose results a stage takes; the page takes all."""
         stages = self.scenes.stages(scene)
-        if stage in plan.AFTER_COSTS:  # the sum takes all, and the page the sum too
-            return sorted(stages - {"report"} if stage == "report" else stages.difference(plan.AFTER_COSTS))
-        return plan.makers(stage, stages)
+        return sorted(stages - {stage}) if stage == "page" else plan.makers(self._row(scene, stage), stages)
 
-    def _configuration(self, scene: str, stage: str) -> dict[str, Any]:
-        part = slice_for(self.scenes[scene], stage)
-        if stage == "costs":
-            part |= {"not_needed": plan.skip_reasons(self.scenes[scene]), "warnings": self.scenes.warnings(scene)}
-        if stage == "report":
-            part |= {"captions": plan.captions(), "folder": f"results/{scene}"}
-        return part
+    def _records(self, scene: str, stages: Iterable[str]) -> list[str]:
+        """The records of cost of the jobs of some stages."""
+        return [
+            f"{self.entry(scene, stage).folder}/usage/{STAGES[stage].job_name(**job)}.json"
+            for stage in sorted(stages)
+            for job in self.scenes.jobs(scene, stage)
+        ]
 
-    def _of_several(
-        self,
-        stage: str,
-        names: Iterable[str],
-        part: dict[str, Any],
-        inputs: dict[str, list[str]] | None = None,
-        awaited: Iterable[str] = (),
-        scene: str = JOINT,
-    ) -> Entry:
-        """A stage that looks at the whole results of several scenes. part : what it works with, without these"""
-        names = tuple(names)
-        files = {name: self.published(name, without=("report",)) for name in names}
-        before = {
-            name: {other: self.entry(name, other).key for other in self._before(name, "report")} for name in names
-        }
-        records = [record for name in names for record in self._awaited(name, before[name])]
-        made_of = self._code(stage) | {"configuration": part, "before": before}
-        return self._known(Entry(made_of, inputs or {}, [*records, *awaited], files, scene=scene))
+    def _code(self, row: Stage) -> dict[str, str]:
+        return {"stage": row.name, "code": code_hash(row.modules, self._source, self._lock), "python": _PYTHON}
 
-    def _code(self, stage: str) -> dict[str, str]:
-        code = code_hash(declarations()[stage].modules, self._source, self._lock)
-        return {"stage": stage, "code": code, "python": _PYTHON}
-
-    @cache  # noqa: B019
-    def _sources(self, stage: str) -> dict[str, Any]:
-        """Hash of what the code of a stage does, and checksums of its files, for jobs to see whether it was edited."""
-        modules = declarations()[stage].modules
-        files = source_hash.closure(modules, self._source, source_hash.FRAME)
-        known = {file.relative_to(self._source).as_posix(): _content(file) for file in files}
-        return {"closure": source_hash.closure_hash(modules, self._source, source_hash.FRAME), "files": known}
-
-    def _known(self, entry: Entry) -> Entry:
+    def _known(self, row: Stage | None, entry: Entry) -> Entry:
         """The first entry of that name. Raises InputError where its key file cannot be written."""
         if entry.folder in self._entries:
             return self._entries[entry.folder]
         self._entries[entry.folder] = entry
         if self._writes:
-            stage, others = entry.made_of["stage"], {name: getattr(entry, name) for name in _NOT_HASHED}
-            sources = self._sources(stage) if stage in declarations() else {}
-            content = {**entry.made_of, **others, "sources": sources}
+            others = asdict(entry)
+            content = {**others.pop("made_of"), **others, "sources": self._sources(row.modules) if row else {}}
             text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
             try:
                 write_if_changed(Path(entry.folder, "key.json"), f"{text}\n")
             except OSError as error:
                 raise InputError(f"{entry.folder}: cannot be written to ({error.strerror})") from None
         return entry
+
+    @cache  # noqa: B019
+    def _sources(self, modules: str) -> dict[str, Any]:
+        """Hash of what code does, and checksums of its files, for jobs to see whether it was edited."""
+        known = {
+            file.relative_to(self._source).as_posix(): _content(file) for file in closure(modules, self._source, FRAME)
+        }
+        return {"closure": closure_hash(modules, self._source, FRAME), "files": known}
 
 
 @cache

@@ -9,7 +9,7 @@ import pytest
 
 from roughslip.report.page import MEASURED, Evidence, SceneReport, page
 from roughslip.report.sections import ASKED, MARKS, SECTIONS, answers, in_brackets
-from roughslip.scene.plan import captions
+from roughslip.study.plan import captions
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", 1920, 560) + b" not much of a picture"
@@ -72,8 +72,6 @@ def cost(**changes):
         "jobs": 2,
         "cpu_seconds": 10.71,
         "wall_seconds": 33.0,
-        "core_cpu_seconds": 9.0,
-        "core_share": 0.84,
         "peak_memory_mib": 284.1,
         "did": {"convolutions": 80400, "field_fits": 3},
         "skipped": {"nodes: below <the> plane": 1234, "solves: no contact": 0},
@@ -226,8 +224,8 @@ EVIDENCE = Evidence(
     machine={"contact": "a <processor>"},
 )
 COSTS = [
-    cost(peak_memory_mib=None),
     cost(stage="contact_square", did={"surfaces": 1000}),
+    cost(),
     cost(
         stage="all",
         warnings=["slope of <0.7>", "few strips"],
@@ -237,7 +235,7 @@ COSTS = [
 
 
 def test_all_that_a_run_found_stands_on_its_page():
-    """Costs, also where no memory is measured, with skipped work and stages; warnings above the figures; how
+    """Costs, with skipped work and stages; warnings above the figures; how
     surfaces are made; evidence. A scene without them has no empty place for them."""
     asked = scene(costs=COSTS, surfaces={"figure2": ["It has 7 modes.", NASTY]})
     content = Page(page([asked], {"numpy": "2.0"}, EVIDENCE))

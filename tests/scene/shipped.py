@@ -10,10 +10,10 @@ import yaml
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene.declarations import targets
 from roughslip.scene.loader import load, scene_names
 from roughslip.scene.roughness import COVARIANCES
 from roughslip.scene.schema import inner, keys
+from roughslip.study.graph import targets
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = tuple(scene_names(CONFIG / "scenes"))

@@ -17,8 +17,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene import plan, types
+from roughslip.scene import types
 from roughslip.scene.loader import load
+from roughslip.study import plan
 from tests.scene.shipped import CONFIG, SCENES, WORDS, lines_of, overlays, shipped_scene
 
 MISTAKES = (Path(__file__).parent / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")[1:]

@@ -12,11 +12,11 @@ import yaml
 from roughslip.chaos.functionals import NAMES
 from roughslip.limits import FUNCTIONALS
 from roughslip.scene import contact, friction
-from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import RESERVED, load
 from roughslip.scene.schema import describe_allowed, scene_schema
 from roughslip.scene.types import slice_for
-from roughslip.stages.from_scene.geometry import training_columns
+from roughslip.study.from_scene.geometry import training_columns
+from roughslip.study.graph import STAGES
 from tests.scene.shipped import PAPER, SCAN, SCENES, TABLE, WORDS, lines_of, shipped_scene
 
 
@@ -218,7 +218,7 @@ def test_a_standard_uncertainty_reaches_only_the_stage_that_asks_for_it(mine):
     scene = mine(text, other=other)
     assert ["oscillator.mass_kg", 2.0] in scene["standard_uncertainties"]
     assert ["oscillator.friction_table.0.1", 0.02] in scene["standard_uncertainties"]
-    changed = {stage for stage in declarations() if slice_for(plain, stage) != slice_for(scene, stage)}
+    changed = {stage for stage in STAGES if slice_for(plain, stage) != slice_for(scene, stage)}
     assert changed == {"budget"}
     assert "figure_budget" in mine(other)["targets"]
     exact = mine("extends: other\noscillator: {mass_kg: 8}\n", other=other)

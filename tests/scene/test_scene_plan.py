@@ -11,24 +11,24 @@ from jsonschema import Draft202012Validator
 from pydantic import ValidationError
 
 from roughslip.scene import schema
-from roughslip.scene.declarations import declarations
-from roughslip.scene.plan import figures, skip_reasons, stages_needed
 from roughslip.scene.section import as_tuples
 from roughslip.scene.types import get, scene_of, slice_for, without_nulls
+from roughslip.study.graph import STAGES
+from roughslip.study.plan import figures, skip_reasons, stages_needed
 from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene
 
 KEYS = dict(schema.keys())
 
-ALWAYS = {"claims", "costs", "report"}
-SEVERAL = {"reference", "verify"}  # of several scenes together, asked for by name
-OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figure5"}
-SCANNED = {"scan", "synthetic_surfaces", "figure_scan"}
+ALWAYS = {"page"}
+SEVERAL = {"reference", "verify", "joint_page", "figures"}  # of several scenes together, asked for by name
+OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figures"}
+SCANNED = {"scan", "synthetic_surfaces", "figures"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
     keys = set(KEYS)
-    read = {key for stage in declarations().values() for key in stage.keys}
-    read |= {key for stage in declarations().values() if stage.batches for key in stage.batches.totals.values()}
+    read = {key for stage in STAGES.values() for key in stage.keys}
+    read |= {key for stage in STAGES.values() for key in stage.batches.values()}
     read.remove("standard_uncertainties")  # of the loader, not of scene files
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
@@ -62,7 +62,7 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
         second = {"figure2": ["figure2_traps"], "figure3": ["figure3_law"]}
         sheets = [target, *second.get(target, ())]
         chain = ["figure_chain"] if target == "figure5" else []
-        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys([*chain, "figure_scan", *sheets]))
+        assert figures(scene | {"targets": [target]}) == list(dict.fromkeys([*sheets, *chain, "figure_scan"]))
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS
@@ -73,7 +73,7 @@ def test_every_stage_runs_or_has_a_reason():
     for name in SCENES:
         scene = shipped_scene(name)
         reasons = skip_reasons(scene)
-        assert reasons.keys() == declarations().keys() - stages_needed(scene) - SEVERAL
+        assert reasons.keys() == STAGES.keys() - stages_needed(scene) - {*figures(scene)} - SEVERAL
         asked = {reason.removeprefix("not asked for: ") for reason in reasons.values()}
         assert set(scene["targets"]).isdisjoint(target for some in asked for target in some.split(", "))
     paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughslip.compilation.source_hash import compiled_folder
-from roughslip.stages import die_with_parent
-from roughslip.stages.runtime import usage
+from roughslip.study import die_with_parent
+from roughslip.study.files import checksum
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")
@@ -109,7 +109,7 @@ def digests(folder: Path) -> dict[str, str]:
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path.is_file() and not name.startswith("logs/") and not path.name.startswith("."):
-            sums[name] = "there" if name in TIMED or name.startswith("usage/") else usage.checksum(path)
+            sums[name] = "there" if name in TIMED or name.startswith("usage/") else checksum(path)
     return sums
 
 

@@ -15,8 +15,8 @@ import pytest
 from roughslip import store
 from roughslip.scan.instrument_file import read_scan
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene.machine import friction_of
-from roughslip.stages.result_tables.scan_table import NUMBERS
+from roughslip.study.from_scene.machine import friction_of
+from roughslip.study.result_tables.scan_table import NUMBERS
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project
 

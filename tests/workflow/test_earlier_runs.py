@@ -1,9 +1,7 @@
 """What a start finds of earlier runs: stale locks, another run at work, jobs in the queue of Slurm.
 
-The study on Slurm: the same bits as on this machine, after kills of Snakemake and of a job.
-
-Runs where a Slurm answers and its plug-in (requirements-cluster.lock) is installed, in this Python or in the one that
-CLUSTER_PYTHON names.
+The study on Slurm runs where one answers and its plug-in (requirements-cluster.lock) is installed, in this Python or in
+the one that CLUSTER_PYTHON names.
 """
 
 from __future__ import annotations
@@ -14,7 +12,6 @@ import shutil
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -38,20 +35,6 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         file.close()
 
 
-@pytest.fixture
-def other(state: Path):
-    """Another process that holds the folder until it is killed."""
-    imports = "from pathlib import Path; from workflow.study.earlier_runs import hold"
-    code = f"{imports}; print(hold(Path({str(state)!r})))"
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    command = [sys.executable, "-c", f"{code}\nimport sys; sys.stdout.flush(); sys.stdin.read()"]
-    process = subprocess.Popen(command, cwd=ROOT, env={"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}, **pipes)
-    assert "is_alone=True" in process.stdout.readline()
-    yield process
-    process.kill()
-    process.communicate()
-
-
 def test_a_stale_lock_is_cleared(state):
     assert earlier_runs.hold(state) == (True, [f"{state / 'locks'}: stale lock of an interrupted run; removed"])
     assert list((state / "locks").iterdir()) == []
@@ -60,17 +43,19 @@ def test_a_stale_lock_is_cleared(state):
         earlier_runs.hold(state.parent / "file")
 
 
-def test_the_lock_of_a_run_lasts_until_its_process_ends(state, other):
+def test_the_lock_of_a_run_lasts_until_its_process_ends(state):
     """However many others start meanwhile."""
-    (state / "locks" / "0.input.lock").write_text("results/a.nc\n")
-    for _ in range(2):
-        line = f"{state.parent}: another run is at work in this folder; wait for its end, or stop it"
-        assert earlier_runs.hold(state) == (False, [line])
-    (state / "locks" / "0.input.lock").unlink()
-    assert "another Snakemake reads this folder" in earlier_runs.hold(state).lines[0]
-    (state / "locks" / "0.input.lock").write_text("results/a.nc\n")
-    other.kill()
-    other.wait()
+    imports = "import sys; from pathlib import Path; from workflow.study.earlier_runs import hold"
+    code = f"{imports}; print(hold(Path({str(state)!r})), flush=True); sys.stdin.read()"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    environment = {"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}
+    with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, env=environment, **pipes) as other:
+        assert "is_alone=True" in other.stdout.readline()
+        (state / "locks" / "0.input.lock").write_text("results/a.nc\n")
+        for _ in range(2):
+            line = f"{state.parent}: another run is at work in this folder; wait for its end, or stop it"
+            assert earlier_runs.hold(state) == (False, [line])
+        other.kill()
     while earlier_runs._held:
         earlier_runs._held.pop().close()
     assert earlier_runs.hold(state).is_alone
@@ -85,102 +70,66 @@ def squeue(folder: Path, script: str) -> str:
     return str(folder)
 
 
-@pytest.mark.parametrize(
-    ("lines", "queued"),
-    [
-        (["12|rule_surface_wildcards_tiny|{here}", "13|rule_costs|{here}"], "12 13"),
-        (["12|rule_surface|{here}/..", "13|rule_costs|{here}/../a | b", "14|(null)|{here}"], "13"),
-        (["14|(null)|{here}", "15|rule_costs|/elsewhere", "slurm_load_jobs error: nothing"], ""),
-    ],
-)
-def test_queued_jobs_of_an_earlier_run_are_refused(lines, queued, tmp_path, monkeypatch):
-    """Not a job that Snakemake itself runs in, nor jobs of another folder."""
+def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
+    """Not a job that Snakemake itself runs in, nor jobs of another folder; nor without an answer of Slurm."""
     here = tmp_path / "a | b"
     (here / ".snakemake").mkdir(parents=True)
-    answer = "\n".join(lines).format(here=here)
+    answer = f"12|rule_surface|{here}\n13|rule_page|{here}/../a | b\n14|(null)|{here}\n15|rule_page|/elsewhere"
     monkeypatch.setenv("PATH", squeue(tmp_path / "bin", f"/bin/cat <<'END'\n{answer}\nEND"))
-    if queued:
-        with pytest.raises(
-            InputError, match=re.escape(f"{here}: jobs of an interrupted run") + f".*: scancel {queued}$"
-        ):
-            earlier_runs.refuse_queued_jobs(here / ".snakemake")
-    else:
+    with pytest.raises(InputError, match=re.escape(f"{here}: jobs of an interrupted run") + ".*: scancel 12 13$"):
+        earlier_runs.refuse_queued_jobs(here / ".snakemake")
+    monkeypatch.setattr(earlier_runs, "_SECONDS", 0.2)
+    fails = squeue(tmp_path / "fails", f"echo '12|rule_page|{here}' >&2; exit 1")
+    for path in (str(tmp_path), fails, squeue(tmp_path / "hangs", "exec /bin/sleep 5")):
+        monkeypatch.setenv("PATH", path)
         earlier_runs.refuse_queued_jobs(here / ".snakemake")
 
 
-def test_without_an_answer_of_slurm_no_jobs_are_known(tmp_path, monkeypatch):
-    monkeypatch.setenv("PATH", str(tmp_path))
-    assert earlier_runs.queued_jobs(tmp_path) == []
-    monkeypatch.setenv("PATH", squeue(tmp_path / "fails", f"echo '12|rule_costs|{tmp_path}' >&2; exit 1"))
-    assert earlier_runs.queued_jobs(tmp_path) == []
-    monkeypatch.setattr(earlier_runs, "_SECONDS", 0.2)
-    monkeypatch.setenv("PATH", squeue(tmp_path / "hangs", "exec /bin/sleep 5"))
-    assert earlier_runs.queued_jobs(tmp_path) == []
-
-
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
-PROFILE = "profiles/slurm"
-PLUGIN = "import snakemake_executor_plugin_slurm"
 
 
 def missing() -> str:
     """Why this cannot run here, empty where it can."""
-    if shutil.which("sinfo") is None:
-        return "no Slurm here"
-    if subprocess.run(["sinfo", "--noheader"], capture_output=True, timeout=30).returncode:
-        return "Slurm does not answer"
-    if subprocess.run([PYTHON, "-c", PLUGIN], capture_output=True).returncode:
+    if shutil.which("sinfo") is None or subprocess.run(["sinfo", "--noheader"], capture_output=True).returncode:
+        return "no Slurm answers here"
+    if subprocess.run([PYTHON, "-c", "import snakemake_executor_plugin_slurm"], capture_output=True).returncode:
         return "the plug-in of requirements-cluster.lock is not installed"
     return ""
 
 
-WHY = missing()
+@pytest.mark.slow
+@pytest.mark.skipif(missing() != "", reason=missing())
+def test_results_on_slurm_are_those_of_this_machine_whatever_is_killed(finished, tmp_path):
+    """Snakemake itself, whose jobs must be out of the queue before the next; then a job, which is submitted again."""
+    project, log = finished.copy(tmp_path / "copy"), tmp_path / "log"
 
+    def start() -> subprocess.Popen:
+        command = [PYTHON, "-m", "snakemake", "tiny", "--profile", "profiles/slurm", "--config", "memory_mb=4000"]
+        with log.open("w") as said:
+            return subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **project.options)
 
-@dataclass
-class LoginNode:
-    """Snakemake as it is started on a login node, and what it said."""
-
-    options: dict
-    log: Path
-
-    def start(self) -> subprocess.Popen:
-        command = [PYTHON, "-m", "snakemake", "tiny", "--profile", PROFILE, "--config", "memory_mb=4000"]
-        with self.log.open("w") as said:
-            return subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **self.options)
-
-    def latest_job(self, run: subprocess.Popen, made: str) -> str:
+    def latest_job(run: subprocess.Popen, made: str) -> str:
         """Of those that run on a node as soon as a result is there."""
         while run.poll() is None:
-            if next(self.options["cwd"].glob(made), None) and (
-                running := earlier_runs.queued_jobs(self.options["cwd"], "RUNNING")
-            ):
+            running = earlier_runs.queued_jobs(project.folder, "RUNNING") if [*project.folder.glob(made)] else []
+            if running:
                 return max(running, key=int)
             time.sleep(0.2)
-        raise AssertionError(self.log.read_text()[-5000:])
+        raise AssertionError(log.read_text()[-5000:])
 
-
-@pytest.mark.slow
-@pytest.mark.skipif(WHY != "", reason=WHY)
-def test_results_are_those_of_this_machine_whatever_is_killed(finished, tmp_path):
-    """Snakemake itself, whose jobs must be out of the queue before the next; then a job, which is submitted again."""
-    project = finished.copy(tmp_path / "copy")
-    login = LoginNode(project.options, tmp_path / "log")
-
-    run = login.start()
-    job = login.latest_job(run, made="results/store/karhunen_loeve")
+    run = start()
+    job = latest_job(run, made="results/store/karhunen_loeve")
     run.kill()
     run.wait()
-    assert login.start().wait(timeout=300) == 1
-    said = login.log.read_text()
-    assert f"{project.folder}: jobs of an interrupted run are in the queue" in said
-    left = said.rpartition("scancel ")[2].split()
+    assert start().wait(timeout=300) == 1
+    assert f"{project.folder}: jobs of an interrupted run are in the queue" in log.read_text()
+    left = log.read_text().rpartition("scancel ")[2].split()
     assert job in left
     subprocess.run(["scancel", *left], check=True)
 
-    run = login.start()
-    job = login.latest_job(run, made="results/store/karhunen_loeve/*/surface/modes.nc")
+    run = start()
+    job = latest_job(run, made="results/store/karhunen_loeve/*/surface/modes.nc")
     subprocess.run(["scancel", "--signal=KILL", "--full", job], check=True)
-    assert run.wait(timeout=1500) == 0, login.log.read_text()[-5000:]
-    assert "Trying to restart job" in login.log.read_text()
+    assert run.wait(timeout=1500) == 0, log.read_text()[-5000:]
+    assert "Trying to restart job" in log.read_text()
     assert digests(project.path("results/tiny")) == digests(finished.path("results/tiny"))

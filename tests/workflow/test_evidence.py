@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from roughslip.report.page import MEASURED
-from roughslip.stages.report import read_evidence
+from roughslip.study.page import read_evidence
 from workflow.benchmarks.plot import FIGURES
 
 KEPT = Path(__file__).resolve().parents[2] / "results" / "reference" / "evidence"

@@ -1,10 +1,7 @@
 """Ways to the study: by its two Snakefiles, as a module of another workflow, from an address, from another Python.
 
-The recipes of CONTRIBUTING.md, carried out in a copy of the project.
-
-Where a project may lie and who may run it: any path, a source tree that is read-only, no home to write to.
-
-Results do not depend on batches or on the number of jobs, and hold their configuration and code hash.
+A figure and a scene key are added as CONTRIBUTING.md says. Results do not depend on batches or on the number of jobs,
+hold what made them, and go elsewhere from a source tree that is read-only.
 """
 
 from __future__ import annotations
@@ -23,8 +20,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.scene.declarations import declarations
-from roughslip.scene.plan import stages_needed
+from roughslip.study.graph import STAGES
 from tests.workflow.project import Project, as_a_user, copy_project
 from workflow.study.scenes import Scenes, check_config, scene_folders
 
@@ -45,16 +41,6 @@ rule mine:
 NO_NUMPY = "import sys; sys.modules['numpy'] = None; from snakemake.cli import main; main(['-n'])"
 
 
-@pytest.fixture
-def caller(empty: Project, tmp_path: Path) -> Path:
-    """A folder with a workflow and a scene of its own, which extends one of the project."""
-    (tmp_path / "cases").mkdir()
-    (tmp_path / "cases/mine.yaml").write_text("extends: tiny\nseed: 5\n")
-    config = {"scenes_folder": "cases"}
-    (tmp_path / "Snakefile").write_text(MODULE.format(snakefile=repr(str(empty.path("Snakefile"))), config=config))
-    return tmp_path
-
-
 def snakemake(project: Project, folder: Path, *words: str) -> subprocess.CompletedProcess:
     """A run in a folder of the caller."""
     command = [sys.executable, "-m", "snakemake", "-j1", *words]
@@ -68,32 +54,39 @@ def jobs(dry_run: subprocess.CompletedProcess) -> dict[str, int]:
 
 
 @pytest.mark.slow
-def test_a_module_makes_the_scenes_of_its_caller(empty, caller):
+def test_a_module_makes_the_scenes_of_its_caller(empty, tmp_path):
+    """A folder with a workflow and a scene of its own, which extends one of the project."""
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases/mine.yaml").write_text("extends: tiny\nseed: 5\n")
+    text = MODULE.format(snakefile=repr(str(empty.path("Snakefile"))), config={"scenes_folder": "cases"})
+    (tmp_path / "Snakefile").write_text(text)
     profile = ("--workflow-profile", str(empty.path("profiles/default")))
-    made = snakemake(empty, caller, *profile)
+    made = snakemake(empty, tmp_path, *profile)
     assert made.returncode == 0, made.stderr
-    assert set(store.read(caller / "copied.nc")) >= {"modes", "eigenvalue"}
-    assert "Nothing to be done" in snakemake(empty, caller, *profile).stderr
-    whole = jobs(snakemake(empty, caller, "roughslip_mine", "-n", *profile))  # the rule of the scene itself
-    assert whole["roughslip_scene_report"] == whole["roughslip_publish"] == 1
+    assert "modes" in store.read(tmp_path / "copied.nc")
+    assert "Nothing to be done" in snakemake(empty, tmp_path, *profile).stderr
+    whole = jobs(snakemake(empty, tmp_path, "roughslip_mine", "-n", *profile))  # the rule of the scene itself
+    assert whole["roughslip_page"] == whole["roughslip_publish"] == 1
 
 
 @pytest.mark.slow
-def test_both_snakefiles_make_the_same(empty, tmp_path):
-    """From any folder, with `--directory` or without, and with the options of the default profile."""
+def test_both_snakefiles_make_the_same_from_any_folder(empty, tmp_path):
+    """With the options of the default profile."""
     planned = []
-    for snakefile in ("Snakefile", "workflow/Snakefile"):
-        for words, folder in ((), tmp_path), (("--directory", str(tmp_path)), empty.folder):
-            run = snakemake(empty, folder, "-n", "-s", str(empty.path(snakefile)), "tiny", *words)
-            assert "profiles/default" in run.stderr
-            planned.append(jobs(run))
-    assert planned == [planned[0]] * 4
+    for snakefile, words, folder in (
+        ("Snakefile", (), tmp_path),
+        ("workflow/Snakefile", ("--directory", str(tmp_path)), empty.folder),
+    ):
+        run = snakemake(empty, folder, "-n", "-s", str(empty.path(snakefile)), "tiny", *words)
+        assert "profiles/default" in run.stderr
+        planned.append(jobs(run))
+    assert planned[0] == planned[1]
     assert planned[0]["contact"] == 1
 
 
 @pytest.mark.slow
-def test_an_address_ends_in_a_line(empty, tmp_path):
-    """Snakemake fetches single files of rules from it, not the code of the study."""
+def test_an_address_and_another_python_end_in_a_line(empty, tmp_path):
+    """Snakemake fetches single files of rules from an address, not the code of the study."""
     folder = empty.copy(tmp_path / "repository").folder
     for words in ("init -q", "add Snakefile workflow", "commit -q -m all", "tag v1"):
         author = ("-c", "user.name=test", "-c", "user.email=test@localhost")
@@ -101,18 +94,12 @@ def test_an_address_ends_in_a_line(empty, tmp_path):
     source = f"gitfile({str(folder)!r}, path='workflow/Snakefile', tag='v1')"
     (tmp_path / "Snakefile").write_text(MODULE.format(snakefile=source, config={"scenes": "tiny"}))
     ended = snakemake(empty, tmp_path, "-n")
-    assert ended.returncode == 1
+    assert (ended.returncode, len(ended.stderr.splitlines())) == (1, 1)
     assert "clone the project" in ended.stderr
-    assert len(ended.stderr.splitlines()) == 1
-
-
-@pytest.mark.slow
-def test_another_python_ends_in_a_line(empty):
     ended = subprocess.run([sys.executable, "-c", NO_NUMPY], capture_output=True, **empty.options)
+    (line,) = [line for line in ended.stderr.splitlines() if "profile" not in line]
     assert ended.returncode == 1
-    lines = [line for line in ended.stderr.splitlines() if "profile" not in line]
-    assert len(lines) == 1
-    assert "has no numpy: `make setup`" in lines[0]
+    assert "has no numpy: `make setup`" in line
 
 
 def test_scenes_of_a_caller_are_added_to_the_shipped_ones(tmp_path):
@@ -130,17 +117,6 @@ def test_scenes_of_a_caller_are_added_to_the_shipped_ones(tmp_path):
             scene_folders(ROOT, wrong)
 
 
-SECTION = '''"""Section `slopes` of a scene."""
-
-from roughslip.scene.section import Section, number
-
-
-class Slopes(Section):
-    """Slopes of the square, of figure_slopes."""
-
-    bins: int = number("Bins of the histogram", ge=2, le=1000)
-'''
-
 FIGURE = '''"""Slopes along the sliding direction."""
 
 from collections.abc import Mapping
@@ -150,164 +126,32 @@ from matplotlib.figure import Figure
 
 from roughslip.figures.style import panels
 
-DRAWN = ("modes",)
+DRAWN = {"figure_slopes": ("modes",)}
 
 
-def figure_slopes(result: Mapping[str, np.ndarray], bins: int) -> Figure:
+def figure_slopes(result: Mapping[str, np.ndarray]) -> Figure:
     """Histogram of the slopes of all modes."""
     figure, axes = panels(1, 1, 4.0)
-    axes.hist(np.diff(result["modes"], axis=1).ravel(), bins)
+    axes.hist(np.diff(result["modes"], axis=1).ravel(), 20)
     axes.set(xlabel="Slope", ylabel="Nodes")
     return figure
 '''
-
-STAGE = '''"""Stage figure_slopes: draw the slopes of the square."""
-
-from functools import partial
-
-from roughslip.figures.figure_slopes import DRAWN, figure_slopes
-from roughslip.scene.declarations import Stage
-from roughslip.stages.runtime.command import Job
-from roughslip.stages.runtime.drawing import draw_and_save
-
-STAGE = Stage(
-    name="figure_slopes",
-    reads="description slopes",
-    many={"results": "karhunen_loeve"},
-    result="figure_slopes.nc",
-    target="figure_slopes",
-    caption="Slopes of the square along the sliding direction.",
-    memory_mb=320,
-)
-
-
-def work(job: Job) -> None:
-    """Draw the figure and write its numbers."""
-    draw_and_save(job, partial(figure_slopes, bins=job.scene.slopes.bins), DRAWN)
-'''
-
-
-@pytest.fixture
-def copy(empty, tmp_path):
-    return empty.copy(tmp_path / "copy")
-
-
-def jobs_of(project, scene: str) -> str:
-    return project.make("-n", scene).partition("Job stats:")[2].partition("Reasons:")[0]
+ROW = """_ROWS = (
+    figure(name="figure_slopes", of="karhunen_loeve", caption="Slopes of the square along the sliding direction."),
+"""
 
 
 @pytest.mark.slow
-def test_a_stage_with_its_figure(copy):
-    copy.path("src/roughslip/stages/figure_slopes.py").write_text(STAGE)
+def test_a_figure_is_a_row_and_its_drawing(empty, tmp_path):
+    copy = empty.copy(tmp_path / "copy")
     copy.path("src/roughslip/figures/figure_slopes.py").write_text(FIGURE)
-    copy.path("src/roughslip/scene/slopes.py").write_text(SECTION)
-    copy.edit(
-        "src/roughslip/scene/types.py",
-        "from roughslip.scene.roughness import",
-        "from roughslip.scene.slopes import Slopes\nfrom roughslip.scene.roughness import",
-    )
-    copy.edit(
-        "src/roughslip/scene/types.py",
-        "    numerics: Numerics",
-        "    slopes: Slopes = part()\n    numerics: Numerics",
-    )
-    copy.scene("steep", "extends: tiny\ntargets: [figure_slopes]\nslopes: {bins: 20}\n")
-    assert "figure_slopes" not in jobs_of(copy, "tiny")
-    planned = jobs_of(copy, "steep")
-    assert {"karhunen_loeve", "figure_slopes", "scene_report"} <= set(planned.split())
+    copy.edit("src/roughslip/study/graph.py", "_ROWS = (\n", ROW)
+    copy.scene("steep", "extends: tiny\ntargets: [figure_slopes]\n")
+    planned = jobs(snakemake(copy, copy.folder, "-n", "steep"))
+    assert {"karhunen_loeve", "figures", "page"} <= planned.keys()
     assert "contact_square" not in planned
     copy.make("-j1", "results/steep/figure_slopes.png", "results/steep/figure_slopes.svg")
-    (file,) = copy.path("results/store/figure_slopes").glob("*/key.json")
-    key = json.loads(file.read_text())
-    assert key["configuration"]["slopes"] == {"bins": 20}
     assert copy.path("results/steep/figure_slopes.svg").is_file()
-    copy.scene("lacking", "extends: tiny\ntargets: [figure_slopes]\n")
-    run = copy.snakemake("-n", "lacking")
-    assert "slopes" in run.stderr
-    assert "missing; needed for figure_slopes" in run.stderr
-
-
-@pytest.mark.slow
-def test_a_scene_key(copy):
-    """A new key of the material, with a default, that one stage reads."""
-    copy.edit(
-        "src/roughslip/scene/contact.py",
-        "    poisson_ratio",
-        '    yield_share: float = number("Share of the hardness", gt=0, le=1, default=1.0)\n    poisson_ratio',
-    )
-    copy.edit("src/roughslip/stages/karhunen_loeve.py", 'reads="', 'reads="material.yield_share ')
-    ask = "from roughslip.scene.types import slice_for; from roughslip.scene.loader import load\n"
-    ask += "from pathlib import Path\n"
-    ask += "print(slice_for(load(Path('config/scenes/{}.yaml'), Path('config/scenes')), 'karhunen_loeve')['material'])"
-    copy.scene("mine", "extends: tiny\nmaterial: {yield_share: 0.5}\n")
-    for name, value in (("tiny", 1.0), ("mine", 0.5)):
-        code = copy.path(f"ask_{name}.py")  # of its own name, so that no cached bytecode stands in
-        code.write_text(ask.format(name))
-        assert copy.python(f"ask_{name}").stdout.strip() == f"{{'yield_share': {value}}}"
-    copy.scene("wrong", "extends: tiny\nmaterial: {yield_share: 2}\n")
-    assert "material.yield_share: 2 is not allowed" in copy.snakemake("-n", "wrong").stderr
-
-
-NUMBA = "from roughslip.compilation.source_hash import compiled_folder; print(compiled_folder())"
-
-
-@pytest.fixture
-def source(tmp_path: Path):
-    """A read-only project in a folder whose name has spaces and letters beyond ASCII."""
-    folder = tmp_path / "read only é β" / "project"
-    copy_project(folder)
-    paths = [folder, *folder.rglob("*")]
-    for path in paths:
-        path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
-    yield folder
-    for path in paths:
-        path.chmod(path.stat().st_mode | stat.S_IWUSR)
-
-
-@pytest.fixture
-def home(tmp_path: Path):
-    """A home that cannot be written to."""
-    folder = tmp_path / "home"
-    folder.mkdir()
-    folder.chmod(0o555)
-    yield folder
-    folder.chmod(0o755)
-
-
-def run(source: Path, home: Path, elsewhere: Path, *command: str, **more: str) -> subprocess.CompletedProcess:
-    """A command in a working folder of its own, by one who may not overrule permissions."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "NUMBA_", "MPL"))}
-    environment = {**kept, "HOME": str(home), "PYTHONPATH": str(source / "src"), "PYTHONDONTWRITEBYTECODE": "1", **more}
-    return subprocess.run(
-        [sys.executable, *command],
-        cwd=elsewhere,
-        env=environment,
-        capture_output=True,
-        text=True,
-        preexec_fn=as_a_user(),
-    )
-
-
-@pytest.mark.slow
-def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(source, home, tmp_path):
-    elsewhere = tmp_path / "results é"
-    elsewhere.mkdir()
-    target = "results/tiny/surface/modes.nc"
-    command = ("-m", "snakemake", "-j1", "-s", str(source / "Snakefile"), target)
-    made = run(source, home, elsewhere, *command, XDG_CACHE_HOME=str(elsewhere / ".cache"))  # as the Makefile sets it
-    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
-    assert set(store.read(elsewhere / target)) >= {"modes", "eigenvalue"}
-    assert list(home.iterdir()) == []
-    assert not (source / "results").exists()
-
-
-@pytest.mark.slow
-def test_compiled_functions_go_where_they_can(source, home, tmp_path):
-    """Neither the project nor the home will have them: the working folder does."""
-    version = run(source, home, tmp_path, "-c", NUMBA).stdout.strip()
-    assert Path(version) == tmp_path / ".cache" / "numba"
-    home.chmod(0o755)
-    assert Path(run(source, home, tmp_path, "-c", NUMBA).stdout.strip()) == home / ".cache/roughslip/numba"
 
 
 # Strips two by two, so that those that train fall into two batches.
@@ -325,24 +169,13 @@ SUMMED_UP = (
 )
 
 
-@pytest.fixture(scope="module")
-def both(shared):
-    """The scene made in large batches by one job at a time, and in small ones by two: other names from there on."""
+@pytest.mark.slow
+def test_results_are_the_same_bit_for_bit_in_other_batches(shared):
+    """Made in large batches by one job at a time, and in small ones by two: other names from there on."""
     shared.scene("split", SPLIT)
     shared.make("-j2", *(f"results/split/{name}" for name in SUMMED_UP))
-    return shared.path("results/tiny"), shared.path("results/split")
-
-
-@pytest.mark.slow
-def test_results_are_the_same_bit_for_bit(both):
-    """Each result that combines batches."""
-    tiny, split = both
+    tiny, split = shared.path("results/tiny"), shared.path("results/split")
     assert [name for name in SUMMED_UP if (tiny / name).read_bytes() != (split / name).read_bytes()] == []
-
-
-@pytest.mark.slow
-def test_the_batches_were_others(both):
-    tiny, split = both
     for pattern, count in BATCHED.items():
         stored = split.parent.glob(f"store/*/*/{pattern}")
         counts = sorted(Counter(path.parents[1].name for path in stored).values())
@@ -351,11 +184,11 @@ def test_the_batches_were_others(both):
 
 
 @pytest.mark.slow
-def test_every_result_carries_what_made_it(shared):
-    folder, stored = shared.path("results/tiny"), set()
-    for stage in stages_needed(Scenes(shared.folder, ["tiny"])["tiny"]):
-        key = json.loads((folder / f"keys/{stage}.json").read_text())
-        for path in folder.glob(re.sub(r"\{.*\}", "*", declarations()[stage].result)):
+def test_every_result_carries_what_made_it(finished):
+    folder, stored = finished.path("results/tiny"), set()
+    for file in folder.glob("keys/*.json"):
+        key, row = json.loads(file.read_text()), STAGES[file.stem]
+        for path in folder.glob("figure*.nc" if row.name == "figures" else re.sub(r"\{.*\}", "*", row.makes)):
             if path.suffix == ".nc":
                 stored.add(path)
                 with netCDF4.Dataset(path) as result:
@@ -366,3 +199,33 @@ def test_every_result_carries_what_made_it(shared):
                     labels = [variable.ncattrs() for variable in result.variables.values()]
                     assert all({"units", "long_name"} <= set(names) for names in labels)
     assert stored == set(folder.rglob("*.nc"))
+
+
+@pytest.mark.slow
+def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(tmp_path):
+    """The project lies in a folder whose name has spaces and letters beyond ASCII."""
+    source, home, elsewhere = tmp_path / "read only é β", tmp_path / "home", tmp_path / "results é"
+    copy_project(source)
+    home.mkdir(mode=0o555)
+    elsewhere.mkdir()
+    paths = [source, *source.rglob("*")]
+    for path in paths:
+        path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "NUMBA_", "MPL"))}
+    own = {"HOME": str(home), "PYTHONPATH": str(source / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    own["XDG_CACHE_HOME"] = str(elsewhere / ".cache")  # as the Makefile sets it
+    command = ["-m", "snakemake", "-j1", "-s", str(source / "Snakefile"), "results/tiny/surface/modes.nc"]
+    made = subprocess.run(
+        [sys.executable, *command],
+        cwd=elsewhere,
+        env=kept | own,
+        capture_output=True,
+        text=True,
+        preexec_fn=as_a_user(),
+    )
+    for path in paths:
+        path.chmod(path.stat().st_mode | stat.S_IWUSR)
+    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
+    assert "modes" in store.read(elsewhere / "results/tiny/surface/modes.nc")
+    assert list(home.iterdir()) == []
+    assert not (source / "results").exists()

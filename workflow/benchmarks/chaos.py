@@ -29,9 +29,9 @@ from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS
 from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
-from roughslip.stages.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.stages.from_scene.geometry import central_nodes, training_nodes
-from roughslip.stages.from_scene.streams import Stream
+from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.study.from_scene.geometry import central_nodes, training_nodes
+from roughslip.study.from_scene.streams import Stream
 from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.benchmarks.timing import OURS, case, make_row, timed, write
 

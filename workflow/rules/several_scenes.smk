@@ -1,42 +1,39 @@
 # What takes several scenes together; each is asked for by name.
 # In:  results of the default scenes; the kept results.
 # Out: results/report.html; results/verify.json|txt; results/reference, the small results that git keeps;
-#      results/scatter_law/law.json, the law of scatter against solved cells. `clean_unused` removes what no
+#      results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
 #      scene uses.
-KEPT_EVIDENCE = sorted(Path("results/reference/evidence").glob("*"))  # by `make benchmark` and `make stress`
+KEPT = ROOT / "results" / "reference"
+EVIDENCE = sorted(Path("results/reference/evidence").glob("*"))  # by `make benchmark` and `make stress`
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 
-rule joint_page:
+rule page_of_scenes:
     input:
-        unpack(
-            lambda _: inputs.of_file(
-                "results/report.html", f"{names.joint_page(scenes.default, KEPT_EVIDENCE).folder}/report.html"
-            )
-        ),
+        lambda _: inputs.of_joint_page(names.joint_page(scenes.default, EVIDENCE)),
     output:
         "results/report.html",
     log:
         "results/logs/publish-report.log",
     localrule: True
+    params:
+        source=lambda _: f"{names.joint_page(scenes.default, EVIDENCE).folder}/report.html",
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.source} {output:q} 2> {log:q}'
 
 
 rule verify:
     input:
         PUBLISHED,
     output:
-        **{option: f"results/{file}" for option, file in declarations()["verify"].results.items()},
+        **{name: f"results/{file}" for name, file in STAGES["verify"].results.items()},
     log:
         "results/logs/verify.log",
     localrule: True
     params:
-        folder=lambda wildcards: names.over_published(
-            "verify", scenes.default, reference=[str(ROOT / "results" / "reference")]
-        ).folder,
+        folder=lambda _: names.over_published("verify", scenes.default, reference=[str(KEPT)]).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages verify --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
 
 
 rule reference:
@@ -46,9 +43,9 @@ rule reference:
         "results/logs/reference.log",
     localrule: True
     params:
-        folder=lambda wildcards: names.over_published("reference", scenes.default).folder,
+        folder=lambda _: names.over_published("reference", scenes.default).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.stages reference --key {params.folder}/key.json 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
 
 
 rule scatter_law:

@@ -1,29 +1,27 @@
-# The stages: one rule each, made from its declaration. What a job reads stands in its key file.
+# The stages: one rule each, made from its row in the graph. What a job reads stands in its key file.
 # In:  results/store/<stage>/<key>/key.json; the records of the jobs before it, as long as it has not ended.
 # Out: results/store/<stage>/<key>/<result of the stage>, usage/<job>.json; results/<scene>/..., published from these.
-RULE_NAMES = {"report": "scene_report"}
-OVER_PUBLISHED = {"verify", "reference"}  # workflow/rules/several_scenes.smk
+JOBS = [row for row in STAGES.values() if not row.caption and row.name not in ("verify", "reference")]
 
 
-for stage in sorted(declarations().keys() - OVER_PUBLISHED):
+for row in JOBS:
 
     rule:
         name:
-            RULE_NAMES.get(stage, stage)
+            row.name
         input:
-            inputs.of_stage(stage),
+            inputs.of_stage(row.name),
         output:
-            **outputs(stage, lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene),
+            **outputs(row.name, lambda wildcards, stage=row.name: inputs.entry(stage, wildcards).scene),
         log:
-            log(stage),
+            log(row.name),
         resources:
-            mem_mb=lambda wildcards, attempt, stage=stage: asked_mb(stage, attempt, options["memory_mb"]),
+            mem_mb=lambda wildcards, attempt, stage=row.name: asked_mb(stage, attempt, options["memory_mb"]),
         params:
-            scene=lambda wildcards, stage=stage: inputs.entry(stage, wildcards).scene,
-            command=lambda wildcards, stage=stage: command(stage).format(wildcards=wildcards),
-            caption=declarations()[stage].caption,
+            scene=lambda wildcards, stage=row.name: inputs.entry(stage, wildcards).scene,
+            command=lambda wildcards, stage=row.name: command(stage).format(wildcards=wildcards),
         message:
-            f"{stage}: {{params.scene}}{''.join(f' {{wildcards.{name}}}' for name in declarations()[stage].placeholders)}"
+            f"{row.name}: {{params.scene}}{''.join(f' {{wildcards.{name}}}' for name in row.placeholders)}"
         shell:
             "{params.command} 2> {log:q}"
 
@@ -45,11 +43,13 @@ rule publish:
 # One file by the name under which people open it.
 rule one_file:
     input:
-        unpack(inputs.of_scene_file),
+        inputs.of_scene_file,
     output:
         "results/{scene}/{file}",
     log:
         "results/{scene}/logs/publish-{file}.log",
     localrule: True
+    params:
+        source=lambda wildcards: names.file(wildcards.scene, wildcards.file)[0],
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {input.source:q} {output:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.source} {output:q} 2> {log:q}'

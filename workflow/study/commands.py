@@ -1,4 +1,4 @@
-"""The parts of a stage's rule that derive from its declaration: its command, inputs, outputs, log and memory.
+"""What the rules take from the rows of the graph: inputs, outputs, commands, logs and memory of jobs.
 
 Input functions say what a job waits for, given what is in the store and where people open it.
 """
@@ -7,22 +7,20 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from snakemake.io import report
 
-from roughslip.scene.declarations import declarations
-from roughslip.stages.runtime.usage import is_whole
+from roughslip.study.files import is_whole
+from roughslip.study.graph import STAGES
 from workflow.keys import STORE, Entry, Names
 from workflow.study.publish import LISTED, is_current, is_published
 
-CAPTION = "../report/caption.rst"  # from a file of rules
 NODE_MB = 400  # of the two Snakemakes that start a job on a node of a cluster
 MORE = 4  # times the memory at each further attempt: the largest meshes take some six times what a stage declares
-Waits = Callable[[Any], list[str]]
 
 
 @dataclass(frozen=True)
@@ -41,22 +39,18 @@ class Inputs:
     shows_all: bool
     clears: bool
 
-    def of_stage(self, stage: str) -> Waits:
+    def of_stage(self, stage: str) -> Callable[[Any], list[str]]:
         """What a job of a stage waits for: nothing once it has ended, because its results are what their name says.
 
         A job whose record is missing, or whose files were lost or cut short, has not ended.
         """
-        declared = declarations()[stage]
+        row = STAGES[stage]
 
         def awaited(wildcards: Any) -> list[str]:
-            entry, values = self.entry(stage, wildcards), {name: wildcards[name] for name in declared.placeholders}
-            if self.shows_all:
-                return entry.awaited
-            record = Path(entry.folder, "usage", f"{declared.job_name(**values)}.json")
-            if is_whole(record):
-                return []
-            self._clear(record, *(Path(entry.folder, file.format(**values)) for file in declared.results.values()))
-            return [*_not_ended(entry.awaited), self.newest]
+            entry, values = self.entry(stage, wildcards), {name: wildcards[name] for name in row.placeholders}
+            record = Path(entry.folder, "usage", f"{row.job_name(**values)}.json")
+            files = [Path(entry.folder, file.format(**values)) for file in row.results.values() if file]
+            return self._waits(entry.awaited, is_whole(record), record, *files)
 
         return awaited
 
@@ -69,34 +63,37 @@ class Inputs:
 
         A file that was lost or saved over is published again.
         """
-        records = self.names.awaited(wildcards.scene)
-        if self.shows_all:
-            return records
-        folder = Path("results", wildcards.scene)
-        awaited = _not_ended(records)
-        if not awaited and is_published(folder, self.names.published(wildcards.scene)):
-            return []
-        self._clear(folder / LISTED)
-        return [*awaited, self.newest]
+        folder, records = Path("results", wildcards.scene), self.names.awaited(wildcards.scene)
+        ended = not _not_ended(records) and is_published(folder, self.names.published(wildcards.scene))
+        return self._waits(records, ended, folder / LISTED)
 
-    def of_file(self, path: str, source: str) -> dict[str, str]:
-        """The file of the store that stands at a path, and what is newer than all if another one is there."""
-        if is_current(path, source):
-            return {"source": source}
-        self._clear(Path(path))
-        return {"source": source, "newest": self.newest}
+    def of_file(self, path: str, source: str, records: Sequence[str]) -> list[str]:
+        """The same of one published file. records : of the jobs that make the file of the store"""
+        return self._waits(records, not _not_ended(records) and is_current(path, source), Path(path))
 
-    def of_scene_file(self, wildcards: Any) -> dict[str, str]:
+    def of_scene_file(self, wildcards: Any) -> list[str]:
         """The same of one file of a scene."""
-        source = self.names.file(wildcards.scene, wildcards.file)
-        return self.of_file(f"results/{wildcards.scene}/{wildcards.file}", source)
+        path = f"results/{wildcards.scene}/{wildcards.file}"
+        return self.of_file(path, *self.names.file(wildcards.scene, wildcards.file))
 
-    def _clear(self, *files: Path) -> None:
+    def of_joint_page(self, page: Entry) -> list[str]:
+        """The same of the page on several scenes."""
+        return self.of_file(
+            "results/report.html", f"{page.folder}/report.html", [f"{page.folder}/usage/joint_page.json"]
+        )
+
+    def _waits(self, records: Sequence[str], has_ended: bool, *files: Path) -> list[str]:
+        """The records that a job waits for. files : what it makes, which is removed where it has not ended"""
+        if self.shows_all:
+            return list(records)
+        if has_ended:
+            return []
         for file in files if self.clears else ():
             file.unlink(missing_ok=True)
+        return [*_not_ended(records), self.newest]
 
 
-def _not_ended(records: list[str]) -> list[str]:
+def _not_ended(records: Sequence[str]) -> list[str]:
     """Those of jobs that have not ended. The others are no inputs: their times may lie in the future."""
     return [record for record in records if not is_whole(Path(record))]
 
@@ -107,33 +104,33 @@ def command(stage: str) -> str:
     With `exec` the stage is a child of Snakemake itself and ends with it. Paths are in the environment: in the command
     they would differ when the tree is moved or .venv is made again.
     """
-    declared = declarations()[stage]
-    options = " ".join(f"--{name} {{wildcards.{name}}}" for name in declared.placeholders)
+    options = " ".join(f"--{name} {{wildcards.{name}}}" for name in STAGES[stage].placeholders)
     key = f"{STORE}/{stage}/{{wildcards.key}}/key.json"
-    return f'exec "$ROUGHSLIP_PYTHON" -m {declared.command} --key {key} {options}'.rstrip()
+    return f'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {key} {options}'.rstrip()
 
 
 def outputs(stage: str, category: Any) -> dict[str, Any]:
-    """Files that a stage writes, by option, and its record of cost. A picture also goes to Snakemake's report.
+    """Files that a stage writes, by name, and its record of cost. A page also goes to Snakemake's report.
 
     category : function of the wildcards, for the report
+
+    Figures differ from scene to scene, and stand in the record alone.
     """
-    declared = declarations()[stage]
-    folder = f"{STORE}/{stage}/{{key}}"
-    files: dict[str, Any] = {name: f"{folder}/{file}" for name, file in declared.results.items()}
-    if declared.caption:
-        files["png"] = report(files["png"], caption=CAPTION, category=category)
-    return files | {"usage": f"{folder}/usage/{declared.job_name()}.json"}
+    row, folder = STAGES[stage], f"{STORE}/{stage}/{{key}}"
+    files: dict[str, Any] = {name: f"{folder}/{file}" for name, file in row.results.items() if file}
+    if stage == "page":
+        files["output"] = report(files["output"], category=category)
+    return files | {"usage": f"{folder}/usage/{row.job_name()}.json"}
 
 
 def log(stage: str) -> str:
     """The log of a job."""
-    return f"{STORE}/{stage}/{{key}}/logs/{declarations()[stage].job_name()}.log"
+    return f"{STORE}/{stage}/{{key}}/logs/{STAGES[stage].job_name()}.log"
 
 
 def asked_mb(stage: str, attempt: int, of_a_node: int | None) -> int:
     """Megabytes that a job asks for. of_a_node : what a node of a cluster gives to a job; None on this machine"""
-    needed = declarations()[stage].memory_mb + (NODE_MB if of_a_node else 0)
+    needed = STAGES[stage].memory_mb + (NODE_MB if of_a_node else 0)
     return min(needed * MORE ** (attempt - 1), of_a_node or sys.maxsize)
 
 

@@ -14,16 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
-from roughslip.scene import plan
-from roughslip.scene.declarations import declarations
 from roughslip.scene.loader import load, scene_names
 from roughslip.scene.mistakes import display, guess, line, shown
 from roughslip.scene.plausibility import inherited
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get
+from roughslip.study import plan
+from roughslip.study.graph import STAGES
 from workflow.study.surface_check import check_surface
 
-USER_FILES = {"scan": "roughness.scan.file", "record": "friction.record.file"}  # by the stage that reads one
+USER_FILES = sorted({key for stage in STAGES.values() for key in stage.user_files.values()})
 KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "logs", "usage")  # of no scene
@@ -108,8 +108,8 @@ def _guess(name: str, allowed: Sequence[str]) -> str:
 
 
 # A scene is a target of its own name, as these are already.
-OF_SEVERAL = (*("scene_report", "publish", "one_file", "joint_page", "clean_unused", "store", "scatter_law"),)
-RULES = frozenset({*declarations(), *OF_SEVERAL})
+OF_SEVERAL = ("page_of_scenes", "publish", "one_file", "clean_unused", "store", "scatter_law", "report", "scene_report")
+RULES = frozenset({*STAGES, *OF_SEVERAL})
 DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
 
 
@@ -172,37 +172,31 @@ class Scenes:
         """Stages that the targets of the scene need."""
         return frozenset(plan.stages_needed(self[name]))
 
-    def batches(self, name: str, stage: str, design: str = "") -> list[tuple[int, int]]:
-        """Ranges [first, last) of the sample numbers of the jobs of a stage, for one of its designs."""
-        declared = declarations()[stage].batches
-        assert declared is not None
-        count, jobs = (get(self[name], key) for key in (declared.totals[design], "jobs"))
-        step = -(-count // jobs)
-        return [(first, min(first + step, count)) for first in range(0, count, step)]
-
     def jobs(self, name: str, stage: str) -> list[dict[str, Any]]:
         """The jobs of a stage in the scene, each as the values of the placeholders in the name of its result."""
         if stage not in self.stages(name):
             return []
-        declared = declarations()[stage]
-        if declared.batches is None:
+        if not (batches := STAGES[stage].batches):
             return [{}]
-        return [
-            {"design": design, "first": first, "last": last}
-            for design in declared.batches.totals
-            for first, last in self.batches(name, stage, design)
-        ]
+        jobs = []
+        for design, key in batches.items():
+            count = get(self[name], key)
+            step = -(-count // get(self[name], "jobs"))
+            jobs += [
+                {"design": design, "first": first, "last": min(first + step, count)} for first in range(0, count, step)
+            ]
+        return jobs
 
-    def user_files(self, name: str, stage: str) -> list[str]:
-        """The files of the user, a scan or records, that a stage of the scene reads."""
-        given = _listed(get(self[name], USER_FILES[stage]))
+    def user_files(self, name: str, key: str) -> list[str]:
+        """The files of the user, a scan or records, under a key of the scene."""
+        given = _listed(get(self[name], key))
         return [_user_file(self._folders[name], self.root, file) for file in given]
 
     @cache  # noqa: B019
     def _surface(self, name: str) -> tuple[list[str], list[str]]:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
-        scan = Path(self.user_files(name, "scan")[0]) if reads else None
+        scan = Path(self.user_files(name, "roughness.scan.file")[0]) if reads else None
         return check_surface(self._folders[name] / f"{name}.yaml", self[name], scan, self._marks)
 
     @cache  # noqa: B019
@@ -222,7 +216,7 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     top = folder / f"{name}.yaml"
     scene = load(top, folder)
-    files = [(key, file) for key in USER_FILES.values() for file in _listed(get(scene, key))]
+    files = [(key, file) for key in USER_FILES for file in _listed(get(scene, key))]
     own = own_code(scene)
     for key, file in [*files, *((key, code.rpartition(":")[0]) for key, code in own.items())]:
         path = Path(_user_file(folder, root, file))
@@ -255,7 +249,7 @@ def _no_such_code(file: Path, wanted: str) -> str:
 def not_writable(name: str) -> list[Path]:
     """The folders that stand in the way of a scene's results, if there are any."""
     results = Path("results")
-    below = {Path(stage.result).parent.as_posix() for stage in declarations().values()} | {"keys", "logs", "usage"}
+    below = {Path(stage.makes).parent.as_posix() for stage in STAGES.values()} | {"keys", "logs", "usage"}
     folders = (results, results / "store", results / name, *(results / name / inner for inner in sorted(below - {"."})))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]

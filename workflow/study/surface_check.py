@@ -18,7 +18,7 @@ from roughslip.scene.mistakes import line
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
-from roughslip.stages.runtime.usage import checksum
+from roughslip.study.files import checksum
 
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 
@@ -84,7 +84,7 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
     if not plausibility.cells_of(scene) or section["scan"] is not None:
         return None
     if section["fractal"] is not None:
-        from roughslip.stages.from_scene.surface_model import fractal_law  # with scipy, for such scenes alone
+        from roughslip.study.from_scene.surface_model import fractal_law  # with scipy, for such scenes alone
 
         whole = scene_of(scene)
         law = fractal_law(whole, whole.roughness.fractal)
@@ -128,7 +128,7 @@ def _length_mistake(scene: dict[str, Any], minimum: float, key: str, cell: float
 
 def _load_mistake(scene: dict[str, Any], covariance: Any, lengths: tuple[float, float], cell: float) -> str:
     """Of a load that the surface bears in full contact, or with too few contacts."""
-    from roughslip.stages.from_scene.periodic_cell import CONTACT
+    from roughslip.study.from_scene.periodic_cell import CONTACT
     from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope
 
     solid, modulus = get(scene, "material"), _modulus(scene)

@@ -68,7 +68,7 @@ class OwnErrors(DefaultFormatter):
 
 
 def stated_error(logs: list[str]) -> str:
-    """The error that `roughslip.stages.runtime.command` wrote at the end of a job's log; "" where it wrote none."""
+    """The error that `roughslip.study.command` wrote at the end of a job's log; "" where it wrote none."""
     text = "".join(Path(file).read_text(encoding="utf-8", errors="replace") for file in logs if Path(file).is_file())
     stated = re.search(r"^(\w+): error: (.*)\Z", text, re.MULTILINE | re.DOTALL)
     return f"{stated[1]}: {stated[2].strip()}" if stated else ""

@@ -26,7 +26,7 @@ FRAME = (
     "roughslip.errors",
     "roughslip.public_names",
     "roughslip.validation",
-    *(f"roughslip.stages.runtime.{name}" for name in ("command", "usage")),
+    *(f"roughslip.study.{name}" for name in ("graph", "plan", "job", "files")),
 )
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 
@@ -63,7 +63,7 @@ def compiled_folder() -> Path:
 def closure(modules: str, source_root: Path, without: Collection[str] = ()) -> list[Path]:
     """Files of the package that importing modules can execute: their own, those they import, and every parent package.
 
-    modules : their dotted names, such as roughslip.stages.contact, separated by spaces
+    modules : their dotted names, such as roughslip.study.contact, separated by spaces
     source_root : folder that holds the package
     without : dotted names of modules and subpackages that are left out, with what only they import
 
@@ -196,12 +196,8 @@ def _is_writable(folder: Path) -> bool:
 
 
 def _parsed(file: Path, source: bytes) -> Syntax:
-    """The syntax of a file, without docstrings and without the declaration of a stage.
-
-    The scene keys that a stage declares stand in its key file; the rest of `STAGE` or `STAGES` only plans its jobs.
-    """
+    """The syntax of a file, without docstrings."""
     tree = ast.parse(source, str(file))
-    tree.body = [node for node in tree.body if not _is_declaration(node)]
     imports: list[tuple[int, str, tuple[str, ...]]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -211,8 +207,3 @@ def _parsed(file: Path, source: bytes) -> Syntax:
         elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
     return Syntax(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
-
-
-def _is_declaration(node: ast.stmt) -> bool:
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    return [target.id for target in targets if isinstance(target, ast.Name)] in (["STAGE"], ["STAGES"])

@@ -14,11 +14,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from roughslip.errors import InputError
-from roughslip.scene import contact, friction, oscillator, plan, roughness, uncertain
+from roughslip.scene import contact, friction, oscillator, roughness, uncertain
 from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, guess, line, missing, refused, shown
 from roughslip.scene.schema import NAME, WORD, refusals, scene_schema
 from roughslip.scene.types import File, get
 from roughslip.scene.yaml_text import read
+from roughslip.study import plan
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})

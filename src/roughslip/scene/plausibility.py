@@ -14,8 +14,8 @@ from roughslip.limits import LEAST_CONTACT, WINDOWS
 from roughslip.scene.contact import terms, training_columns
 from roughslip.scene.loader import read_chain
 from roughslip.scene.mistakes import Values, given
-from roughslip.scene.plan import stages_needed
 from roughslip.scene.types import get
+from roughslip.study.plan import stages_needed
 
 SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
     "young_modulus_pa": (1e5, "soft rubber", 1.3e12, "diamond"),

@@ -14,9 +14,9 @@ from typing import Any, cast
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from roughslip.scene.declarations import targets
 from roughslip.scene.mistakes import KeyPath, Values, given, guess, shown
 from roughslip.scene.types import File
+from roughslip.study.graph import targets
 
 FILE, PAGE = Path("config/scene.schema.json"), Path("docs/reference/keys.md")
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene

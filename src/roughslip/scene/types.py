@@ -9,12 +9,12 @@ from typing import Annotated, Any
 from pydantic import AfterValidator
 
 from roughslip.scene.contact import Expansion, Material, Numerics, Square, Strip
-from roughslip.scene.declarations import declarations, targets
 from roughslip.scene.friction import Friction, Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Answer, Ensemble, Oscillator, StickSlipMap
 from roughslip.scene.roughness import Roughness
 from roughslip.scene.section import EachOnce, Line, Section, build, completed, kind_of, many, number, part, text
+from roughslip.study.graph import STAGES, targets
 
 
 def _declared(target: str) -> str:
@@ -66,7 +66,7 @@ class Scene(File):
 
 def slice_for(scene: Values, stage: str) -> Values:
     """The part of the scene that a stage reads: every key that it declares, with the default of a key not given."""
-    return part_of(scene, declarations()[stage].keys)
+    return part_of(scene, STAGES[stage].keys)
 
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:

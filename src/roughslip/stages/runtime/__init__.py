@@ -1,1 +1,0 @@
-"""What every stage command shares: arguments, records of cost, reasons for skipped work."""

@@ -1,0 +1,48 @@
+"""Stage answer: whether the scene's oscillator stick-slips, where that ceases or begins, how it moves, what decides."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.oscillator.answer_runs import Sampling
+from roughslip.oscillator.answers import Quantity, answer, check_has_answer
+from roughslip.oscillator.machine import OF_OSCILLATOR
+from roughslip.oscillator.state_durations import states_of_answer
+from roughslip.report.words import answer_summary
+from roughslip.scene.types import Scene
+from roughslip.study import skip_reasons
+from roughslip.study.from_scene.machine import friction_of, machine_of
+from roughslip.study.from_scene.streams import Stream
+from roughslip.study.job import Job
+
+VARIED = OF_OSCILLATOR
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Write answer.json."""
+    friction, machine = friction_of(scene, job.optional("friction")), machine_of(scene, job.optional("friction"))
+    sampling = Sampling(scene.answer.realisations, scene.answer.duration_periods, (scene.seed, Stream.ANSWER))
+    try:
+        check_has_answer(machine)
+    except IllPosedError as error:
+        lines = [f"Stick-slip: no answer, because {error}."]
+        store.write_json(job.output, {"given": False, "reason": str(error), "summary": lines})
+        return
+    answered = answer(machine, sampling, VARIED, job.progress)
+    job.count(runs=answered.trials)
+    job.skip({skip_reasons.KEPT: answered.trials - sampling.realisations})
+    shown_friction = {
+        "friction_mean": friction.mean,
+        "friction_deviation": friction.deviation,
+        "friction_pad_deviation": friction.pad_deviation,
+        "windows": friction.windows,
+    }
+    shown = {name: value for name, value in asdict(answered).items() if not name.startswith("durations")}
+    omega = machine.oscillator.natural_frequency_rad_per_s
+    result = {"given": True, **shown} | {
+        **{name: asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
+        "states": states_of_answer(answered.durations, answered.durations_by_theory, omega),
+    }
+    store.write_json(job.output, result | {"summary": answer_summary(result)})

@@ -1,0 +1,84 @@
+"""Stage friction: statistics of the friction coefficient over penetration, or under a load and over loads about it."""
+
+import numpy as np
+
+from roughslip import store
+from roughslip.friction.blocks import Blocks
+from roughslip.friction.bowden_tabor import Windows
+from roughslip.friction.combination import levels_of_sums
+from roughslip.friction.table import WindowLayout, friction_table
+from roughslip.friction.table_variables import (
+    missing_warnings,
+    solve_variables,
+    summary,
+    table_variables,
+    windows_variables,
+)
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import geometry
+from roughslip.study.from_scene.streams import Stream
+from roughslip.study.job import Job
+from roughslip.study.result_tables import load_table
+from roughslip.study.result_tables.pad_autocorrelation import correlation_variables
+from roughslip.study.result_tables.under_load import load_results
+
+REPLICATES = 400
+MODELS = ("solved", "expansion")
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Write every statistic with its interval, and summary.csv."""
+    scene, files = scene, store.read_all(job.paths("blocks"))
+    solved, expanded = ([file for file in files if file.attributes["model"] == model] for model in MODELS)
+    if scene.load is None:
+        variables, text = over_penetration(job, solved, expanded)
+    else:
+        (own,) = blocks_of(scene, solved)
+        variables, text = load_results(job, own, over_loads(scene, solved), solved)
+    store.write(job.output, variables, job.key)
+    store.write_text(job.outputs["summary"], text)
+
+
+def blocks_of(scene: Scene, batches: list[store.Result], mesh: int = 0, size: str = "") -> list[Blocks]:
+    """The blocks of all samples at each level. mesh : by number; size : at the end of names"""
+    area, force = (store.join(batches, name + size)[:, mesh] for name in ("area", "force"))
+    sizes, periodic = geometry.block_sizes(scene), scene.load is not None
+    return [Blocks(area[:, level], force[:, level], *sizes, periodic) for level in range(area.shape[1])]
+
+
+def over_loads(scene: Scene, solved: list[store.Result]) -> dict[float, Blocks]:
+    """The blocks of cells under the pressures about the load, by pressure [Pa]."""
+    found: dict[float, Blocks] = {}
+    for size in (f"_{number}" for number in range(1, len(solved[0].variables))):
+        if f"at{size}" not in solved[0]:
+            break
+        found |= dict(zip(solved[0][f"at{size}"].tolist(), blocks_of(scene, solved, size=size), strict=True))
+    return found
+
+
+def window_sums_of(levels: list[Blocks]) -> Windows:
+    """Area [m2] and force [N] (levels, strips, windows)."""
+    area, force = (np.stack(parts) for parts in zip(*(blocks.windows for blocks in levels), strict=True))
+    return area, force
+
+
+def over_penetration(
+    job: Job, solved: list[store.Result], expanded: list[store.Result]
+) -> tuple[dict[str, store.Variable], str]:
+    """Calibrate the shear strength at the median; statistics of every penetration, and the text of summary.csv."""
+    scene, strip, seed = job.scene, job.scene.strip, job.scene.seed
+    blocks = blocks_of(scene, solved)
+    sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded))
+    coarse = window_sums_of(blocks_of(scene, solved, 1)) if solved[0]["area"].shape[1] > 1 else None
+    percentiles = np.array(strip.penetration_percentiles, dtype=float)
+    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
+    levels = levels_of_sums(geometry.least_contact_area(scene), sums, others, coarse)
+    draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean
+    table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.progress)
+    loads = load_table.load_table(job, blocks, table)
+    job.warn(*missing_warnings(table.solved["missing_share"], percentiles))
+    job.count(windows=sums[0][0].size, expanded_windows=others[0][0].size)
+    variables = table_variables(table) | windows_variables(table.mu, layout.median)
+    variables |= load_table.load_variables(loads) | correlation_variables(scene, job.optional("scan"))
+    variables |= solve_variables(solved, table.shear)
+    return variables, summary(variables, percentiles)

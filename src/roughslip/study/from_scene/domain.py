@@ -1,0 +1,152 @@
+"""What is solved: strips under planes, or periodic cells under nominal pressures, on one mesh or two, and their blocks.
+
+A block is as long along the belt as the distance of two windows, and as wide as a window. Blocks one behind the other
+are a window, so that friction follows from the contact area and normal force of blocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from roughslip.contact.influence import Influence
+from roughslip.contact.periodic import cell_heights
+from roughslip.contact.solution import ContactSolution
+from roughslip.contact.solve import solve_loads, sweep
+from roughslip.errors import IllPosedError
+from roughslip.grid import Grid
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import elastic, geometry, periodic_cell
+from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene.surface_model import gaussian_model, scan_warnings, surface_model
+from roughslip.study.job import Job
+from roughslip.surface.model import GaussianModel, SurfaceModel
+
+SAMPLE = 8  # windows of cells that stand for a sample of the scene
+FEWEST = 16  # cells that are resampled, at least
+FACTORS = tuple(10.0 ** np.array([-1.0, -0.5, 0.5, 1.0]))  # of the nominal pressure of the load
+SAMPLES_THERE, FEWEST_THERE = 24, 8  # samples at these, as of strip.samples, and cells at least
+
+
+@dataclass(frozen=True, eq=False)
+class Domain:
+    """Samples of a surface in contact, all on meshes of the same size.
+
+    scene : its strip, numerics and material
+    model : of the surface
+    grid : finest mesh of a sample
+    levels : percentiles of the plane [%], or nominal pressures [Pa] of periodic samples
+    count : number of samples
+    sample : draws a field on the mesh
+    periodic : whether a sample is a period of the surface
+    """
+
+    scene: Scene
+    model: SurfaceModel
+    grid: Grid
+    levels: tuple[float, ...]
+    count: int
+    sample: Callable[[np.random.Generator], np.ndarray]
+    periodic: bool
+
+    @property
+    def meshes(self) -> tuple[int, ...]:
+        """Edges of the cells that are solved on, over that of the finest mesh."""
+        return (1, 2) if not self.periodic and self.scene.numerics.extrapolate_mesh else (1,)
+
+    def numbers(self, first: int, last: int) -> range:
+        """Samples of a job that takes [first, last) of `strip.samples`."""
+        every = self.scene.strip.samples
+        return range(first * self.count // every, last * self.count // every)
+
+    def heights(self, number: int) -> np.ndarray:
+        """Heights (nx, ny) [m] of a sample, as cells of constant pressure need them where edges of contacts count."""
+        stream = Stream.CELL if self.periodic else Stream.STRIP
+        drawn = self.model.heights(self.sample(np.random.default_rng([self.scene.seed, stream, number])))
+        return cell_heights(drawn, self.grid) if self.periodic and elastic.counts_shares(self.scene) else drawn
+
+    def solutions(self, heights: np.ndarray, mesh: int = 1) -> Iterator[ContactSolution]:
+        """The contact of a sample at every level, on every node or every second one."""
+        tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
+        nodes, influence = slice(mesh // 2, None, mesh), self._influence[mesh]
+        if self.periodic:
+            return iter(solve_loads(influence, heights, self.levels, tolerance, hardness))
+        planes = self.model.plane_height(np.array(self.levels)).tolist()
+        return iter(sweep(influence, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness))
+
+    def touched(self, solution: ContactSolution) -> np.ndarray:
+        """(nx, ny) share of each cell in contact, or whether its node is."""
+        return solution.shares if elastic.counts_shares(self.scene) else solution.contact
+
+    def middle(self, mesh: int = 1) -> slice:
+        """Columns without the margins of a strip."""
+        return slice(None) if self.periodic else geometry.middle(self.scene, mesh)
+
+    def blocks(self, field: np.ndarray, mesh: int = 1) -> np.ndarray:
+        """Integral (X, Y) of a field (nx, ny) over blocks along and across the belt."""
+        x, y = geometry.block_nodes(self.scene, mesh)
+        columns = field[self.middle(mesh)]
+        along, across = len(columns) // x, columns.shape[1] // y
+        sums = columns[: along * x].reshape(along, x, across, y).sum(axis=(1, 3))
+        return np.asarray(self.grid.cell_area * mesh**2 * sums)
+
+    @cached_property
+    def _influence(self) -> dict[int, Influence]:
+        modulus = elastic.material(self.scene).plane_strain_modulus_pa
+        fine = Influence(self.grid, modulus, periodic=self.periodic)
+        return {mesh: fine if mesh == 1 else fine.coarser for mesh in self.meshes}
+
+
+def domains(job: Job) -> list[Domain]:
+    """The strips of the scene; or its cells under the load, and then those under the pressures about it."""
+    scene, scan = job.scene, job.optional("scan")
+    model = surface_model(scene, scan)
+    if scan is not None:
+        job.warn(*scan_warnings(scene, model))
+    if scene.load is not None and scene.load.nominal_pressure_pa is not None:
+        return _under_load(job)
+    levels, grid = tuple(map(float, scene.strip.penetration_percentiles)), geometry.strip_grid(scene)
+    return [Domain(scene, model, grid, levels, scene.strip.samples, model.sampler(grid), periodic=False)]
+
+
+def own_cells(scene: Scene, scan: Path | None) -> Domain:
+    """Cells under the load of the scene. Raises IllPosedError where none serve."""
+    periodic_cell.check_slope(scan)
+    model, nominal = gaussian_model(scene, scan), float(scene.load.nominal_pressure_pa)
+    grid, mistake = periodic_cell.mesh_under(scene, model, nominal)
+    if mistake:
+        raise IllPosedError(mistake)
+    return _cells(scene, model, grid, (nominal,), scene.strip.samples, FEWEST)
+
+
+def _under_load(job: Job) -> list[Domain]:
+    """Cells under the load, and for each size of cells those that bear two decades of pressure about it."""
+    scene, scan = job.scene, job.optional("scan")
+    own, model, left_out = own_cells(scene, scan), gaussian_model(scene, scan), {}
+    job.warn(*periodic_cell.warnings(scene, model, scan))
+    meshes: dict[float, Grid] = {}
+    for pressure in (own.levels[0] * float(factor) for factor in FACTORS):
+        grid, mistake = periodic_cell.mesh_under(scene, model, pressure)
+        if mistake:
+            left_out[pressure] = mistake
+        else:
+            meshes[pressure] = grid
+    if left_out:
+        listed = ", ".join(f"{pressure:.3g}" for pressure in left_out)
+        job.warn(f"friction against load leaves out {listed} Pa. At the last {[*left_out.values()][-1]}")
+    groups = [(grid, tuple(same)) for grid, same in groupby(meshes, key=meshes.__getitem__)]
+    return [own, *(_cells(scene, model, *group, SAMPLES_THERE, FEWEST_THERE) for group in groups)]
+
+
+def _cells(
+    scene: Scene, model: GaussianModel, grid: Grid, pressures_pa: tuple[float, ...], samples: int, fewest: int
+) -> Domain:
+    """Cells that have SAMPLE windows a sample together, and at least the fewest."""
+    windows = grid.size * grid.cell_area / (scene.strip.window_m * scene.strip.width_m)
+    count = max(round(samples * SAMPLE / windows), fewest)
+    return Domain(scene, model, grid, pressures_pa, count, model.cell_sampler(grid), periodic=True)

@@ -1,0 +1,71 @@
+"""From a stage's slice of the scene to what the pressure expansion expands, and in which variables."""
+
+import math
+
+import numpy as np
+
+from roughslip.chaos.functionals import (
+    INDEPENDENT,
+    MIRRORED,
+    NO_SYMMETRY,
+    Stencil,
+    local_functionals,
+    orthonormal_directions,
+)
+from roughslip.chaos.pressure import PressureTarget, pressure_target
+from roughslip.grid import Grid
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import elastic
+from roughslip.study.from_scene.geometry import Nodes
+from roughslip.surface.model import GaussianModel, SurfaceModel
+
+
+def directions(
+    surface: GaussianModel, grid: Grid, modes: np.ndarray, nodes: Nodes, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The variables of an expansion at each node, in terms of those of the modes.
+
+    modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
+    count : number of variables
+
+    Returns directions : (nodes, count, M), orthonormal rows: directions @ xi are local functionals of the heights; and
+    odd : (count, symmetries) what the symmetries of the surface do to each, as in `Samples`.
+    """
+    functionals = local_functionals(modes, stencil(surface, grid))[:, :, nodes.x, nodes.y]
+    chosen = np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
+    own = np.abs(np.einsum("nvm,vmn->nv", chosen, functionals[:count])) / np.linalg.norm(functionals[:count], axis=1).T
+    if not np.all(own > INDEPENDENT):  # one was passed over, so that a variable is not the functional of its number
+        return chosen, np.zeros((0, 0), dtype=np.int64)
+    return chosen, symmetries(surface)[:count]
+
+
+def symmetries(surface: GaussianModel) -> np.ndarray:
+    """Which functionals change sign under each symmetry of the law of the surface : (8, 2) mirrors, or (8, 1) half a
+    turn, under which every covariance stays."""
+    return MIRRORED if surface.mirror_symmetric else MIRRORED.sum(axis=1, keepdims=True) % 2
+
+
+def mirrored_along(surface: SurfaceModel) -> np.ndarray:
+    """Which functionals change sign where a strip is mirrored along its length, which keeps every row : (8, 1); (8, 0)
+    where the law of the surface does not stay as it is."""
+    return MIRRORED[:, :1] if surface.mirror_symmetric else NO_SYMMETRY
+
+
+def target(scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:
+    """The smooth variable that the scene names, for the mesh of the square or of the strip."""
+    return pressure_target(
+        scene.expansion.target,
+        influence_diagonal=elastic.influence(scene, grid).diagonal,
+        plane_strain_modulus_pa=elastic.material(scene).plane_strain_modulus_pa,
+        rms_height_m=surface.rms_height_m,
+        correlation_length_m=math.sqrt(math.prod(surface.lengths_m)),
+        hardness_pa=elastic.hardness_pa(scene),
+    )
+
+
+def stencil(surface: SurfaceModel, grid: Grid) -> Stencil:
+    """Boxes of the near and far mean: half widths of 0.5 and 2 correlation lengths, at least 1 and 2 nodes."""
+    axes = list(zip(surface.lengths_m, (grid.dx, grid.dy), strict=True))
+    near = [max(1, round(0.5 * length / cell)) for length, cell in axes]
+    far = [max(2, round(2.0 * length / cell)) for length, cell in axes]
+    return Stencil((near[0], near[1]), (far[0], far[1]))

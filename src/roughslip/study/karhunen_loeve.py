@@ -1,0 +1,37 @@
+"""Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
+
+from roughslip import store
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import geometry, surface_model
+from roughslip.study.job import Job
+from roughslip.surface.modes import karhunen_loeve
+
+WELL_CAPTURED = 0.9  # share of the variance below which a warning says so
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Write the scaled modes, their eigenvalues and the variance that they carry."""
+    model = surface_model.gaussian_model(scene, job.optional("scan"))
+    grid = geometry.square_grid(scene)
+    expansion = karhunen_loeve(model.covariance, grid, scene.square.modes)
+    if expansion.captured_variance < WELL_CAPTURED:
+        job.warn(
+            f"{len(expansion.modes)} modes carry {expansion.captured_variance:.0%} of the variance of the square: take "
+            "more of them, or a longer correlation length"
+        )
+    job.count(modes=len(expansion.modes))
+    captured = {
+        "captured_variance": (expansion.captured_variance, "in the mean over the mesh"),
+        "captured_at_centre": (expansion.captured_at(grid.centre), "at the centre"),
+        "captured_at_corner": (expansion.captured_at((0, 0)), "at the corner"),
+    }
+    variables = {
+        "x": store.Variable(("x",), grid.x(), "m", "node along the belt"),
+        "y": store.Variable(("y",), grid.y(), "m", "node across the belt"),
+        "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),
+        "eigenvalue": store.Variable(("mode",), expansion.eigenvalues, "m2", "eigenvalues of the covariance matrix"),
+        "variance": store.Variable(("x", "y"), expansion.variance(), "m2", "variance of the truncated expansion"),
+    }
+    for name, (share, where) in captured.items():
+        variables[name] = store.Variable((), share, "1", f"share of the variance that the modes carry, {where}")
+    store.write(job.output, variables, job.key)

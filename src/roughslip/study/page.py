@@ -1,0 +1,166 @@
+"""Stage page: the verdicts and the costs of a scene, and the page on it; or one page on several scenes together."""
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from roughslip import store
+from roughslip.errors import StoreError
+from roughslip.report.drawing import chosen, reduced
+from roughslip.report.page import MEASURED, Evidence, SceneReport, page
+from roughslip.scene.types import Scene, scene_of, without_nulls
+from roughslip.study.costs import total
+from roughslip.study.from_scene.periodic_cell import yielding
+from roughslip.study.job import Job
+from roughslip.verdicts.statements import claims
+
+BY_LAW = "load_std_by_law"  # of friction under the load, where the law holds
+
+
+Files = Mapping[str, Path]
+
+
+def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
+    """What several stages read of one scene, in one mapping."""
+    whole: dict[str, Any] = {}
+    for configuration in configurations:
+        for name, value in configuration.items():
+            if isinstance(whole.get(name), dict):
+                whole[name] = merged([whole[name], value or {}])
+            else:
+                whole[name] = value
+    return whole
+
+
+SCENES = Path("config", "scenes")
+
+
+def picture(path: Path) -> bytes:
+    """A picture. Raises StoreError where it is missing."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
+
+
+def square_represented(modes: store.Result) -> list[str]:
+    """How many modes the square has, and what they carry."""
+    mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
+    return [
+        f"The square is expanded in {len(modes['eigenvalue'])} modes.",
+        f"They carry {mean:.1f} % of the variance in the mean over the mesh, {centre:.1f} % at the centre and "
+        f"{corner:.1f} % at the corner.",
+    ]
+
+
+def score_of_variables(result: store.Result) -> str:
+    """How many variables the expansion of the square takes, and how well they predict."""
+    number, missed = result.attributes["variables"], float(result["fit_leave_one_out"][-1])
+    return f"Our expansion takes {number} variables and misses {missed:.1%} of the variance of left-out surfaces."
+
+
+def strips_represented(scene: Scene) -> str:
+    """How strips are sampled."""
+    if scene.roughness.fractal is not None:
+        return "Strips are sums of plane waves with random phases."
+    return "Strips are sampled by circulant embedding, exact and stationary."
+
+
+def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
+    """How the surfaces of a scene are represented and why, by the figure that they lead to."""
+    sentences = {}
+    if "karhunen_loeve" in stages:
+        sentences["figure2"] = square_represented(store.read(files["surface/modes.nc"]))
+    if "chaos_square" in stages:
+        sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
+    if "scan" in stages:
+        result = store.read(files["surface/synthetic_surfaces.nc"])
+        why, count = str(result["no_twins"][0]), int(result["outliers"])
+        sentences["figure_scan"] = [
+            f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
+            f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
+        ]
+    loaded = scene.load is not None and scene.load.nominal_pressure_pa is not None
+    if "contact" in stages and not loaded:
+        figure = "figure3" if "figure3" in scene.targets else "figure5"
+        sentences[figure] = [strips_represented(scene)]
+    if "contact" in stages and loaded:
+        figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
+        under_load = store.read(files["friction/statistics.nc"])
+        sentences[figure] = [
+            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
+            yielding(float(under_load["plasticity_index"]), float(under_load["yielded_share"])),
+        ]
+        if BY_LAW in under_load:
+            solved, law = (100 * float(under_load[name] / under_load["load_mean"]) for name in ("load_std", BY_LAW))
+            sentences[figure].append(
+                f"Friction of the pad scatters by {solved:.2g} %; the law of scatter, without a solve, has {law:.2g} %."
+            )
+    return sentences
+
+
+def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: Path) -> SceneReport:
+    """What a scene left. files : its results by name; captions : of all figures"""
+    costs = store.read_json(files["costs.json"])
+    stages = sorted({row["stage"] for row in costs} - {"all"})
+    own = store.read_key(files["keys/page.json"]).configuration
+    configuration = merged([store.read_key(files[f"keys/{stage}.json"]).configuration for stage in stages])
+    configuration |= {name: own[name] for name in ("description", "targets")}
+    drawn = [name for name in captions if f"{name}.svg" in files]
+    folder, file = os.path.relpath(Path("results", name), page_folder), SCENES / f"{name}.yaml"
+    return SceneReport(
+        name=name,
+        description=configuration["description"],
+        figures={
+            figure: chosen(picture(files[f"{figure}.svg"]).decode(), picture(files[f"{figure}.png"]))
+            for figure in drawn
+        },
+        captions=captions,
+        surfaces=represented(files, stages, scene_of(configuration)),
+        answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
+        budget=store.read_json(files["budget.json"]) if "budget" in stages else None,
+        claims=store.read_json(files["claims.json"]),
+        costs=costs,
+        folder="" if folder == "." else f"{folder}/",
+        file=os.path.relpath(file, page_folder) if file.is_file() else "",
+        configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),
+    )
+
+
+def read_evidence(kept: Path | None) -> Evidence | None:
+    """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
+    if kept is None:
+        return None
+    benchmarks = {
+        name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()
+    }
+    return Evidence(
+        pictures={name: reduced(picture(kept / f"{name}.svg").decode()).encode() for name in benchmarks},
+        stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
+        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in benchmarks.items()},
+    )
+
+
+def judged(job: Job) -> list[dict[str, Any]]:
+    """Return the claims of a scene, from what it has of the pressure at the centre, of friction and of cycles."""
+    paths = {name: job.optional(name) for name in ("square", "friction", "oscillator")}
+    results = {name: store.read(path) if path is not None else None for name, path in paths.items()}
+    if results["friction"] and "load_mean" in results["friction"]:  # the paper has no load
+        results["friction"] = None
+    return claims(results["square"], results["friction"], results["oscillator"])
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Write claims.json and costs.json, where the page is of one scene, and the page."""
+    part, files = job.key.configuration, {name: dict(of_scene) for name, of_scene in job.scenes.items()}
+    if "claims" in job.outputs:
+        store.write_json(job.outputs["claims"], judged(job))
+        records = [store.read_json(path) for path in sorted(job.paths("records"))]
+        store.write_json(job.outputs["costs"], total(records, part["not_needed"], part["warnings"]))
+        (own,) = files.values()
+        own |= {f"{name}.json": job.outputs[name] for name in ("claims", "costs")}
+        own["keys/page.json"] = job.output.parent / "key.json"
+    scenes = [read_scene(name, own, part["captions"], Path(part["folder"])) for name, own in files.items()]
+    store.write_text(job.output, page(scenes, store.versions(), read_evidence(job.optional("evidence"))))

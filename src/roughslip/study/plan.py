@@ -1,0 +1,122 @@
+"""Which stages a scene needs, why others are skipped, and what these lack: all from the rows of the graph."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from roughslip.scene.mistakes import Values
+from roughslip.scene.types import get
+from roughslip.study.graph import EVERY_SCENE, STAGES, Stage, targets
+
+# Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
+_KEY_BY_KEY = ("roughness", "friction", "numerics")
+_ALWAYS_GIVEN = ("seed", "description", "targets")
+
+
+def default_targets(scene: Values, is_uncertain: bool = False) -> list[str]:
+    """Of a scene that names none itself: those it inherits, and with figure5 its map, and its budget if is_uncertain.
+
+    Limits are those of the oscillator without excitation.
+    """
+    inherited, oscillator = list(scene["targets"]), scene.get("oscillator")
+    if "figure5" not in inherited or not isinstance(oscillator, dict) or oscillator.get("excitation_force_n") != 0:
+        return inherited
+    more = [*(["figure_map"] if "map" in scene else []), *(["figure_budget"] if is_uncertain else [])]
+    return list(dict.fromkeys([*inherited, *more]))
+
+
+def stages_needed(scene: Values) -> set[str]:
+    """Names of the stages that the targets of the scene need. One of them, `figures`, draws all figures."""
+    needed = _needed(scene, (EVERY_SCENE, *scene["targets"]))
+    drawn = {name for name in needed if STAGES[name].caption}
+    return needed - drawn | ({"figures"} if drawn else set())
+
+
+def figures(scene: Values) -> list[str]:
+    """The figures that the scene makes, in the order of the graph."""
+    needed = _needed(scene, (EVERY_SCENE, *scene["targets"]))
+    return [stage.name for stage in STAGES.values() if stage.caption and stage.name in needed]
+
+
+def captions() -> dict[str, str]:
+    """Captions of the figures that a scene can have."""
+    return {stage.name: stage.caption for stage in STAGES.values() if stage.target and stage.caption}
+
+
+def lacking(scene: Values) -> dict[str, list[str]]:
+    """Sections, and keys of given sections, without which stages of targets cannot run, each with these targets."""
+    absent: dict[str, list[str]] = {}
+    for target in scene.get("targets", []):
+        for key in dict.fromkeys(key for name in sorted(_needed(scene, (target,))) for key in _needs(STAGES[name])):
+            name = key if (section := key.partition(".")[0]) in scene else section
+            if get(scene, key) is None and target not in absent.setdefault(name, []):
+                absent[name].append(target)
+    return absent
+
+
+def _needs(stage: Stage) -> list[str]:
+    """Sections and keys without which a stage cannot run."""
+    keys = [key for key in stage.reads.split() if key not in _ALWAYS_GIVEN and not key.endswith("?")]
+    return [key if (section := key.partition(".")[0]) in _KEY_BY_KEY else section for key in keys]
+
+
+def sections_not_read(scene: Values) -> set[str]:
+    """Sections that no target reads; what an overlay inherits in them may break the rules without effect."""
+    stages = stages_needed(scene)
+    unread = set() if "friction" in stages else {"strip"}
+    return unread if "chaos_square" in stages else unread | {"square"}
+
+
+def skip_reasons(scene: Values) -> dict[str, str]:
+    """The stages of any target that do not run for those of the scene, each with the reason."""
+    reached = _reached(scene, tuple(scene["targets"]))
+    asking = {name: ", ".join(target for target in targets() if name in _all_of(target)) for name in STAGES}
+    needed = _needed(scene, (EVERY_SCENE, *scene["targets"]))
+    skipped = [name for name in sorted(STAGES) if asking[name] and name not in needed]
+    return {name: reached.get(name) or f"not asked for: {asking[name]}" for name in skipped}
+
+
+def makers(stage: Stage, stages: frozenset[str]) -> list[str]:
+    """Those of the stages of a scene that make inputs of one of them."""
+    return sorted({*stage.makers, *stage.collects.values()} & stages)
+
+
+def _failing(scene: Values, stage: Stage) -> str:
+    """Why a stage does not run: the first of its conditions that does not hold in the scene; "" where all do."""
+    for condition in filter(None, stage.runs_if.split(" and ")):
+        key = condition.removeprefix("not ")
+        is_given = get(scene, key) is not None
+        if is_given == condition.startswith("not "):
+            return f"{key} is {'given' if is_given else 'not given'}"
+    return ""
+
+
+def _needed(scene: Values, wanted: tuple[str, ...]) -> set[str]:
+    return {name for name, reason in _reached(scene, wanted).items() if not reason}
+
+
+def _reached(scene: Values | None, wanted: tuple[str, ...]) -> dict[str, str]:
+    """Stages that these targets may need: their own, those that make the inputs of one, and companions.
+
+    Each has the first condition that fails on every way to it, as the reason why it does not run; "" where it is
+    needed. An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
+    Without a scene all conditions hold.
+    """
+    reached: dict[str, str] = {}
+    pending = [(stage.name, "") for target in wanted for stage in STAGES.values() if stage.target == target]
+    while pending:
+        name, reason = pending.pop(0)
+        if name in reached and (reason or not reached[name]):
+            continue
+        reached[name] = reason
+        companions = {stage.name: False for stage in STAGES.values() if name in stage.comes_with.split()}
+        for other, is_always in (STAGES[name].makers | companions).items():
+            failing = "" if is_always or scene is None else _failing(scene, STAGES[other])
+            pending.append((other, reason or failing))
+    return reached
+
+
+@cache
+def _all_of(target: str) -> frozenset[str]:
+    """Every stage that a target may need, in any scene."""
+    return frozenset(_reached(None, (target,)))

@@ -1,0 +1,139 @@
+"""Stage record: mean curve and scatter of a measured friction record, with synthetic records of the fitted process."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.friction.scatter_law import autocorrelation_of_friction, scatter_of_friction
+from roughslip.record.fit import RecordFit, fit_record
+from roughslip.record.process import through_instrument
+from roughslip.record.reading import read_records
+from roughslip.record.slips import Rig, Sliding, sliding
+from roughslip.scene.types import Scene, get
+from roughslip.study.from_scene import elastic
+from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene.surface_model import gaussian_model
+from roughslip.study.job import Job
+from roughslip.study.result_tables import record_table
+
+TWINS = 2  # synthetic records next to the measured one
+OF_SURFACE = ("roughness.covariance", "material.young_modulus_pa", "strip.width_m", "oscillator.normal_force_n")
+LAW_ERROR = 0.1  # of the law of scatter: two of its rms errors
+LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
+NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
+MOST_SHAPES = 200.0  # their sum
+SURE = 2.0  # standard errors of moments, below which the scatter counts as normal
+
+
+def beta_shapes(found: RecordFit) -> tuple[float, float]:
+    """Shapes of the Beta distribution with skewness and excess kurtosis of the scatter (N. L. Johnson et al.,
+    Continuous Univariate Distributions 2, 1995, ch. 25); those of a normal one where neither is significant."""
+    (skewness, s_error), (excess, e_error) = found.skewness, found.excess
+    if abs(skewness) < SURE * s_error and abs(excess) < SURE * e_error:
+        return NORMAL
+    s = min(skewness**2, 4.0)
+    bounded = 1.5 * s - excess  # positive for every Beta, and small near a gamma distribution
+    total = min(3.0 * (2.0 + excess - s) / bounded, MOST_SHAPES) if bounded > 0.0 else MOST_SHAPES
+    total = max(total, 2.0)
+    share = math.copysign(math.sqrt(s / (s + 16.0 * (total + 1.0) / (total + 2.0) ** 2)), skewness)
+    return 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Read, separate stick from slip, fit, draw synthetic records."""
+    wanted = scene.friction.record
+    assert wanted is not None
+    rig = None
+    if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
+        rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
+    traces = read_records(job.paths("record"), wanted.radius_m)
+    slid = sliding(traces, rig)
+    around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
+    found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips)
+    job.warn(*found.notes, *slid.notes)
+    asked = scene.friction.scatter
+    if found.kind not in (asked, "cannot tell"):
+        job.warn(f"the record has {found.kind} scatter, and friction.scatter is {asked}")
+    first, limit = float(found.curve.friction[0]), scene.oscillator.static_friction
+    if limit is not None and limit < first:
+        job.warn(
+            f"oscillator.static_friction = {limit:g} is less than the {first:.3g} of the slowest sliding, "
+            "which is taken"
+        )
+    job.count(samples=slid.samples.friction.size)
+    variables = record_table.of_fit(found, slid, beta_shapes(found)) | _drawn(scene.seed, found, slid)
+    if has_surface(job.key.configuration):
+        try:
+            by_law = of_surface(scene, float(np.mean(found.mean)), variables["lag"].values)
+        except IllPosedError as error:
+            job.warn(f"the surface has no scatter by law to compare with the record: {error}")
+        else:
+            job.warn(is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0]))
+            variables |= by_law
+    store.write(job.output, variables, job.key)
+
+
+def has_surface(configuration: dict[str, Any]) -> bool:
+    """Whether a scene also has a Gaussian surface, a material and a window, whose friction has a law of scatter."""
+    return all(get(configuration, key) is not None for key in OF_SURFACE)
+
+
+def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store.Variable]:
+    """Friction of a window of the surface by the law of scatter: standard deviation and autocovariance at lags.
+
+    The record is that of one window, under its part of the normal force.
+    """
+    window = scene.strip.window_m, scene.strip.width_m
+    pressure = scene.oscillator.normal_force_n / (scene.oscillator.windows_in_parallel * window[0] * window[1])
+    law = gaussian_model(scene).covariance, elastic.material(scene).plane_strain_modulus_pa, pressure, window
+    deviation = mean * scatter_of_friction(*law)
+    covariance = deviation**2 * autocorrelation_of_friction(*law, lags_m)
+    return {
+        "surface_std": store.Variable((), deviation, "1", "standard deviation of friction by the law of scatter"),
+        "surface_covariance": store.Variable(("lag",), covariance, "1", "autocovariance of friction by that law"),
+    }
+
+
+def is_roughness_the_cause(by_law: float, low: float, high: float) -> str:
+    """A sentence on the scatter by law, right to LAW_ERROR, and the 95 % interval of that of the record."""
+    shown = f"the surface makes friction scatter by {by_law:.2g}, and the record has {low:.2g} to {high:.2g}"
+    if by_law * (1.0 + LAW_ERROR) < low:
+        return (
+            f"{shown}: roughness is {(by_law / (0.5 * (low + high))) ** 2:.0%} of the variance, and not the main cause"
+        )
+    if by_law * (1.0 - LAW_ERROR) > high:
+        return f"{shown}: the surface or its pad and load are not those of the record"
+    return f"{shown}: roughness can be the cause; compare the lengths over which both are correlated"
+
+
+def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
+    """Autocorrelation of the residuals with that of the fit, and synthetic records of the fit."""
+    kind = found.kind if found.kind in found.fits else "additive"
+    fit, samples = found.fits[kind], slid.samples
+    place, residual = samples.slipped, (samples.friction - found.explained) / fit.weight
+    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.scatter.length * LAGS / REACH, 1e5)) + 2)
+    values = np.interp(even, place, residual)
+    values -= values.mean()
+    lags = min(LAGS, even.size - 1)
+    products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
+    modelled = fit.deviation**2 * fit.scatter.autocorrelation(even[:lags])
+    step = -(-samples.friction.size // record_table.MOST_DRAWN)
+    twins = []
+    for number in range(TWINS):
+        generator = np.random.default_rng([seed, Stream.RECORD, number])
+        path = fit.deviation * fit.weight * fit.scatter.path(place, generator)
+        memory = samples.course(fit.time_constant, fit.weight).memory
+        noise = fit.noise * generator.standard_normal(place.size)
+        twins.append((found.explained + through_instrument(path, memory) + noise)[::step])
+    titles = "autocovariance of the residuals", "autocovariance of the fitted scatter"
+    return {
+        "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),
+        "covariance": store.Variable(("lag",), np.array(products), "1", titles[0]),
+        "covariance_fit": store.Variable(("lag",), modelled, "1", titles[1]),
+        "twin": store.Variable(("number", "sample"), np.array(twins), "1", "synthetic records"),
+    }

@@ -1,0 +1,143 @@
+"""What periodic cells say of friction: of the pad and its windows under the load, and of pads under loads about it."""
+
+import numpy as np
+
+from roughslip import store
+from roughslip.friction.blocks import Blocks, Estimates, pad_estimates, under_load
+from roughslip.friction.bowden_tabor import friction_coefficient
+from roughslip.friction.marginal import SET_WINDOWS
+from roughslip.friction.pad import WINDOWS, Surface, pad_edges
+from roughslip.friction.scatter_law import scatter_of_friction
+from roughslip.friction.statistics import SCALE, SHAPE, estimate_of, strip_weights
+from roughslip.friction.table import describe
+from roughslip.friction.table_variables import TITLES as OF_WINDOWS
+from roughslip.probability import Estimate
+from roughslip.probability.estimate import columns_of
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import elastic, geometry
+from roughslip.study.from_scene.periodic_cell import yielding
+from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene.surface_model import gaussian_model
+from roughslip.study.job import Job
+from roughslip.study.result_tables.pad_autocorrelation import PARTS, correlated, correlation_variables
+from roughslip.surface.plausibility import ELASTIC
+
+REPLICATES, REPLICATES_THERE = 400, 200  # under the load, and over loads
+TITLES = {
+    "shear_strength": ((), "Pa", "shear strength that gives the pad its mean friction coefficient"),
+    "real_area": ((), "1", "contact area over the apparent area"),
+    "load_mean": ((), "1", "mean friction coefficient of the pad, as the scene gives it"),
+    "load_std": ((), "1", "standard deviation of the friction coefficient of the pad"),
+    "no_contact": ((), "1", "share of the windows without contact"),
+    "pad_std": (("pad",), "1", "standard deviation of the friction coefficient of a pad of so many windows"),
+    "pad_parts": (("part",), *PARTS),
+}
+OVER_LOADS = {
+    "real_area": "contact area over the apparent area",
+    "mean": "mean friction coefficient of the pad",
+    "variation": "coefficient of variation of the friction coefficient of the pad",
+    "no_contact": "share of the windows without contact",
+}
+HEAD = (
+    "Friction of a pad against its load, a row a nominal pressure: contact of periodic cells of the surface",
+    'Columns with _low and _high are the ends of the 95 % interval. Python: pandas.read_csv(file, comment="#")',
+)
+
+
+def load_results(
+    job: Job, own: Blocks, others: dict[float, Blocks], solves: list[store.Result]
+) -> tuple[dict[str, store.Variable], str]:
+    """Statistics under the load and over loads, and the text of summary.csv.
+
+    own, others : blocks under the load, and by nominal pressure [Pa] about it; solves : results of stage contact
+    """
+    scene, surface = job.scene, correlated(job.scene, job.optional("scan"))
+    nominal, length = scene.load.nominal_pressure_pa, scene.load.pad_length_m
+    mean, windows = scene.friction.mean, scene.oscillator.windows_in_parallel
+    weights = weights_of(scene, own, REPLICATES)
+    found = pad_estimates(own, surface, weights, windows, length)
+    of_load = under_load(found, mean, nominal, own.samples)
+    of_single = of_windows(scene, own, weights, float(of_load["shear_strength"].value))
+    loads = over_loads(scene, {nominal: own} | others, surface, mean)
+    job.count(windows=own.area.size // own.window)
+    areas = own.area.sum(axis=(1, 2))
+    share = float(np.average(store.join(solves, "yielded")[:, 0], weights=areas))
+    index = float(solves[0]["plasticity_index"])
+    job.say(yielding(index, share))
+    variables = {
+        "plasticity_index": solves[0].variable("plasticity_index"),
+        "yielded_share": store.Variable((), share, "1", "share of the real area that bears the hardness"),
+        "nominal_pressure": store.Variable((), nominal, "Pa", "force over apparent area"),
+        "windows": store.Variable((), windows, "1", "windows of the pad"),
+        "pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad"),
+        "lag": store.Variable(("lag",), own.block_m * np.arange(of_single["autocorrelation"].value.size), "m", "lags"),
+    }
+    for name, (dimensions, unit, title) in TITLES.items():
+        variables |= store.with_interval(name, dimensions, columns_of(of_load[name]), unit, title)
+    for name, estimate in of_single.items():
+        unit, along = "m" if "length_" in name else "1", ("lag",) if name == "autocorrelation" else ()
+        variables |= store.with_interval(name, along, columns_of(estimate), unit, OF_WINDOWS[name])
+    if index <= ELASTIC and scene.roughness.beta_shapes is None and not job.optional("scan"):
+        title = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
+        variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", title)
+    variables |= correlation_variables(scene, job.optional("scan"), length)
+    of_loads = {"nominal_pressure": store.Variable(("load",), np.array(list(loads)), "Pa", "force over apparent area")}
+    for name, title in OVER_LOADS.items():
+        columns = columns_of([row[name] for row in loads.values()])
+        of_loads |= store.with_interval(name, ("load",), columns, "1", title)
+    text = load_summary(of_loads)
+    return variables | {f"over_loads_{name}": variable for name, variable in of_loads.items()}, text
+
+
+def load_summary(of_loads: dict[str, store.Variable]) -> str:
+    """summary.csv: a row a nominal pressure."""
+    rows = zip(*(variable.values for variable in of_loads.values()), strict=True)
+    lines = [*(f"# {line}" for line in HEAD), ",".join(["nominal_pressure_pa", *list(of_loads)[1:]])]
+    return "\n".join([*lines, *(",".join(f"{value:.6g}" for value in row) for row in rows)]) + "\n"
+
+
+def weights_of(scene: Scene, blocks: Blocks, replicates: int) -> np.ndarray:
+    """Counts (1 + replicates, cells) of resampled cells."""
+    generator = np.random.default_rng([scene.seed, Stream.CELL, blocks.samples])
+    return strip_weights(blocks.samples, replicates, generator)
+
+
+def over_loads(scene: Scene, blocks: dict[float, Blocks], surface: Surface, mean: float) -> dict[float, Estimates]:
+    """By nominal pressure, from the lightest on, what OVER_LOADS names, at the shear strength of the scene's own load.
+
+    blocks : by nominal pressure [Pa], that of the load first; mean : friction coefficient of the pad under the load
+    """
+    pad = scene.oscillator.windows_in_parallel, scene.load.pad_length_m
+    found = {
+        pressure: pad_estimates(part, surface, weights_of(scene, part, REPLICATES_THERE), *pad)
+        for pressure, part in blocks.items()
+    }
+    shear = mean / next(iter(found.values()))["ratio"].rows
+    table: dict[float, Estimates] = {}
+    for pressure, pads in sorted(found.items()):
+        ratio, cells = pads["ratio"].rows, blocks[pressure].samples
+        table[pressure] = {
+            "real_area": estimate_of("mean", pressure * ratio, cells),
+            "mean": estimate_of("mean", shear * ratio, cells),
+            "variation": estimate_of("std", pads["load_std"].rows / ratio, cells),
+            "no_contact": pads["no_contact"],
+        }
+    return table
+
+
+def by_law(scene: Scene) -> float:
+    """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
+    strip, load = scene.strip, scene.load
+    pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
+    modulus = elastic.material(scene).plane_strain_modulus_pa
+    return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
+
+
+def of_windows(scene: Scene, blocks: Blocks, weights: np.ndarray, shear_pa: float) -> dict[str, Estimate]:
+    """Statistics of single windows that have a friction coefficient, over lags of half a period at most."""
+    mu, valid = friction_coefficient(*blocks.windows, shear_pa, geometry.least_contact_area(scene))
+    lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
+    sets = np.random.default_rng([scene.seed, Stream.CELL, SET_WINDOWS])
+    found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m, sets)
+    moments = ("mean", *SCALE, *SHAPE)
+    return found | {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}

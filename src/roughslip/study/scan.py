@@ -1,0 +1,183 @@
+"""Stage scan: statistics of a scan with their intervals, and the models fitted to it, or why there is none.
+
+The best of the models fitted to a scan whose surfaces can be sampled on the meshes of the scene.
+"""
+
+import sys
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from roughslip import store
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.grid import Grid
+from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
+from roughslip.scan import outliers
+from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
+from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
+from roughslip.scan.instrument_file import read_scan
+from roughslip.scan.statistics import ScanStatistics, scan_statistics
+from roughslip.scan.topography import Topography, high_pass, remove_form
+from roughslip.scene.types import Scene
+from roughslip.study.from_scene import geometry, surface_model
+from roughslip.study.job import Job
+from roughslip.study.result_tables import scan_table
+from roughslip.surface import model as surface
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.models import KINDS
+
+WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
+FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
+UNSAMPLED = {"figure_scan", "figure2"}  # targets that draw no strips; squares are expanded in modes
+
+
+def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:
+    """On which surfaces of the scene are sampled, by name. scan : the mesh of the scan, on which its twins are"""
+    if UNSAMPLED.issuperset(scene.targets) or scene.strip.cell_m is None:
+        return {"scan": scan}
+    return {"scan": scan, "strip": geometry.strip_grid(scene), "expansion of a strip": geometry.lattice(scene).grid}
+
+
+def best_sampled(
+    fits: Sequence[CovarianceFit],
+    marginal: EmpiricalDistribution | None,
+    correct_correlation: bool,
+    on: dict[str, Grid],
+    endless: int | None = None,
+) -> tuple[CovarianceFit, list[str]]:
+    """The first of the fits whose surfaces can be sampled on every mesh, and a line for each one before it.
+
+    on : meshes by name
+    endless : axis of a lay that is taken as infinitely long
+
+    Raises IllPosedError, which names the keys, where none of them can be.
+    """
+    left: list[str] = []
+    for fit in fits:
+        kind = fit.covariance.kind
+        try:
+            model = surface.gaussian_model(fit.covariance, None, marginal, correct_correlation=correct_correlation)
+            model = surface_model.with_lay(model, endless, model.lengths_m[0])
+        except IllPosedError as error:
+            left.append(f"{kind} cannot have these heights ({error})")
+            continue
+        for name, grid in on.items():
+            try:
+                model.sampler(grid)
+            except (IllPosedError, ParameterError) as error:
+                reason = str(error).partition(";")[0]
+                left.append(f"{kind} cannot be sampled on the mesh of the {name}, {grid.nx} x {grid.ny} ({reason})")
+                break
+        else:
+            return fit, left
+    raise IllPosedError(
+        f"no surface of this model of the scan can be sampled: {'; '.join(left)}. Take roughness.scan.covariance: "
+        f"{'best or ' if len(fits) == 1 else ''}measured, or a high-pass roughness.scan.cutoff_m"
+    )
+
+
+def work(scene: Scene, job: Job) -> None:
+    """Read, remove form, describe, fit."""
+    wanted = scene.roughness.scan
+    scan = remove_form(read_scan(job.path("scan"), wanted.spacing_m, wanted.height_unit), wanted.form)
+    print(f"scan: {scan.read}", file=sys.stderr, flush=True)
+    if scan.cut > WIDE_RIM:
+        job.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
+    found_outliers = outliers.outliers(scan)
+    treatment = wanted.outliers or "keep"
+    job.warn(*outliers.warnings(scan, found_outliers, treatment))
+    if treatment == "missing" and found_outliers.any():
+        scan = outliers.without(scan, found_outliers, wanted.form)
+    if wanted.cutoff_m is not None:
+        scan = high_pass(scan, wanted.cutoff_m)
+    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
+    statistics = scan_statistics(scan, sub_areas_for(scan, endless))
+    helping = ["outliers", "marginal"]  # where the heights are the reason
+    try:
+        marginal = translated_marginal(wanted.marginal, scan, float(statistics.rms_height.value))
+        helping.append("covariance")
+        variables, attributes, words = fitted_model(job, scan, statistics, marginal)
+    except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
+        reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
+        print(f"scan: no model: {reason}", file=sys.stderr)
+        variables, attributes, words = {}, {"no_model": reason}, "none"
+    if not statistics.sub_areas.sufficient:
+        lengths = f"sub-areas of {statistics.sub_areas.lengths:.1f} correlation lengths"
+        job.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
+    job.count(points=scan.heights.size)
+    variables |= scan_table.of_scan(scan, statistics, found_outliers)
+    variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
+    store.write(job.output, variables, job.key, attributes)
+
+
+def fitted_model(
+    job: Job,
+    scan: Topography,
+    statistics: ScanStatistics,
+    marginal: EmpiricalDistribution | None,
+) -> tuple[dict[str, store.Variable], dict[str, str], str]:
+    """The stored model of a scan, its variables and attributes, and what it is in words.
+
+    Raises IllPosedError, ConvergenceError or ParameterError where the scan has no model that can be sampled.
+    """
+    wanted = job.scene.roughness.scan
+    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
+    kind, covariance, fits, correct = wanted.covariance, None, 0, job.scene.roughness.correct_correlation
+    if kind != "measured":
+        kinds = KINDS if kind == "best" else (kind,)
+        fitted, refused = fitted_covariances(kinds, scan, statistics)
+        on = meshes(job.scene, scan.grid)
+        best, left = best_sampled(fitted, marginal, correct, on, endless)
+        covariance, fits = best.covariance, len(fitted) - len(left)
+        job.warn(*(f"a better model, {model}: {covariance.kind} is taken, or try measured" for model in left))
+        for reason in refused:
+            print(f"scan: not fitted: {reason}", file=sys.stderr)
+        job.warn(
+            *(f"{covariance.kind} {what}: try measured" for what in misses(best, statistics.autocorrelation, endless))
+        )
+    words = model_in_words(covariance, fits)
+    if wanted.endless_lay is not None:
+        words += f", endless lay along {wanted.endless_lay}"
+    if wanted.cutoff_m is not None:
+        words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
+    return *surface_model.stored_model(
+        covariance, marginal, correct, float(statistics.rms_height.value), endless
+    ), words
+
+
+def translated_marginal(kind: str, scan: Topography, rms_height_m: float) -> EmpiricalDistribution | None:
+    """The law of the heights, None for "gaussian".
+
+    Raises IllPosedError where a Gaussian field has no translation to it, without the advice of `translate`, which is
+    for those who choose shapes.
+    """
+    if kind == "gaussian":
+        return None
+    try:
+        marginal = empirical_distribution(scan.heights[scan.measured], rms_height_m)
+        translate(marginal)
+        return marginal
+    except IllPosedError as error:
+        reason = str(error).partition("; use")[0]
+        raise IllPosedError(f"heights of this distribution cannot be sampled: {reason}") from error
+
+
+def misses(fit: CovarianceFit, autocorrelation: Autocorrelation, endless: int | None = None) -> Iterator[str]:
+    """What of the scan a model does not have; lengths along an endless lay, an axis, do not count."""
+    for what, misfit in (("autocorrelation", fit.misfit), ("spectrum", fit.spectrum_misfit)):
+        if misfit > FAR:
+            yield f"misses the {what} by {misfit:.1f} standard errors"
+    for axis, length, own in zip(
+        "xy", fit.covariance.axis_lengths_m, (autocorrelation.length_x, autocorrelation.length_y), strict=True
+    ):
+        if "xy".index(axis) != endless and not own.low <= length <= own.high:
+            yield f"misses the 1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
+
+
+def model_in_words(covariance: Covariance | None, fits: int) -> str:
+    """The model for picture and page. covariance : None for the measured autocorrelation; fits : models compared"""
+    if covariance is None:
+        return "measured autocorrelation"
+    shapes = [f"{name.replace('_', ' ')} {getattr(covariance, name):.3g}" for name in covariance.shapes]
+    best = [f"best of {fits} models"] if fits > 1 else []
+    return ", ".join([f"{covariance.kind.replace('_', ' ')} covariance", *shapes, *best])

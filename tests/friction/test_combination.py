@@ -2,6 +2,7 @@
 
 The friction table of Gaussian windows: calibration, sources and trends."""
 
+import itertools
 import math
 
 import numpy as np
@@ -13,7 +14,8 @@ from roughslip.friction.correlation import window_lengths
 from roughslip.friction.penetration import trend
 from roughslip.friction.statistics import strip_weights
 from roughslip.friction.table import WindowLayout, friction_table
-from roughslip.friction.table_variables import summary, table_variables
+from roughslip.friction.table_variables import BINS, missing_warnings, summary, table_variables, windows_variables
+from roughslip.probability import Estimate
 
 RHO, STRIPS, MANY, WINDOWS = 0.95, 25, 250, 4
 SHARE = MANY / (STRIPS + MANY)
@@ -167,6 +169,20 @@ def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
     assert [fit[20.0], fit[80.0]] == pytest.approx(variables["combined_mean"].values[[0, 2]])
     lines = summary(variables, LAYOUT.percentiles).splitlines()
     assert [line.split(",")[0] for line in lines if not line.startswith("#")] == ["percentile", "20", "50", "80"]
+
+
+def test_windows_are_stored_as_standardised_densities_and_quantiles(table):
+    mu, valid = table[0].mu
+    variables = windows_variables((mu, valid), 1)
+    for values, density in zip(mu, variables["standard_histogram"].values, strict=True):
+        standard = (values - values.mean()) / values.std()
+        counts = [np.count_nonzero((low <= standard) & (standard < high)) for low, high in itertools.pairwise(BINS)]
+        np.testing.assert_allclose(density, np.array(counts) / values.size / 0.25)
+    np.testing.assert_allclose(variables["quantile"].values[[0, 500, 1000]], np.quantile(mu[1], [0.0, 0.5, 1.0]))
+    shares = [Estimate(*(np.array(share),) * 3) for share in (0.3, 0.005, 0.02)]
+    (warning,) = missing_warnings(shares, LAYOUT.percentiles)
+    assert "penetrations of 20 %, 80 % up to 0.3 of the windows" in warning
+    assert not list(missing_warnings(shares[1:2], LAYOUT.percentiles[1:2]))
 
 
 def test_windows_without_scatter_are_refused_with_their_penetration():

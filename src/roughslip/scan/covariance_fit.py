@@ -63,8 +63,8 @@ def fit_covariance(
     rings : powers of the spectrum that determine its shape and count in its criterion
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
-    Returns the fit of two lengths and a lay. Raises IllPosedError
-    where there are too few lags, ConvergenceError where least squares stops.
+    Returns the fit of two lengths and a lay. Raises IllPosedError where there are too few lags, ConvergenceError where
+    least squares stops.
     """
     if kind not in MODELS:
         raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
@@ -118,10 +118,9 @@ def fitted_covariances(
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
         cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
+        rms_height_m = float(statistics.rms_height.value)
         try:
-            rms_height_m = float(statistics.rms_height.value)
-            fit = fit_covariance(kind, lags, rms_height_m, rings=rings, cutoff_wavelength_m=cutoff)
-            fits.append(fit)
+            fits.append(fit_covariance(kind, lags, rms_height_m, rings=rings, cutoff_wavelength_m=cutoff))
         except (IllPosedError, ConvergenceError) as error:
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
@@ -137,26 +136,15 @@ def _builder(
     """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
 
     def build(parameters: np.ndarray) -> Covariance:
-        along, across, lay = _axes(parameters)
-        return model.of_fit(rms_height_m, along, across, lay, _shape_of(model, parameters), cutoff_wavelength_m)
+        mean, cos, sin = map(float, parameters[:3])
+        e, lay, shape = math.hypot(cos, sin), 0.5 * math.atan2(sin, cos), None
+        if model.fitted_shape is not None:
+            low, high = model.shapes[model.fitted_shape.name]
+            value = math.exp(parameters[3]) if model.fitted_shape.logarithmic else float(parameters[3])
+            shape = min(max(value, low), high)  # the exponential of a bound may round past it
+        return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff_wavelength_m)
 
     return build
-
-
-def _shape_of(model: type[Covariance], parameters: np.ndarray) -> float | None:
-    """The shape parameter within its range: the exponential of a bound may round past it."""
-    if model.fitted_shape is None:
-        return None
-    low, high = model.shapes[model.fitted_shape.name]
-    value = math.exp(parameters[-1]) if model.fitted_shape.logarithmic else float(parameters[-1])
-    return min(max(value, low), high)
-
-
-def _axes(parameters: np.ndarray) -> tuple[float, float, float]:
-    """Lengths along and across the lay, and the lay."""
-    mean = float(parameters[0])
-    e, lay = math.hypot(parameters[1], parameters[2]), 0.5 * math.atan2(parameters[2], parameters[1])
-    return math.exp(mean + e), math.exp(mean - e), lay
 
 
 def _start_and_bounds(model: type[Covariance], lags: Estimates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

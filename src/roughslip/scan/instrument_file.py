@@ -21,8 +21,6 @@ from roughslip.scan.text_table import METRES, HasHeader, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate
 
-SPACINGS = (1e-11, 1e-2)  # [m] what the distance of neighbouring points may be: from below an atom to a centimetre
-MOST_HEIGHT = 1.0  # [m] from zero; far beyond any scan, and squares stay finite
 MOST_POINTS = 2**23  # statistics of so many points take some 2 GB
 MOST_LISTED = 8
 TEXT = (".txt", ".csv", ".tsv", ".dat", ".asc", ".prn", ".xyz")
@@ -72,21 +70,13 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
     if not path.is_file():
         raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
     reading = _read(path, Stated(unit, spacing))
-    check = "check the unit" if unit else f"so its reader takes {path.suffix} files; export it in another format"
-    if not all(SPACINGS[0] <= step <= SPACINGS[1] for step in reading.spacing):
-        apart = " x ".join(f"{step:.3g}" for step in reading.spacing)
-        allowed = f"from {SPACINGS[0]:.0e} to {SPACINGS[1]:.0e} m are allowed"
-        raise InputError(f"{path}: points {apart} m apart; {allowed}: {check}")
-    heights = reading.heights[np.isfinite(reading.heights)]
-    if not np.all(np.abs(heights) <= MOST_HEIGHT):
-        raise InputError(f"{path}: heights beyond {MOST_HEIGHT:g} m; {check}")
     scan = topography(reading.heights, *reading.spacing, str(path), reading.words)
     deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not deviation < diagonal:
         raise InputError(
             f"{path}: heights scatter by {deviation:.3g} m over a scan of {diagonal:.3g} m; they must scatter by less "
-            f"than its length; they go from {np.min(heights):.4g} to {np.max(heights):.4g} m: {check}, and that "
-            "neither end stands for missing points"
+            f"than its length; they go from {np.min(scan.heights):.4g} to {np.max(scan.heights):.4g} m: check the "
+            "units, and that neither end stands for missing points"
         )
     return scan
 

@@ -98,34 +98,23 @@ def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
     return field
 
 
-def orthonormal_directions(candidates: np.ndarray, count: int) -> np.ndarray:
-    """Orthonormal rows that span the leading independent candidates.
+def orthonormal_directions(candidates: np.ndarray) -> np.ndarray:
+    """Orthonormal rows that span the candidates one after another.
 
-    candidates : (n, M) functionals of M independent standard normals, one per row, the most important first
-    count : number of directions, at least 1
+    candidates : (n, M) functionals of M independent standard normals, one per row
 
-    Returns directions : (count, M); the variables directions @ xi are independent standard normals. A candidate that
-    depends on those before it is skipped. Raises ParameterError for candidates that are not finite, IllPosedError where
-    fewer than `count` are independent.
-
-    Method: Gram-Schmidt with reorthogonalisation; twice is enough (Parlett, The Symmetric Eigenvalue Problem, 1980).
+    Returns directions : (n, M); the variables directions @ xi are independent standard normals, of which the first k
+    determine the first k candidates. Raises IllPosedError where a candidate depends on those before it.
     """
-    whole_at_least("count of directions", count, 1)
-    candidates = finite("candidates", candidates, 2)
-    directions = np.empty((0, candidates.shape[1]))
-    for candidate in candidates:
-        row = candidate
-        for _ in range(2):
-            row = row - (directions @ row) @ directions
-        remaining = np.linalg.norm(row)
-        if remaining > INDEPENDENT * np.linalg.norm(candidate):
-            directions = np.vstack([directions, row / remaining])
-        if len(directions) == count:
-            return directions
-    raise IllPosedError(
-        f"only {len(directions)} of the {count} variables asked for are independent: take fewer variables, or more "
-        "modes; scene key: square.modes"
-    )
+    columns, triangle = scipy.linalg.qr(candidates.T, mode="economic")
+    own = np.zeros(len(candidates))
+    own[: len(triangle)] = np.diag(triangle)
+    if not np.all(np.abs(own) > INDEPENDENT * np.linalg.norm(candidates, axis=1)):
+        raise IllPosedError(
+            f"the {len(candidates)} variables of the expansion depend on each other: take more modes; scene key: "
+            "square.modes"
+        )
+    return (columns * np.sign(own)).T
 
 
 def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:

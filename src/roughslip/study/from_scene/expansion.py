@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from roughslip.chaos.functionals import (
-    INDEPENDENT,
     MIRRORED,
     NO_SYMMETRY,
     Stencil,
@@ -31,11 +30,8 @@ def directions(
     Returns directions : (nodes, count, M), orthonormal rows: directions @ xi are local functionals of the heights; and
     odd : (count, symmetries) what the symmetries of the surface do to each, as in `Samples`.
     """
-    functionals = local_functionals(modes, stencil(surface, grid))[:, :, nodes.x, nodes.y]
-    chosen = np.stack([orthonormal_directions(functionals[:, :, node], count) for node in range(len(nodes.x))])
-    own = np.abs(np.einsum("nvm,vmn->nv", chosen, functionals[:count])) / np.linalg.norm(functionals[:count], axis=1).T
-    if not np.all(own > INDEPENDENT):  # one was passed over, so that a variable is not the functional of its number
-        return chosen, np.zeros((0, 0), dtype=np.int64)
+    functionals = local_functionals(modes, stencil(surface, grid))[:count, :, nodes.x, nodes.y]
+    chosen = np.stack([orthonormal_directions(functionals[:, :, node]) for node in range(len(nodes.x))])
     return chosen, symmetries(surface)[:count]
 
 

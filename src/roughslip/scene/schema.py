@@ -146,8 +146,24 @@ def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, st
             yield path, _refusal(value, part), True
 
 
+# What is no longer there, key or word, and what to do instead.
+GONE = {
+    "accuracy": "give numbers of samples; docs/how-to/accuracy.md says what half width they leave",
+    "array": "call the heights of the file height, heights, topography or z, or export them alone",
+    "auto": "give a number, or leave the key out where it may be missing",
+    "figure_basins": "simulate the states of interest: roughslip.oscillator.simulate",
+    "figure_field": "the pressure of strips is expanded at every node, for figure3",
+    "figure_residence": "answer.json has the durations of both states",
+    "readings": "leave it out: readings are judged on what the figures compute",
+    "survival": "answer.json has the durations of both states",
+    "sweep": "write a scene file for each value; --config scenes=one,other runs them on one page",
+}
+
+
 def _refusal(value: Any, part: Values) -> str:
     """The text of the line on a value that is not allowed."""
+    if isinstance(value, str) and value in GONE:
+        return f"{shown(value)} is gone; {GONE[value]}"
     if isinstance(value, str) and part["type"] in ("integer", "number"):
         return f"{shown(value)} is text, not a number; {_as_number(value, part)}"
     near = guess(value, part["enum"]) if isinstance(value, str) and "enum" in part else ""
@@ -193,6 +209,8 @@ def _as_number(text: str, part: Values) -> str:
 
 def _nearest_key(key: str, value: Any, part: Values) -> str:
     """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
+    if key in GONE:
+        return f"it is gone: {GONE[key]}"
     if value is None and key.isdigit():  # {damping_ratio: 0,1} has the keys damping_ratio and 1
         return f"is it the decimal comma of a number? Write a point, as in 0.{key}"
     allowed = list(part["properties"])

@@ -25,7 +25,7 @@ WORDS = {
     "{FIGURES}": ", ".join(targets()),
 }
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
-STATISTICS = "{mean: 0.3, standard_deviation: 0.05, correlation_length_m: 2.5e-4}"
+STATISTICS = "{standard_deviation: 0.05, correlation_length_m: 2.5e-4}"
 TABLE = "[[0, 0.4], [1, 0.3]]"
 LEAVES = {key: part for key, part in keys() if part["type"] != "object" and key != "extends"}
 

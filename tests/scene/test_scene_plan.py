@@ -40,8 +40,8 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     square = {key: scene["square"][key] for key in ("edge_m", "nodes", "modes")}
     roughness = scene["roughness"] | {"correct_correlation": False}
     assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": roughness, "square": square}
-    assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["mean"] > 0
-    assert slice_for(scene, "oscillator")["friction"] == {"statistics": None, "scatter": "additive"}
+    assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["standard_deviation"] > 0
+    assert slice_for(scene, "oscillator")["friction"] == {"mean": 0.3, "statistics": None, "scatter": "additive"}
     assert slice_for(scene, "oscillator")["oscillator"]["law"] == "stribeck"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]

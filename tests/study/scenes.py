@@ -20,7 +20,7 @@ CONTACT = {
 
 OSCILLATOR = {
     "mass_kg": 1.0,
-    "natural_frequency_rad_per_s": 316.0,
+    "stiffness_n_per_m": 316.0**2,
     "damping_ratio": 0.17,
     "belt_velocity_m_per_s": 0.948,
     "normal_force_n": 2500.0,

@@ -12,10 +12,10 @@ from roughslip.study.from_scene.machine import DISCARDED_PERIODS
 from tests.study.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
-MOMENTS = {"mean": 0.3, "standard_deviation": 1e-9, "correlation_length_m": 2.5e-4}
+SCATTER = {"standard_deviation": 1e-9, "correlation_length_m": 2.5e-4}
 CONFIGURATION = {
     "seed": 7,
-    "friction": {"statistics": MOMENTS},
+    "friction": {"mean": 0.3, "statistics": SCATTER},
     "oscillator": OSCILLATOR,
     "ensemble": {
         "realisations": 8,
@@ -28,9 +28,9 @@ V, F = 0.003, 2500 / 316**2  # m
 
 
 def scattered(std: float, **others: object) -> dict:
-    statistics = CONFIGURATION["friction"]["statistics"] | {"standard_deviation": std}
     section = CONFIGURATION["oscillator"] | others
-    return CONFIGURATION | {"friction": {"statistics": statistics}, "oscillator": section}
+    friction = {"mean": 0.3, "statistics": SCATTER | {"standard_deviation": std}}
+    return CONFIGURATION | {"friction": friction, "oscillator": section}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -61,7 +61,7 @@ def test_limits_cycle_and_counts_without_scatter(without_scatter):
     assert result["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
     assert result["departure"] == pytest.approx(F * 0.4 - 2 * 0.17 * V, rel=1e-12)
     assert result["reattachment"] < result["departure"]
-    for name, value in MOMENTS.items():
+    for name, value in {"mean": 0.3, **SCATTER}.items():
         assert result[f"friction_{name}"] == value
     assert (result["friction_beta_a"], result["friction_beta_b"]) == (2.1, 5.0)
     # one cycle a period of the cycle; at 0.34, above the limit, none but the first slips of the start

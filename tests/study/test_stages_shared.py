@@ -75,15 +75,10 @@ def test_a_field_with_every_key_and_a_distribution_of_heights():
         model_of(covariance="gaussian", beta_shapes=law, correct_correlation=True)
 
 
-def test_the_band_of_a_fractal_is_that_of_the_strip_unless_given():
-    fractal = {"hurst": 0.8}
-    scene = {"roughness": {"rms_height_m": 2e-7, "fractal": fractal}, "strip": STRIP}
-    law = surface_model.surface_model(scene_of(scene)).law
-    assert law.longest_wavelength_m == pytest.approx(3e-3)
-    assert 1 / law.frequencies[-1] > 5e-6 > 1 / law.frequencies[-1] / 1.5
-    fractal |= {"wavelengths_m": [8e-6, 6e-5]}
-    law = surface_model.surface_model(scene_of(scene)).law
-    assert (law.longest_wavelength_m, law.shortest_wavelength_m) == (6e-5, 8e-6)
+def test_the_band_of_a_fractal_is_that_of_the_scene():
+    roughness = {"rms_height_m": 2e-7, "hurst": 0.8, "wavelengths_m": [8e-6, 6e-5]}
+    law = surface_model.surface_model(scene_of({"roughness": roughness})).law
+    assert (law.hurst, law.longest_wavelength_m, law.shortest_wavelength_m) == (0.8, 6e-5, 8e-6)
 
 
 @pytest.mark.parametrize("covariance", [None, covariance_of("matern", 2e-7, 5e-6, 2e-6, 0.1, smoothness=0.8)])

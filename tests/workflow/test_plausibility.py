@@ -130,8 +130,8 @@ def test_rms_slope_is_that_of_the_field_or_of_its_steps():
     assert rms_slope(waves, 1e-9) == pytest.approx(math.sqrt((a**2 * (kx**2 + ky**2)).sum() / 2), rel=1e-5)
 
 
-def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
-    """A load or modulus of the scene's own on the paper's friction curve, a mass on its natural frequency."""
+def test_a_curve_of_another_machine_is_warned_of(tmp_path):
+    """A load or modulus of the scene's own on the paper's friction curve."""
     shutil.copytree(CONFIG / "scenes", tmp_path, dirs_exist_ok=True)
 
     def warned(text):
@@ -144,9 +144,6 @@ def test_a_curve_and_a_spring_of_another_machine_are_warned_of(tmp_path):
     assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")
     assert warned(f"{load}oscillator: {own_curve}") == []
     assert warned(f"{load}oscillator: {{static_friction: 0.35}}") == [curve]  # it says nothing of the fall with speed
-    (spring,) = warned("oscillator: {mass_kg: 800}")
-    assert spring.endswith("316 rad/s, the spring follows as 7.99e+07 N/m: give stiffness_n_per_m")
-    assert warned("oscillator: {mass_kg: 800, stiffness_n_per_m: 1.0e+6}") == []
     assert [inherited(name, tmp_path) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4
 
 

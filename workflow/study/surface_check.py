@@ -83,12 +83,11 @@ def surface_of(scene: dict[str, Any]) -> tuple[Any, tuple[float, float], str] | 
     section = get(scene, "roughness")
     if not plausibility.cells_of(scene) or section["scan"] is not None:
         return None
-    if section["fractal"] is not None:
+    if section["wavelengths_m"] is not None:
         from roughslip.study.from_scene.surface_model import fractal_law  # with scipy, for such scenes alone
 
-        whole = scene_of(scene)
-        law = fractal_law(whole, whole.roughness.fractal)
-        return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.fractal"
+        law = fractal_law(scene_of(scene).roughness)
+        return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.wavelengths_m"
     from roughslip.surface.models import covariance_of  # with scipy.special
 
     given = {key: section[key] for key in FIELD_OPTIONS if key != BETA and section[key] is not None}

@@ -12,9 +12,8 @@ MOST_WINDOWS = 1_000_000_000
 
 
 class FrictionStatistics(Section):
-    """Friction process as numbers, in place of surfaces and contact; the marginal is Beta(2.1, 5) of the paper."""
+    """Scatter of friction as numbers, in place of surfaces and contact; the marginal is Beta(2.1, 5) of the paper."""
 
-    mean: float = number("Mean friction coefficient, mu_fit of eq. (13)", uncertain=True, gt=0, le=10)
     standard_deviation: float = number("Standard deviation of the friction coefficient", uncertain=True, gt=0, le=10)
     correlation_length_m: float = number(
         "Length of the exponential autocorrelation along the belt", "m", uncertain=True, gt=0, le=1
@@ -67,11 +66,11 @@ SCATTERS = get_args(Scatter)
 
 
 class Friction(Section):
-    """Friction from solved pressures (mean), or given: statistics, or a record."""
+    """Friction as a mean with the scatter of solved contacts, or with given statistics; or as a record."""
 
     mean: float = number(
-        "Mean friction coefficient at median penetration, or with a load of the pad as measured under it; sets "
-        "the shear strength, so the scatter changes in proportion",
+        "Mean friction coefficient, mu_fit of eq. (13), at median penetration or with a load as measured under it. It "
+        "sets the shear strength, so the scatter of contacts changes in proportion",
         uncertain=True,
         gt=0,
         le=10,
@@ -106,13 +105,13 @@ class Load(Section):
 STATISTICS, RECORD, MEAN = "friction.statistics", "friction.record", "friction.mean"
 RIG = ("rig_mass_kg", "rig_stiffness_n_per_m", "rig_damping_n_s_per_m")
 FORCE = "oscillator.normal_force_n"
-NOT_WITH_LOAD = (FORCE, "oscillator.windows_in_parallel", STATISTICS, RECORD, "roughness.fractal")  # not periodic
+NOT_WITH_LOAD = (FORCE, "oscillator.windows_in_parallel", STATISTICS, RECORD, "roughness.wavelengths_m")  # not periodic
 RULES: tuple[Rule, ...] = ()
 REPLACES: dict[str, tuple[str, ...]] = {
     "load": (FORCE, "oscillator.windows_in_parallel"),
-    STATISTICS: (MEAN, RECORD),
+    STATISTICS: (RECORD,),
     RECORD: (MEAN, STATISTICS),
-    MEAN: (STATISTICS, RECORD),
+    MEAN: (RECORD,),
 }
 
 
@@ -130,7 +129,7 @@ def with_listed_records(values: Values) -> Values:
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """Friction has exactly one of its three forms; a load is given, or else the force."""
+    """Friction has a mean or is a record; a load is given, or else the force."""
     if isinstance(scene.get("friction"), dict):
         yield from _friction_mistakes(scene["friction"])
     if scene.get("load") is not None:
@@ -140,11 +139,11 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
 
 
 def _friction_mistakes(friction: Values) -> Iterator[Mistake]:
-    forms = [form for form in (STATISTICS, RECORD, MEAN) if form.partition(".")[2] in friction]
-    for form in forms[1:]:
-        yield not_together(form, friction[form.partition(".")[2]], forms[0])
-    if not forms:
-        yield Mistake(("friction",), "empty; give statistics, record or mean")
+    if "record" in friction:
+        for form in (form for form in (MEAN, STATISTICS) if form.partition(".")[2] in friction):
+            yield not_together(form, friction[form.partition(".")[2]], RECORD)
+    elif "mean" not in friction:
+        yield missing("give it, or friction.record", MEAN)
     rig = friction["record"] if isinstance(friction.get("record"), dict) else {}
     if any(key in rig for key in RIG):
         for key in (key for key in RIG[:2] if key not in rig):

@@ -57,7 +57,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = File.model_validate(values).model_dump(mode="json", exclude_unset=True)
-    whole = friction.with_load(oscillator.with_frequency(whole))
+    whole = friction.with_load(whole)
     return whole | ({"standard_uncertainties": uncertainties} if uncertainties else {})
 
 
@@ -91,21 +91,17 @@ def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
 
     absent = plan.lacking(scene) if sound("targets") else {}
     for key, targets in ((key, targets) for key, targets in absent.items() if sound(key)):
-        reason = f"needed for {', '.join(targets)}"
-        if key != friction.MEAN:
-            yield missing(reason, key, "targets")
-        elif given(scene, friction.STATISTICS) is not None:  # else the rules of friction report it
-            yield missing(f"{reason}, for which friction.statistics is no substitute", key, "targets")
+        if key != friction.MEAN or given(scene, friction.RECORD) is not None:  # else the rules of friction report it
+            yield missing(f"needed for {', '.join(targets)}", key, "targets")
     for part in (friction, roughness, oscillator):
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
     unread = plan.sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
-    whole = oscillator.with_frequency(scene)
     for keys, holds, allowed in _RULES:
         if "load" in scene and contact.EXTRAPOLATE in keys:  # which is of strips
             continue
         if not (unread.isdisjoint(key.partition(".")[0] for key in keys) and all(map(sound, keys))):
             continue
-        values = [get(whole, key) for key in keys]
+        values = [get(scene, key) for key in keys]
         if None not in values and not holds(*values):
             words = (shown(value) if isinstance(value, list) else value for value in values)
             yield refused(values[0], allowed.format(*words), *keys)

@@ -34,23 +34,13 @@ class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
     mass_kg: float = number("Mass m", "kg", symbol="m", uncertain=True, gt=0, le=1e6)
-    natural_frequency_rad_per_s: float = number(
-        "Natural frequency omega; the spring has m omega^2",
-        "rad/s",
-        symbol="omega",
-        uncertain=True,
-        gt=0,
-        le=1e6,
-        default=None,
-    )
-    stiffness_n_per_m: float | None = number(
-        "Stiffness k of the spring, in place of natural_frequency_rad_per_s, which is then sqrt(k / m)",
+    stiffness_n_per_m: float = number(
+        "Stiffness k of the spring; the natural frequency omega is sqrt(k / m)",
         "N/m",
         symbol="k",
         uncertain=True,
         ge=1e-12,
         le=1e15,
-        default=None,
     )
     damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", symbol="D", uncertain=True, ge=0, le=1)
     belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", symbol="v0", uncertain=True, gt=0, le=1000)
@@ -176,14 +166,10 @@ class Answer(Section):
     )
 
 
-_FREQUENCY, _STIFFNESS, _MASS = "natural_frequency_rad_per_s", "stiffness_n_per_m", "mass_kg"
 _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
-_FORCE, _VELOCITY, _OMEGA = (
-    "oscillator.excitation_force_n",
-    "oscillator.belt_velocity_m_per_s",
-    "oscillator.natural_frequency_rad_per_s",
-)
+_FORCE, _VELOCITY = "oscillator.excitation_force_n", "oscillator.belt_velocity_m_per_s"
 _LENGTH, _PROCESS, _PERIODS = f"{STATISTICS}.correlation_length_m", "ensemble.process", "ensemble.duration_periods"
+_MOTION = (_VELOCITY, "oscillator.stiffness_n_per_m", "oscillator.mass_kg", _PERIODS)
 MOST_FRICTION = 10  # as of other coefficients
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
 FREE = ("figure_budget", "figure_map")  # figures without excitation
@@ -192,8 +178,6 @@ MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
 LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
 
 REPLACES: dict[str, tuple[str, ...]] = {
-    f"oscillator.{_FREQUENCY}": (f"oscillator.{_STIFFNESS}",),
-    f"oscillator.{_STIFFNESS}": (f"oscillator.{_FREQUENCY}",),
     _LAW: (_TABLE,),
     # In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
     **dict.fromkeys(("oscillator", "friction"), ("ensemble.damping_ratios", "map.ranges")),
@@ -201,14 +185,16 @@ REPLACES: dict[str, tuple[str, ...]] = {
 }
 
 
-def path_nodes(length: float, velocity: float, omega: float, periods: float) -> float:
+def path_nodes(length: float, velocity: float, stiffness: float, mass: float, periods: float) -> float:
     """Nodes of the friction path on the way of the belt in a number of natural periods."""
-    return PATH_NODES * velocity * periods * 2 * math.pi / omega / length
+    return PATH_NODES * velocity * periods * 2 * math.pi * math.sqrt(mass / stiffness) / length
 
 
-def _path_fits(length: float, process: str, velocity: float, omega: float, periods: float, nodes: int) -> bool:
+def _path_fits(
+    length: float, process: str, nodes: int, velocity: float, stiffness: float, mass: float, periods: float
+) -> bool:
     """Whether a friction path over the distance that the belt moves in a run fits into memory, where it is kept."""
-    count = path_nodes(length, velocity, omega, periods)
+    count = path_nodes(length, velocity, stiffness, mass, periods)
     return process == "recursion" or count > MOST_NODES or count * nodes / PATH_NODES <= MOST_NUMBERS
 
 
@@ -223,13 +209,10 @@ RULES = (
         lambda targets, force: force == 0 or not {*FREE}.intersection(targets),
         f"{', '.join(FREE)} are for the free oscillator, and {_FORCE} is not 0",
     ),
-    *(
-        Rule(
-            (_STATIC, mean, _LAW),
-            lambda static, mean, law: law == "table" or static >= mean,
-            f"at least {mean} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
-        )
-        for mean in (MEAN, f"{STATISTICS}.mean")
+    Rule(
+        (_STATIC, MEAN, _LAW),
+        lambda static, mean, law: law == "table" or static >= mean,
+        f"at least {MEAN} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
     ),
     Rule(
         (_STATIC, _TABLE),
@@ -281,21 +264,19 @@ RULES = (
         for form in (STATISTICS, RECORD)
     ),
     Rule(
-        (_LENGTH, _VELOCITY, _OMEGA, _PERIODS),
-        lambda length, velocity, omega, periods: path_nodes(length, velocity, omega, periods) <= MOST_NODES,
-        f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{3}} natural periods, "
+        (_LENGTH, *_MOTION),
+        lambda length, *motion: path_nodes(length, *motion) <= MOST_NODES,
+        f"a length that the belt, {{1}} m/s, passes at most {MOST_NODES // PATH_NODES} times in {{4}} natural periods, "
         f"or a run takes more than {MOST_NODES} nodes of friction",
     ),
     Rule(
-        (_VELOCITY, "strip.window_m", _OMEGA, _PERIODS),
-        lambda velocity, window, omega, periods: (
-            path_nodes(LENGTH_OF_WINDOW * window, velocity, omega, periods) <= MOST_NODES
-        ),
+        (_MOTION[0], "strip.window_m", *_MOTION[1:]),
+        lambda velocity, window, *motion: path_nodes(LENGTH_OF_WINDOW * window, velocity, *motion) <= MOST_NODES,
         f"a belt that passes strip.window_m = {{1}} m at most {MOST_NODES // PATH_NODES * LENGTH_OF_WINDOW:g} times in "
-        f"{{3}} natural periods, or a run takes more than {MOST_NODES} nodes of friction",
+        f"{{4}} natural periods, or a run takes more than {MOST_NODES} nodes of friction",
     ),
     Rule(
-        (_LENGTH, _PROCESS, _VELOCITY, _OMEGA, _PERIODS, "ensemble.nodes_per_correlation_length"),
+        (_LENGTH, _PROCESS, "ensemble.nodes_per_correlation_length", *_MOTION),
         _path_fits,
         f"long enough for at most {MOST_NUMBERS} nodes (0.8 GB of memory) over the belt's way in a run, "
         f"or {_PROCESS}: recursion",
@@ -304,7 +285,7 @@ RULES = (
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """The spring is given by the natural frequency or by its stiffness, and a friction table with its law alone."""
+    """A friction table goes with its law alone, and a range of a map rises."""
     values = scene.get("oscillator")
     if isinstance(values, dict):
         yield from _oscillator_mistakes(values)
@@ -318,10 +299,6 @@ def _oscillator_mistakes(values: Values) -> Iterator[Mistake]:
         yield missing(f"{_LAW} = table needs it", _TABLE, _LAW)
     elif law not in ("table", None) and table is not None:
         yield not_together(_TABLE, table, _LAW, law, allowed="only table takes it")
-    if _FREQUENCY in values and _STIFFNESS in values:
-        yield not_together(f"oscillator.{_STIFFNESS}", values[_STIFFNESS], f"oscillator.{_FREQUENCY}")
-    elif _FREQUENCY not in values and _STIFFNESS not in values:
-        yield missing(f"give it, or oscillator.{_STIFFNESS}", f"oscillator.{_FREQUENCY}")
 
 
 def _map_mistakes(asked: Values) -> Iterator[Mistake]:
@@ -336,13 +313,3 @@ def _map_mistakes(asked: Values) -> Iterator[Mistake]:
             allowed = f"for {parameter} a first number above 0"
         if allowed:
             yield refused(values, allowed, "map.ranges", "map.parameters")
-
-
-def with_frequency(scene: Values) -> Values:
-    """The scene with the natural frequency that follows from stiffness and mass, where it gives these instead."""
-    values = scene.get("oscillator")
-    if isinstance(values, dict) and values.get(_FREQUENCY) is None:
-        stiffness, mass = values.get(_STIFFNESS), values.get(_MASS)
-        if isinstance(stiffness, int | float) and isinstance(mass, int | float) and min(stiffness, mass) > 0:
-            return scene | {"oscillator": values | {_FREQUENCY: math.sqrt(stiffness / mass)}}
-    return scene

@@ -110,7 +110,7 @@ _OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
 
 
 def inherited(name: str, scenes_folder: Path) -> list[str]:
-    """Warnings on what a valid scene inherits and hardly means: a friction curve and a spring of another machine.
+    """Warnings on what a valid scene inherits and hardly means: a friction curve of another machine.
 
     A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
     """
@@ -128,13 +128,5 @@ def inherited(name: str, scenes_folder: Path) -> list[str]:
         warnings.append(
             f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
             "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
-        )
-    if height("oscillator.mass_kg") < height("oscillator.natural_frequency_rad_per_s") < len(chain):
-        both = (merged.values["oscillator"][key] for key in ("mass_kg", "natural_frequency_rad_per_s"))
-        mass, omega = (value["value"] if isinstance(value, dict) else value for value in both)
-        warnings.append(
-            f"oscillator.mass_kg: with the natural frequency of scene "
-            f"{chain[height('oscillator.natural_frequency_rad_per_s')].stem}, {omega:g} rad/s, the spring follows as "
-            f"{mass * omega**2:.3g} N/m: give stiffness_n_per_m"
         )
     return warnings

@@ -41,15 +41,6 @@ Wavelength = Annotated[float, Field(gt=0, le=1, description="A wavelength [m]")]
 Distance = Annotated[float, Field(ge=1e-11, le=0.01, description="A distance [m]")]
 
 
-class Fractal(Section):
-    """Weierstrass-Mandelbrot surface, plane waves with random phases, eq. (1) and its form in two dimensions."""
-
-    hurst: float = number("Hurst exponent; the fractal dimension of the surface is 3 minus it", ge=0.01, le=0.99)
-    wavelengths_m: tuple[Wavelength, Wavelength] | None = many(
-        "Shortest and longest wave; where not given, two cells and the whole length of the strip", default=None
-    )
-
-
 class Scan(Section):
     """A measured surface; models are fitted to it, and surfaces are sampled from these."""
 
@@ -95,7 +86,7 @@ class Scan(Section):
 class Roughness(Section):
     """Random heights, stationary: a field, a fractal or a measured surface.
 
-    A field has covariance, rms_height_m and correlation_length_m, a fractal has fractal and rms_height_m.
+    A field has covariance, rms_height_m and correlation_length_m, a fractal has wavelengths_m, hurst and rms_height_m.
     """
 
     covariance: str = word(
@@ -133,7 +124,7 @@ class Roughness(Section):
         default=None,
     )
     hurst: float | None = number(
-        "Hurst exponent of a self_affine covariance; the fractal dimension of the surface is 3 minus it",
+        "Hurst exponent of a self_affine covariance or a fractal; the fractal dimension of the surface is 3 minus it",
         ge=0.01,
         le=1,
         default=None,
@@ -151,33 +142,37 @@ class Roughness(Section):
         "and the transformation to the marginal changes it a little",
         default=False,
     )
-    fractal: Fractal | None = part()
+    wavelengths_m: tuple[Wavelength, Wavelength] | None = many(
+        "Shortest and longest wave of a fractal: Weierstrass-Mandelbrot waves with random phases, eq. (1) and its form "
+        "in two dimensions",
+        default=None,
+    )
     scan: Scan = part()
 
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")
 SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in shapes))
-CORRECT, BETA = "correct_correlation", "beta_shapes"
+CORRECT, BETA, WAVES = "correct_correlation", "beta_shapes", "wavelengths_m"
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, BETA)
 # The keys that each form may have.
 FORMS = {
     "covariance": (*FIELD, *FIELD_OPTIONS, CORRECT),
-    "fractal": ("fractal", "rms_height_m"),
+    WAVES: (WAVES, "hurst", "rms_height_m"),
     "scan": ("scan", CORRECT),
 }
 STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 
 _REPLACES = {
-    **dict.fromkeys((*FIELD, *FIELD_OPTIONS), ("fractal", "scan")),
-    "rms_height_m": ("scan",),
-    "covariance": ("fractal", "scan", *SHAPES),
-    "fractal": (*(key for key in FORMS["covariance"] if key != "rms_height_m"), "scan"),
-    "scan": (*FORMS["covariance"], "fractal"),
+    **dict.fromkeys((*FIELD, *FIELD_OPTIONS), (WAVES, "scan")),
+    **dict.fromkeys(("rms_height_m", "hurst"), ("scan",)),
+    "covariance": (WAVES, "scan", *SHAPES),
+    WAVES: (*(key for key in FORMS["covariance"] if key not in ("rms_height_m", "hurst")), "scan"),
+    "scan": (*FORMS["covariance"], WAVES),
     "scan.marginal": (CORRECT,),
 }
 REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
 
-_LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.fractal.wavelengths_m", "strip.cell_m"
+_LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.wavelengths_m", "strip.cell_m"
 RULES = (
     Rule(
         ("strip.window_m", _LENGTH),
@@ -200,8 +195,8 @@ RULES = (
         "a shortest wave of more than two cells, strip.cell_m = {1} [m]",
     ),
     Rule(
-        ("strip.expansion_spacing_m", _CELL, "roughness.fractal"),
-        lambda spacing, cell, fractal: spacing == cell or (fractal["wavelengths_m"] or [0.0])[0] > 2 * spacing,
+        ("strip.expansion_spacing_m", _CELL, _WAVES),
+        lambda spacing, cell, waves: spacing == cell or waves[0] > 2 * spacing,
         f"strip.cell_m = {{1}} [m], or less than half of the first of {_WAVES}",
     ),
     Rule(
@@ -210,9 +205,9 @@ RULES = (
         f"false, or the first of {_WAVES} = {{1}} more than four cells, 4 x {{2}} m",
     ),
     Rule(
-        ("targets", "roughness.fractal"),
+        ("targets", _WAVES),
         lambda targets, _: "figure2" not in targets,
-        "figure2 expands the pressure in Gaussian variables, and roughness.fractal has a phase a wave",
+        "figure2 expands the pressure in Gaussian variables, and a fractal has a phase a wave",
     ),
 )
 
@@ -222,14 +217,15 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     roughness = scene.get("roughness")
     if not isinstance(roughness, dict):
         return
-    form = next((key for key in ("scan", "fractal") if key in roughness), "covariance")
+    form = next((key for key in ("scan", WAVES) if key in roughness), "covariance")
     every = {key for keys in FORMS.values() for key in keys}
     for key, value in roughness.items():
         if key in every.difference(FORMS[form]):
             yield not_together(f"roughness.{key}", value, f"roughness.{form}")
-    for key in {"covariance": FIELD, "fractal": FORMS["fractal"]}.get(form, ()):
+    for key in {"covariance": FIELD, WAVES: FORMS[WAVES]}.get(form, ()):
         if key not in roughness:
-            yield missing(f"give {', '.join(FIELD)}, or fractal with rms_height_m, or scan", f"roughness.{key}")
+            forms = f"give {', '.join(FIELD)}, or {WAVES} with hurst and rms_height_m, or scan"
+            yield missing(forms, f"roughness.{key}")
     if form == "covariance":
         yield from _field_mistakes(roughness)
     if CORRECT in roughness and form == "covariance" and BETA not in roughness:

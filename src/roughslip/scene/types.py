@@ -96,6 +96,7 @@ def scene_of(values: Values, reads: Iterable[str] | None = None) -> Scene:
     if reads is not None:
         return build(Scene, part_of(values, reads))
     sections: Values = {name: {} for name, field in Scene.model_fields.items() if kind_of(field) is not None}
+    del sections["load"]  # without numbers there is none
     return build(Scene, completed(Scene, sections | values))
 
 

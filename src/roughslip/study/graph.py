@@ -209,14 +209,14 @@ _ROWS = (
     ),
     Stage(
         name="deterministic",
-        reads="oscillator ensemble friction.statistics? friction.scatter?",
+        reads="oscillator ensemble friction.mean? friction.statistics? friction.scatter?",
         takes={"friction": FRICTION},
         makes="oscillator/deterministic.nc",
         memory_mb=620,
     ),
     Stage(
         name="oscillator",
-        reads="seed oscillator ensemble friction.statistics? friction.scatter?",
+        reads="seed oscillator ensemble friction.mean? friction.statistics? friction.scatter?",
         takes={"friction": FRICTION},
         makes="oscillator/ensemble-{first}-{last}.nc",
         batches={"": "ensemble.realisations"},
@@ -231,7 +231,7 @@ _ROWS = (
     Stage(
         name="answer",
         reads="seed oscillator answer.realisations? answer.duration_periods? ensemble.marginal? "
-        "friction.statistics? friction.scatter?",
+        "friction.mean? friction.statistics? friction.scatter?",
         takes={"friction": FRICTION},
         makes="answer.json",
         target="answer",
@@ -250,7 +250,7 @@ _ROWS = (
     ),
     Stage(
         name="stick_slip_map",
-        reads="seed oscillator map ensemble.marginal? friction.statistics? friction.scatter?",
+        reads="seed oscillator map ensemble.marginal? friction.mean? friction.statistics? friction.scatter?",
         takes={"friction": FRICTION},
         makes="oscillator/map.nc",
         memory_mb=620,
@@ -317,7 +317,7 @@ _ROWS = (
         module="figure_chain",
         draws="figure_chain",
         reads="description seed material roughness oscillator ensemble strip.cell_m "
-        "numerics.contact_tolerance friction.statistics? friction.scatter? load? "
+        "numerics.contact_tolerance friction.mean? friction.statistics? friction.scatter? load? "
         "numerics.contact_area? strip.window_m? strip.width_m? strip.window_spacing_m? strip.samples?",
         takes={"cycles": "cycles", "friction": FRICTION, "scan": "scan?"},
         target="figure_chain",

@@ -63,7 +63,7 @@ def score_of_variables(result: store.Result) -> str:
 
 def strips_represented(scene: Scene) -> str:
     """How strips are sampled."""
-    if scene.roughness.fractal is not None:
+    if scene.roughness.wavelengths_m is not None:
         return "Strips are sums of plane waves with random phases."
     return "Strips are sampled by circulant embedding, exact and stationary."
 
@@ -82,7 +82,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
-    loaded = scene.load is not None and scene.load.nominal_pressure_pa is not None
+    loaded = scene.load is not None
     if "contact" in stages and not loaded:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         sentences[figure] = [strips_represented(scene)]

@@ -65,7 +65,7 @@ class WeierstrassMandelbrot:
         if self.variables > MOST_WAVES:
             raise ParameterError(
                 f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths, or a narrower "
-                "band; scene key: roughness.fractal.wavelengths_m"
+                "band; scene key: roughness.wavelengths_m"
             )
 
     @property
@@ -121,7 +121,7 @@ class WeierstrassMandelbrot:
             raise ParameterError(
                 f"the band {self.longest_wavelength_m:.3g} m to {self.shortest_wavelength_m:.3g} m is too wide for a "
                 "search of its 1/e length: lengthen the shortest wavelength, which hardly changes it; scene key: "
-                "roughness.fractal.wavelengths_m"
+                "roughness.wavelengths_m"
             )
         distances = step * np.arange(math.ceil(self.longest_wavelength_m / step) + 1)
         below = np.flatnonzero(excess(distances) <= 0.0)
@@ -191,7 +191,7 @@ def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
             raise ParameterError(
                 f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
                 "lengthen the shortest wavelength or use a finer mesh; scene keys: "
-                "roughness.fractal.wavelengths_m, strip.cell_m"
+                "roughness.wavelengths_m, strip.cell_m"
             )
     x = np.outer(grid.x(), kx)
     return PlaneWaves(grid, amplitudes, np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y())))
@@ -238,7 +238,7 @@ class RandomPhaseMarginal:
                 raise ConvergenceError(
                     f"the distribution of a sum of {len(self.amplitudes) * self.repeats} cosines is not found from "
                     "its series; use more frequencies or azimuths; scene key: "
-                    "roughness.fractal.wavelengths_m",
+                    "roughness.wavelengths_m",
                     self._truncation(math.pi * MOST_TERMS / self.bound),
                     MOST_TERMS,
                 )

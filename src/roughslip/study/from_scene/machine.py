@@ -49,7 +49,7 @@ def oscillator_of(section: Any) -> Oscillator:
     """The mass on the belt of a section `oscillator`."""
     return Oscillator(
         mass_kg=section.mass_kg,
-        natural_frequency_rad_per_s=section.natural_frequency_rad_per_s,
+        natural_frequency_rad_per_s=math.sqrt(section.stiffness_n_per_m / section.mass_kg),
         damping_ratio=section.damping_ratio,
         belt_velocity_m_per_s=section.belt_velocity_m_per_s,
         normal_force_n=section.normal_force_n,
@@ -86,7 +86,7 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
     multiplies, windows = scene.friction.scatter == "multiplicative", scene.oscillator.windows_in_parallel
     pad: Callable[[float, float], Pad] | None = None
     if given is not None:
-        mean, deviation, length = given.mean, given.standard_deviation, given.correlation_length_m
+        mean, deviation, length = scene.friction.mean, given.standard_deviation, given.correlation_length_m
         a, b = PAPER_SHAPES
     elif result is None:
         raise InputError("the oscillator needs --friction where the scene gives no friction statistics")

@@ -11,14 +11,13 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import BetaDistribution, EmpiricalDistribution
-from roughslip.scene.roughness import Fractal, Scan
+from roughslip.scene.roughness import Roughness, Scan
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import geometry
 from roughslip.study.from_scene.streams import Stream
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
-from roughslip.surface.fractal import WeierstrassMandelbrot, fractal_on
+from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, SurfaceModel
 from roughslip.surface.models import MODELS, covariance_of
 
@@ -30,8 +29,8 @@ HELPS = {"outliers": "missing", "marginal": "gaussian", "covariance": "measured"
 
 def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
     """The surface of a scene. scan : what stage `scan` found, where the scene has one."""
-    if scene.roughness.fractal is not None:
-        return FractalModel(fractal_law(scene, scene.roughness.fractal))
+    if scene.roughness.wavelengths_m is not None:
+        return FractalModel(fractal_law(scene.roughness))
     return gaussian_model(scene, scan)
 
 
@@ -49,13 +48,12 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
     return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
 
 
-def fractal_law(scene: Scene, law: Fractal) -> WeierstrassMandelbrot:
-    """The waves of a fractal; where the scene gives no band, that of the strip, from its length to two cells."""
-    roughness, grid = scene.roughness, geometry.strip_grid(scene)
-    if law.wavelengths_m is None:
-        return fractal_on(grid, law.hurst, roughness.rms_height_m, AZIMUTHS, GAMMA)
-    shortest, longest = law.wavelengths_m
-    return WeierstrassMandelbrot(law.hurst, roughness.rms_height_m, longest, shortest, AZIMUTHS, GAMMA)
+def fractal_law(roughness: Roughness) -> WeierstrassMandelbrot:
+    """The waves of a fractal."""
+    assert roughness.wavelengths_m is not None
+    assert roughness.hurst is not None
+    shortest, longest = roughness.wavelengths_m
+    return WeierstrassMandelbrot(roughness.hurst, roughness.rms_height_m, longest, shortest, AZIMUTHS, GAMMA)
 
 
 def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int], np.ndarray]:

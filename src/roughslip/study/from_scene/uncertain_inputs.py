@@ -32,15 +32,14 @@ from roughslip.study.from_scene.machine import at_penetration, friction_of, is_u
 from roughslip.study.from_scene.surface_model import gaussian_model
 
 SCAN, SURFACE, SOLVES = "scan", "surface", "contact solves"
-MEANS = ("friction.statistics.mean", "friction.mean")  # a scene reads one of them
+MEAN = "friction.mean"
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
 STATIC, TABLE, FORCE = "oscillator.static_friction", "oscillator.friction_table", "load.force_n"
 SOURCES = {  # of the numbers that a scene may give with a standard uncertainty, but for those of the surface
-    **dict.fromkeys((*MEANS, STATIC, TABLE), "friction curve"),
+    **dict.fromkeys((MEAN, STATIC, TABLE), "friction curve"),
     **dict.fromkeys(("oscillator.stribeck_decay_s_per_m", "oscillator.stribeck_quadratic_s2_per_m2"), "friction curve"),
     **dict.fromkeys((SCATTER, LENGTH), "friction process"),
     "oscillator.mass_kg": "mass",
-    "oscillator.natural_frequency_rad_per_s": "natural frequency",
     "oscillator.stiffness_n_per_m": "stiffness",
     "oscillator.damping_ratio": "damping",
     "oscillator.belt_velocity_m_per_s": "belt velocity",
@@ -73,7 +72,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         def factor(key: str) -> float:
             return values[key] / value_of(scene, key) if key in values else 1.0
 
-        of_mean = math.prod(map(factor, MEANS))
+        of_mean = factor(MEAN)
         scatter = factor(SCATTER) * values.get("solved.scatter", 1.0) * (of_mean if solved else 1.0)
         scatter *= values.get("record.scatter", 1.0)
         length = factor(LENGTH) * values.get("solved.length", 1.0) * values.get("record.length", 1.0)
@@ -197,7 +196,7 @@ def _relative_errors(
 def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> SimpleNamespace:
     """The section `oscillator` at other values of its numbers. mean : friction coefficient
 
-    Where the scene gives the stiffness, the natural frequency follows from it. A limit of stick that is the first
+    A limit of stick that is the first
     coefficient of the table stays that; none falls below it.
     """
     section = SimpleNamespace(**vars(scene.oscillator))
@@ -205,8 +204,6 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
         if key in SOURCES and key.startswith("oscillator."):
             setattr(section, key.removeprefix("oscillator."), value)
     section.normal_force_n = values.get(FORCE, section.normal_force_n)
-    if section.stiffness_n_per_m is not None:
-        section.natural_frequency_rad_per_s = math.sqrt(section.stiffness_n_per_m / section.mass_kg)
     if (table := scene.oscillator.friction_table) is not None:
         rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]
         if scene.oscillator.static_friction == table[0][1]:

@@ -1,6 +1,7 @@
 """Correlation of the heights of a scene, and with it that of the friction of a pad over the slipped distance."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,10 @@ def correlation_variables(scene: Scene, scan: Path | None, length_m: float | Non
 
 def correlated(scene: Scene, scan: Path | None = None) -> Surface:
     """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
-    fractal, model = scene.roughness.fractal, surface_model(scene, scan)
-    covariance = gaussian_model(scene, scan).covariance if fractal is None else fractal_law(scene, fractal)
+    roughness, model = scene.roughness, surface_model(scene, scan)
+    if roughness.wavelengths_m is None:
+        covariance: Any = gaussian_model(scene, scan).covariance
+    else:
+        covariance = fractal_law(roughness)
     variance = covariance.rms_height_m**2
     return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)

@@ -136,7 +136,7 @@ def test_faults_are_refused() -> None:
     for f in (fit_beta, distance_to_beta):
         with pytest.raises(IllPosedError, match="no scatter"):
             f(same, valid, weights())
-    with pytest.raises(ParameterError, match="shapes"):
+    with pytest.raises(ParameterError, match="a shape of a Beta"):
         distance_to_beta(mu, valid, weights(), 0.0, 5.0)
 
 

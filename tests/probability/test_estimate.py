@@ -261,7 +261,7 @@ def test_an_answer_changes_between_two_neighbouring_values(name, power):
 
 def test_a_range_lies_between_positive_numbers_and_begins_at_a_known_answer():
     for ends in ((0.0, 1.0), (1.0, 0.0), (1.0, np.inf), (np.nan, 1.0)):
-        with pytest.raises(ParameterError, match="finite positive numbers"):
+        with pytest.raises(ParameterError, match="positive and finite"):
             first_change(lambda value: "own", *ends)
     with pytest.raises(ParameterError, match="at the start value 2 is unknown"):
         first_change(lambda value: None, 2.0, 10.0)

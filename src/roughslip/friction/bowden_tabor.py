@@ -7,12 +7,10 @@ contact area have no mu; they are marked, never averaged.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from roughslip.errors import ParameterError, real, whole
-from roughslip.validation import finite, gate, reals
+from roughslip.errors import ParameterError, whole
+from roughslip.validation import finite, gate, positive
 
 Windows = tuple[np.ndarray, np.ndarray]  # mu and valid, or area and force, each (..., S, W)
 
@@ -30,15 +28,13 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
     most (window_nodes + 1) 2^-53 sum|column_sums| of the strip. Terms >= 0 give sums >= 0, and windows of zeros exactly
     0. A strip's result does not depend on the other strips.
     """
-    columns = reals("column sums", column_sums)
+    columns = finite("column_sums", column_sums)
     nx = columns.shape[-1] if columns.ndim else 0
     if whole("a stride", stride_nodes) < 1 or not 1 <= whole("a window", window_nodes) <= nx:
         raise ParameterError(
             f"a window of {window_nodes} columns every {stride_nodes} does not fit a strip of {nx} columns: "
             "1 <= window <= strip and stride >= 1"
         )
-    if not np.isfinite(columns).all():
-        raise ParameterError("column sums must be finite")
     running = np.zeros((*columns.shape[:-1], nx + 1))
     np.cumsum(columns, axis=-1, out=running[..., 1:])
     start = np.arange(0, nx - window_nodes + 1, stride_nodes)
@@ -61,18 +57,12 @@ def friction_coefficient(
     """
     force = finite("force", force)
     area = finite("area", area)
-    area, force = reals("contact area", area), reals("normal force", force)
     if area.shape != force.shape:
         raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")
-    for name, values in (("area", area), ("force", force)):
-        if not (np.isfinite(values).all() and (values >= 0.0).all()):
-            raise ParameterError(f"contact {name} of a window must be finite and not negative")
-    for name, value, unit in (
-        ("shear strength", shear_strength_pa, "Pa"),
-        ("least contact area", least_area_m2, "m^2"),
-    ):
-        if not (math.isfinite(real(f"the {name}", value)) and value > 0.0):
-            raise ParameterError(f"the {name} must be positive and finite, not {value} {unit}")
+    if (area < 0.0).any() or (force < 0.0).any():
+        raise ParameterError("contact area and normal force of a window must not be negative")
+    positive("the shear strength", shear_strength_pa, "Pa")
+    positive("the least contact area", least_area_m2, "m^2")
     valid = area >= least_area_m2
     if (force[valid] <= 0.0).any():
         raise ParameterError("a window in contact carries no normal force: area and force do not belong together")

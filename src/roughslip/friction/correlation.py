@@ -13,11 +13,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.errors import IllPosedError, ParameterError, real
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.statistics import check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
 from roughslip.results import described, result
-from roughslip.validation import finite, gate, reals
+from roughslip.validation import finite, gate, positive
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
@@ -187,7 +187,6 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
     window : [m] length of a window
     """
     lags = finite("lags", lags, 1)
-    lags = reals("lags", lags)
     if lags.shape != estimate.value.shape:
         raise ParameterError(f"lags {lags.shape} and autocorrelation {estimate.value.shape} must have one shape")
     lags = _lags_to_three_windows(lags, window)
@@ -206,12 +205,9 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
 
 
 def _lags_to_three_windows(lags: np.ndarray, window: float) -> np.ndarray:
-    lags = reals("lags", lags)
-    finite = lags.ndim == 1 and lags.size > 0 and bool(np.isfinite(lags).all())
-    if not (finite and lags[0] == 0.0 and (np.diff(lags) > 0.0).all()):
+    lags, _ = finite("lags", lags, 1), positive("the window", window, "m")
+    if not (lags.size and lags[0] == 0.0 and (np.diff(lags) > 0.0).all()):
         raise ParameterError("lags must increase from 0")
-    if not (math.isfinite(real("the window", window)) and window > 0.0):
-        raise ParameterError(f"the window must be positive and finite, not {window} m")
     if np.sum(lags <= 0.5 * window * (1.0 + 1e-9)) < 2:
         raise IllPosedError("no lag within half a window: space the windows more closely")
     return lags[lags <= LONGEST_WINDOWS * window * (1.0 + 1e-9)]

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 from scipy import special
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
+from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.statistics import (
     check_windows,
     power_sums,
@@ -23,7 +23,7 @@ from roughslip.friction.statistics import (
 )
 from roughslip.probability import Estimate, beta_moments
 from roughslip.results import described, result
-from roughslip.validation import gate
+from roughslip.validation import gate, positive
 
 SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
@@ -147,8 +147,8 @@ def distance_to_beta(
     quantiles of the Beta, so it is at most 0.001 too small; `scipy.stats.kstest` takes one sample, and here are all
     replicates. Sampling noise raises it: a sample of the Beta itself shows about 0.6 / sqrt(effective windows).
     """
-    if not all(math.isfinite(real("a shape", shape)) and shape > 0.0 for shape in (a, b)):
-        raise ParameterError(f"shapes of a Beta distribution must be positive and finite, not {a} and {b}")
+    for shape in (a, b):
+        positive("a shape of a Beta distribution", shape)
     mu, valid = check_windows(mu, valid, weights)
     mean, std = _mean_and_std(mu, valid, weights)
     probability = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES

@@ -14,7 +14,7 @@ import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.validation import reals
+from roughslip.validation import finite
 
 
 def curve_over_penetration(percentiles: np.ndarray, estimates: Sequence[Estimate], points: np.ndarray) -> Estimate:
@@ -50,8 +50,7 @@ def trend(percentiles: np.ndarray, estimates: Sequence[Estimate]) -> tuple[Estim
     The line is that of least squares. Raises as `curve_over_penetration`.
     """
     q, rows = _levels(percentiles, len(estimates)), np.stack([estimate.rows for estimate in estimates])
-    if not np.isfinite(rows).all():
-        raise ParameterError("values and replicates of a trend must be finite")
+    finite("values and replicates of a trend", rows)
     about = q - q.mean()
     line = np.einsum("l,lr->r", (q[-1] - q[0]) * about / np.sum(about**2), rows)
     return Estimate.from_rows(line), Estimate.from_rows(rows[-1] - rows[0])
@@ -59,7 +58,7 @@ def trend(percentiles: np.ndarray, estimates: Sequence[Estimate]) -> tuple[Estim
 
 def _curve(percentiles: np.ndarray, rows: np.ndarray, points: float | np.ndarray) -> np.ndarray:
     """(rows, points) of the curves through rows : (n, L)."""
-    at, first, last = reals("penetrations", points), percentiles[0], percentiles[-1]
+    at, first, last = finite("penetrations", points), percentiles[0], percentiles[-1]
     if not ((at >= first) & (at <= last)).all():
         raise ParameterError(f"penetrations must lie between the levels {first:g} and {last:g} %: solve others too")
     return np.asarray(scipy.interpolate.PchipInterpolator(percentiles, rows, axis=1)(at))
@@ -67,8 +66,8 @@ def _curve(percentiles: np.ndarray, rows: np.ndarray, points: float | np.ndarray
 
 def _levels(percentiles: np.ndarray, count: int) -> np.ndarray:
     """The percentiles as floats; refuses all but `count` increasing ones, at least two."""
-    q = reals("percentiles", percentiles)
-    if q.ndim != 1 or not np.isfinite(q).all() or len(q) != count or not (np.diff(q) > 0.0).all():
+    q = finite("percentiles", percentiles, 1)
+    if len(q) != count or not (np.diff(q) > 0.0).all():
         raise ParameterError("statistics over penetration need increasing, finite percentiles, one for each value")
     if len(q) < 2:
         raise IllPosedError("a curve or trend over penetration needs at least two levels")

@@ -16,7 +16,7 @@ import numpy as np
 from roughslip.errors import ParameterError, real
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
 from roughslip.probability.translation import tabulate
-from roughslip.validation import gate, reals
+from roughslip.validation import gate, positive, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
@@ -87,9 +87,7 @@ class FrictionProcess:
     shape: CorrelationShape | None = None
 
     def __post_init__(self) -> None:
-        length = self.correlation_length_m
-        if not (math.isfinite(real("FrictionProcess.correlation_length_m", length)) and length > 0.0):
-            raise ParameterError(f"FrictionProcess.correlation_length_m must be finite and positive, not {length}")
+        positive("FrictionProcess.correlation_length_m", self.correlation_length_m)
 
     @gate
     def autocorrelation(self, s: np.ndarray) -> np.ndarray:

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betainccinv, betaincinv, betaln, ndtr
 
-from roughslip.errors import IllPosedError, ParameterError, real
-from roughslip.validation import finite, gate, not_negative, positive, reals
+from roughslip.errors import IllPosedError, ParameterError
+from roughslip.validation import finite, gate, not_negative, positive
 
 NEGLIGIBLE = 1e-12  # share of the support of a Beta distribution
 FEWEST_QUANTILES = 10
@@ -74,9 +74,9 @@ class BetaDistribution:
     def __post_init__(self) -> None:
         for name in ("a", "b"):
             positive(f"BetaDistribution.{name}", getattr(self, name))
-        lower, upper = real("the lower end", self.lower), real("the upper end", self.upper)
-        if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
-            raise ParameterError(f"lower and upper must be finite and in order, not {self.lower} and {self.upper}")
+        lower, upper = finite("lower", self.lower), finite("upper", self.upper)
+        if lower > upper:
+            raise ParameterError(f"lower and upper must be in order, not {self.lower} and {self.upper}")
 
     @classmethod
     @gate
@@ -126,12 +126,9 @@ class QuantileDistribution:
     standard_deviation: float
 
     def __post_init__(self) -> None:
-        q = reals("quantiles", self.quantiles)
-        if q.ndim != 1 or q.size < FEWEST_QUANTILES or not np.isfinite(q).all() or (np.diff(q) < 0.0).any():
-            raise ParameterError(
-                f"quantiles must be a row of at least {FEWEST_QUANTILES} finite increasing numbers, not of the shape "
-                f"{q.shape}"
-            )
+        q = finite("quantiles", self.quantiles, 1)
+        if q.size < FEWEST_QUANTILES or (np.diff(q) < 0.0).any():
+            raise ParameterError(f"quantiles must be at least {FEWEST_QUANTILES} increasing numbers, not {q.size}")
         finite("the mean", self.mean)
         not_negative("the standard deviation", self.standard_deviation)
         if not q[-1] - q[0] > 1e-12 * max(abs(q[0]), abs(q[-1])):

@@ -10,7 +10,7 @@ import scipy
 from scipy.special import ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import finite, gate, positive, reals
+from roughslip.validation import finite, gate, positive
 
 EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
 FINE = 1.0 / 256.0
@@ -71,8 +71,9 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
 
     Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
     """
-    values = finite("values", values)
-    x = checked_values(values)
+    x = finite("values", values).ravel()
+    if not x.size or np.ptp(x) <= 1e-12 * np.max(np.abs(x)):
+        raise IllPosedError(f"all {x.size} values are equal: give values that differ")
     deviation = float(np.std(x)) if standard_deviation is None else standard_deviation
     positive("standard_deviation", deviation)
     if x.size < 10 * LEAST_BEYOND:
@@ -127,13 +128,3 @@ def _moment(normal: np.ndarray, values: np.ndarray, order: int) -> float:
     """E x^order of x linear in g between the nodes, by the trapezoidal rule with a normal weight."""
     density = np.exp(-0.5 * normal**2) / math.sqrt(2.0 * math.pi)
     return float(np.trapezoid(density * values**order, normal))
-
-
-def checked_values(values: np.ndarray) -> np.ndarray:
-    """The values : (n,) finite and not constant; raises ParameterError or IllPosedError for others."""
-    x = reals("values", values).ravel()
-    if x.size < 2 or not np.isfinite(x).all():
-        raise ParameterError("a distribution needs two or more values, all finite; remove missing points")
-    if not np.ptp(x) > 1e-12 * np.max(np.abs(x)):
-        raise IllPosedError(f"all {x.size} values are equal to {x[0]:.6g}: give values that differ")
-    return x

@@ -18,8 +18,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import bdtr, ndtri
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, real
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability.estimate import TAILS
+from roughslip.validation import positive
 
 ACCURACY = 1e-3  # relative, of a value at which the probability crosses a level,
 COARSE = 0.02  # and where the values on both sides of it lie within its interval
@@ -45,8 +46,8 @@ def first_change(
     Raises ParameterError where the answer at the start is unknown, or where start and reach are not finite and
     positive.
     """
-    if not all(math.isfinite(value) and value > 0.0 for value in (real("start", start), real("reach", reach))):
-        raise ParameterError(f"a range is searched between finite positive numbers, not from {start} to {reach}")
+    for end in (start, reach):
+        positive("an end of a search", end)
     own = answer(start)
     if own is None:
         raise ParameterError(f"the answer at the start value {start:g} is unknown, so no range begins there")

@@ -21,7 +21,7 @@ KEYS = dict(schema.keys())
 
 ALWAYS = {"page"}
 SEVERAL = {"reference", "verify", "joint_page", "figures"}  # of several scenes together, asked for by name
-OSCILLATOR = {"answer", "deterministic", "oscillator", "cycles", "figures"}
+OSCILLATOR = {"answer", "cycles", "figures"}
 SCANNED = {"scan", "synthetic_surfaces", "figures"}
 
 
@@ -40,9 +40,9 @@ def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
     square = {key: scene["square"][key] for key in ("edge_m", "nodes", "modes")}
     roughness = scene["roughness"] | {"correct_correlation": False}
     assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": roughness, "square": square}
-    assert slice_for(shipped_scene("given"), "oscillator")["friction"]["statistics"]["standard_deviation"] > 0
-    assert slice_for(scene, "oscillator")["friction"] == {"mean": 0.3, "statistics": None, "scatter": "additive"}
-    assert slice_for(scene, "oscillator")["oscillator"]["law"] == "stribeck"
+    assert slice_for(shipped_scene("given"), "cycles")["friction"]["statistics"]["standard_deviation"] > 0
+    assert slice_for(scene, "cycles")["friction"] == {"mean": 0.3, "statistics": None, "scatter": "additive"}
+    assert slice_for(scene, "cycles")["oscillator"]["law"] == "stribeck"
     slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
     assert scene["strip"]["penetration_percentiles"]
 

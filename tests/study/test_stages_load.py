@@ -7,9 +7,10 @@ from roughslip import store
 from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.pad import WINDOWS
 from roughslip.scene.types import scene_of
-from roughslip.study import contact, figure_chain, friction
+from roughslip.study import contact, friction
 from roughslip.study.from_scene import domain, periodic_cell
 from roughslip.study.from_scene.periodic_cell import yielding
+from roughslip.study.graph import STAGES
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope
 from tests.study.scenes import CONTACT, changed
@@ -92,7 +93,7 @@ def test_every_cell_bears_the_nominal_pressure_and_is_the_same_alone(run):
 
 
 def test_a_figure_solves_the_first_of_these_cells_from_what_it_reads(run):
-    cells = domain.own_cells(scene_of(CELLS, figure_chain.STAGE.keys), None)
+    cells = domain.own_cells(scene_of(CELLS, STAGES["figure_chain"].keys), None)
     (solution,) = cells.solutions(cells.heights(0))
     np.testing.assert_array_equal(cells.blocks(solution.pressure), blocks_of(solved(run, CELLS))[1][0])
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from roughslip import store
 from roughslip.probability.estimate import wilson_interval
 from roughslip.study import cycles, deterministic, oscillator
 from roughslip.study.from_scene import machine
 from roughslip.study.from_scene.machine import DISCARDED_PERIODS
+from tests.study.conftest import job_of
 from tests.study.scenes import OSCILLATOR
 
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -43,13 +43,37 @@ def precise():
 
 
 @pytest.fixture(scope="module")
-def without_scatter(run):
-    return run(deterministic, CONFIGURATION)
+def plain(folder):
+    """plain(scene) is the motion without scatter, and what it warns of."""
+
+    def made(scene):
+        job = job_of("cycles", scene, folder / "plain.nc")
+        variables = deterministic.without_scatter(job.scene, job)
+        return {name: np.asarray(variable.values) for name, variable in variables.items()}, job.warnings
+
+    return made
 
 
 @pytest.fixture(scope="module")
-def hardly_scattered(run):
-    return run(oscillator, CONFIGURATION, "hardly", first=1, last=4)
+def runs(folder):
+    """runs(scene, numbers) is an ensemble of the runs of these numbers."""
+
+    def made(scene, numbers):
+        job = job_of("cycles", scene, folder / "runs.nc")
+        variables = oscillator.with_scatter(job.scene, job, numbers)
+        return {name: np.asarray(variable.values) for name, variable in variables.items()}
+
+    return made
+
+
+@pytest.fixture(scope="module")
+def without_scatter(plain):
+    return plain(CONFIGURATION)[0]
+
+
+@pytest.fixture(scope="module")
+def hardly_scattered(runs):
+    return runs(CONFIGURATION, range(1, 4))
 
 
 def test_limits_cycle_and_counts_without_scatter(without_scatter):
@@ -70,11 +94,11 @@ def test_limits_cycle_and_counts_without_scatter(without_scatter):
     assert result["cycles"][2] <= 1
 
 
-def test_a_cycle_that_does_not_exist_is_a_finding_and_no_warning(run):
-    result = run(deterministic, scattered(1e-9, damping_ratio=0.4), "without_cycle")
+def test_a_cycle_that_does_not_exist_is_a_finding_and_no_warning(plain):
+    result, warnings = plain(scattered(1e-9, damping_ratio=0.4))
     assert result["existence_limit"] == pytest.approx(0.3244, abs=1e-4)
     assert np.isnan([result[name] for name in ("departure", "reattachment", "period", "slipped_distance")]).all()
-    assert run.warnings == []
+    assert warnings == []
 
 
 def test_the_drawn_motion_is_the_cycle(without_scatter):
@@ -112,32 +136,31 @@ def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(without_scatt
     assert result["position"].shape == (1, len(plain["time"]))  # number 1 of the two that are drawn
     np.testing.assert_allclose(result["position"][0], plain["position"], atol=1e-6 * F)
     np.testing.assert_allclose(result["velocity"][0], plain["velocity"], atol=1e-5 * F)
-    assert result.attributes["first"] == 1
 
 
-def test_an_ensemble_scatters_as_its_friction_does(run, without_scatter):
+def test_an_ensemble_scatters_as_its_friction_does(runs, without_scatter):
     """Departure moves with mu_S by F mu_S, and the place of the next stick by as much."""
     spread = {}
     for std in (2e-3, 4e-3):
-        result = run(oscillator, scattered(std), first=0, last=8)
+        result = runs(scattered(std), range(8))
         spread[std] = result["reattachment"].std()
         assert result["reattachment"].mean() == pytest.approx(float(without_scatter["reattachment"]), abs=F * std)
     assert spread[4e-3] / spread[2e-3] == pytest.approx(2.0, rel=0.1)
     assert 0.3 < spread[2e-3] / (F * 2e-3) < 3.0
-    later = run(oscillator, scattered(4e-3), "later", first=6, last=8)  # numbers of runs do not depend on the batch
+    later = runs(scattered(4e-3), range(6, 8))  # a run does not depend on those before it
     np.testing.assert_array_equal(
         later["reattachment"], result["reattachment"][result["reattachment_realisation"] >= 6]
     )
 
 
 @pytest.mark.slow
-def test_keys_of_the_ensemble_reach_the_runs(run):
+def test_keys_of_the_ensemble_reach_the_runs(runs):
     """Each changes the places of reattachment, none by more than the scatter does."""
     plain = scattered(4e-3)
 
     def places(**keys):
         scene = plain | {"ensemble": plain["ensemble"] | keys}
-        return run(oscillator, scene, "keys", first=0, last=2)["reattachment"]
+        return runs(scene, range(2))["reattachment"]
 
     default = places()
     np.testing.assert_array_equal(default, places(process="recursion", marginal="paper"))
@@ -146,18 +169,16 @@ def test_keys_of_the_ensemble_reach_the_runs(run):
         assert points.mean() == pytest.approx(default.mean(), abs=4 * default.std())
 
 
-def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
-    """Eight runs, in two batches named in another order than numbered, at three dampings."""
+def test_an_ensemble_is_summed_up(run, runs, without_scatter):
+    """Eight runs at three dampings."""
     scene = scattered(4e-3)
-    batches = [run(oscillator, scene, name, first=first, last=last) for name, first, last in (("b", 0, 5), ("a", 5, 8))]
-    paths = [batch.path for batch in reversed(batches)]
-    result = run(cycles, scene, deterministic=without_scatter.path, ensemble=paths)
-    counts, micro, place = (store.join(batches, name) for name in ("cycles", "micro_slips", "reattachment"))
+    ensemble, result = runs(scene, range(8)), run(cycles, scene)
+    counts, micro, place = (ensemble[name] for name in ("cycles", "micro_slips", "reattachment"))
     np.testing.assert_array_equal(result["deterministic_cycles"], without_scatter["cycles"])
     np.testing.assert_allclose(result["mean_cycles"], counts.mean(axis=0))
     np.testing.assert_allclose(result["difference"], without_scatter["cycles"] - counts.mean(axis=0))
     np.testing.assert_allclose(result["mean_micro_slips"], micro.mean(axis=0))
-    last, nominal = (store.join(batches, name) > 20.0 for name in ("last_cycle", "nominal_last_cycle"))  # of 30 periods
+    last, nominal = (ensemble[name] > 20.0 for name in ("last_cycle", "nominal_last_cycle"))  # of 30 periods
     np.testing.assert_allclose(result["still_cycling"], last.mean(axis=0))
     share = [result[f"cycling_share{end}"] for end in ("", "_low", "_high")]
     assert share == pytest.approx([nominal.mean(), *wilson_interval(nominal.sum(), 8)])
@@ -165,7 +186,7 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     assert result["reattachment_mean"] == pytest.approx(place.mean())
     assert result["reattachment_std"] == pytest.approx(place.std())
     # whole runs are resampled, and their events weigh alike; the interval of eight is Student's
-    owner = store.join(batches, "reattachment_realisation")
+    owner = ensemble["reattachment_realisation"]
     far = np.bincount(owner, place - place.mean()) / len(place)
     half = (result["reattachment_mean_high"] - result["reattachment_mean_low"]) / 2
     assert half == pytest.approx(stdtrit(7, 0.975) * np.sqrt(8 / 7 * np.sum(far**2)), rel=0.2)
@@ -174,7 +195,7 @@ def test_an_ensemble_in_batches_is_summed_up(run, without_scatter):
     np.testing.assert_allclose(result["histogram"] * np.diff(edges) * len(place), np.histogram(place, edges)[0])
     assert (result["events"], result["realisations"], result["nominal_damping"]) == (len(place), 8, 0.17)
     for name in ("position", "velocity"):
-        np.testing.assert_array_equal(result[name], batches[0][name])  # of the two runs that are drawn
+        np.testing.assert_array_equal(result[name], ensemble[name])  # of the two runs that are drawn
         np.testing.assert_array_equal(result[f"deterministic_{name}"], without_scatter[name])
     for name in ("hopf_damping", "existence_limit", "reattachment", "departure"):
         assert result[f"deterministic_{name}"] == without_scatter[name]

@@ -156,9 +156,9 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
     def names():
         made = Names(Scenes(tmp_path, ["mine"]), ROOT, writes=False)
         assert made.scenes["mine"]["oscillator"]["law"] == "config/scenes/my_laws.py:BoPavelescu"
-        return {stage: made.entry("mine", stage).made_of.get("own", {}).keys() for stage in ("contact", "answer")}, {
-            stage: made.entry("mine", stage).key for stage in ("contact", "answer")
-        }
+        return {
+            stage: made.entry("mine", stage).made_of.get("user_files", {}).keys() for stage in ("contact", "answer")
+        }, {stage: made.entry("mine", stage).key for stage in ("contact", "answer")}
 
     with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: oscillator.law: 'my_laws.py' is not there"):
         Scenes(tmp_path, ["mine"])

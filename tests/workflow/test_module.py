@@ -159,7 +159,7 @@ SPLIT = """\
 extends: tiny
 jobs: 4
 """
-BATCHED = {"contact/square-*": 12, "contact/blocks-*": 4, "friction/expansion-*": 4, "oscillator/ensemble-*": 4}
+BATCHED = {"contact/square-*": 12, "contact/blocks-*": 4, "friction/expansion-*": 4}
 
 # What sums up batches; one figure, as figures draw what is stored in these.
 SUMMED_UP = (

@@ -34,7 +34,7 @@ PAGE = {"page": 1, "publish": 1}
 END = {"figures": 1, **PAGE}
 SQUARE = {"karhunen_loeve": 1, "contact_square": 3, "chaos_square": 1}
 STRIP = {"contact": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
-OSCILLATOR = {"answer": 1, "deterministic": 1, "oscillator": 1, "cycles": 1}
+OSCILLATOR = {"answer": 1, "cycles": 1}
 MAP = {"answer": 1, "stick_slip_map": 1}
 SCAN = {"scan": 1, "synthetic_surfaces": 1}
 STATISTICS = "{standard_deviation: 0.05, correlation_length_m: 2.5e-4}"
@@ -60,7 +60,7 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
         unlike = f"seed: {number}\nsquare: {{modes: {63 - number}}}\noscillator: {{mass_kg: 1.0{number:02}}}"
         project.scene(name, f"extends: tiny\n{unlike}\n{text}\n")
     planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/blocks-0-8.nc")
-    of_figure = {"deterministic": 1, "oscillator": 2, "cycles": 1, "figures": 1, "one_file": 1}
+    of_figure = {"cycles": 1, "figures": 1, "one_file": 1}
     assert planned.pop("given") == of_figure
     assert planned.pop("tiny") == {"contact": 1, "one_file": 1}
     for name, stages in zip(names, PLANNED.values(), strict=True):
@@ -72,7 +72,7 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
 
 
 # Jobs that an edit repeats.
-CYCLES = {"deterministic": 1, "oscillator": 1, "cycles": 1, **END}
+CYCLES = {"cycles": 1, **END}
 FRICTION = {"answer": 1, "stick_slip_map": 1, **CYCLES}  # a scene that names no targets has the map with figure5
 CENTRE = {"chaos_square": 1, **END}
 CONTACT = {"contact_square": 3, **CENTRE, **STRIP, **FRICTION}
@@ -184,10 +184,9 @@ def test_memory_grows_at_each_attempt_up_to_that_of_a_node():
                 assert 1.1 * 1.048576 * row["peak_memory_mib"] < STAGES[row["stage"]].memory_mb, row["stage"]
 
 
-OF_OSCILLATOR = {"deterministic", "oscillator", "cycles"}
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_SQUARE = {"contact_square", "chaos_square"}
-ALL_FRICTION = {*STRIP} | OF_OSCILLATOR | OF_POINT
+ALL_FRICTION = {*STRIP, "cycles"} | OF_POINT
 
 
 def names_of(folder: Path, *words: str) -> Names:
@@ -196,10 +195,10 @@ def names_of(folder: Path, *words: str) -> Names:
 
 # Of each overlay on `tiny` the stages that have another name.
 OVERLAYS = {
-    "oscillator: {damping_ratio: 0.2}": OF_OSCILLATOR | OF_POINT,
-    "ensemble: {damping_ratios: [0.17, 0.3]}": OF_OSCILLATOR,
-    "jobs: 2": ALL_FRICTION | OF_SQUARE,  # other files
-    "strip: {expansion_samples: 24}": {"expansion_strip", "friction"} | OF_OSCILLATOR | OF_POINT,
+    "oscillator: {damping_ratio: 0.2}": {"cycles"} | OF_POINT,
+    "ensemble: {damping_ratios: [0.17, 0.3]}": {"cycles"},
+    "jobs: 2": ALL_FRICTION | OF_SQUARE,  # other batches
+    "strip: {expansion_samples: 24}": {"expansion_strip", "friction", "cycles"} | OF_POINT,
     "seed: 7": ALL_FRICTION | OF_SQUARE,
     "description: Another": set(),
 }
@@ -219,14 +218,14 @@ def test_names_differ_from_the_first_change_on(empty, tmp_path):
     for name, overlay in variants.items():
         changed = {stage for stage in stages if names.entry("tiny", stage).key != names.entry(name, stage).key}
         assert changed == OVERLAYS[overlay], overlay
-    assert names.entry("one", "deterministic") == names.entry("other", "deterministic")
+    assert names.entry("one", "cycles") == names.entry("other", "cycles")
 
 
 @pytest.mark.slow
 def test_scenes_share_what_has_one_name(shared, plan):
     """From disk, and in a run of several new scenes, of which the first computes for all."""
     shared.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
-    oscillator = dict.fromkeys(OF_OSCILLATOR | {"answer"}, 1) | END
+    oscillator = OSCILLATOR | END
     assert plan(shared.folder, "variant") == {"variant": oscillator}
     shared.scene("new", "extends: variant\ntargets: [figure5]\nseed: 7\n")
     shared.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")

@@ -202,7 +202,7 @@ class Scenes:
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        takes_curve = self.stages(name) & {"answer", "deterministic", "stick_slip_map"}
+        takes_curve = self.stages(name) & {"answer", "cycles", "stick_slip_map"}
         return [*(inherited(name, self._folders[name]) if takes_curve else ()), *self._surface(name)[1]]
 
 

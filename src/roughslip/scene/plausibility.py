@@ -60,7 +60,7 @@ def _materials(scene: Values) -> Iterator[str]:
 def _static_friction(scene: Values) -> Iterator[str]:
     """A mean above the static coefficient where the rules of scenes do not refuse it."""
     static, table = get(scene, "oscillator.static_friction"), get(scene, "oscillator.friction_table")
-    if table is None or "deterministic" not in stages_needed(scene):
+    if table is None or "cycles" not in stages_needed(scene):
         return
     largest = max(coefficient for _, coefficient in table)
     if static < largest:

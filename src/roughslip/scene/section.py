@@ -30,7 +30,7 @@ class Section(BaseModel):
                 return super().__getattr__(name)
             section = type(self).__name__
             raise AttributeError(
-                f"{name} of {section} is not among the keys that this stage reads; add it to `reads` of its STAGE"
+                f"{name} of {section} is not among the keys that this stage reads; add it to `reads` of its row"
             )
 
 

@@ -1,4 +1,4 @@
-"""Stage deterministic: limits, limit cycle and counts of the oscillator without scatter (mu_S = 0)."""
+"""Limits, limit cycle and counts of the oscillator without scatter (mu_S = 0)."""
 
 import math
 from collections.abc import Callable
@@ -62,9 +62,9 @@ def where_it_exists(
         return None
 
 
-def work(scene: Scene, job: Job) -> None:
-    """Write the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
-    scene, ensemble, statistics = scene, scene.ensemble, job.optional("friction")
+def without_scatter(scene: Scene, job: Job) -> dict[str, store.Variable]:
+    """Return the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
+    ensemble, statistics = scene.ensemble, job.optional("friction")
     friction, machine = friction_of(scene, statistics), machine_of(scene, statistics)
     belt, law = machine.oscillator, machine.law
     limits, cycle = (np.nan, np.nan), None
@@ -82,8 +82,7 @@ def work(scene: Scene, job: Job) -> None:
         )
     job.count(runs=counts.cycles.size + 1, cycles=int(counts.cycles.sum()))
     job.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
-    variables = of_motion(limits, cycle, counts, drawn, DISCARDED_PERIODS) | of_friction(job, machine, friction)
-    store.write(job.output, variables, job.key)
+    return of_motion(limits, cycle, counts, drawn, DISCARDED_PERIODS) | of_friction(job, machine, friction)
 
 
 def of_motion(

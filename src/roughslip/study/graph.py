@@ -208,25 +208,12 @@ _ROWS = (
         memory_mb=620,
     ),
     Stage(
-        name="deterministic",
-        reads="oscillator ensemble friction.mean? friction.statistics? friction.scatter?",
-        takes={"friction": FRICTION},
-        makes="oscillator/deterministic.nc",
-        memory_mb=620,
-    ),
-    Stage(
-        name="oscillator",
+        name="cycles",
         reads="seed oscillator ensemble friction.mean? friction.statistics? friction.scatter?",
         takes={"friction": FRICTION},
-        makes="oscillator/ensemble-{first}-{last}.nc",
-        batches={"": "ensemble.realisations"},
-        memory_mb=620,
-    ),
-    Stage(
-        name="cycles",
-        reads="seed oscillator.damping_ratio ensemble.duration_periods",
-        takes={"deterministic": "deterministic", "ensemble": "oscillator"},
         makes="oscillator/statistics.nc",
+        also={"deterministic": "oscillator/deterministic.nc", "ensemble": "oscillator/ensemble.nc"},
+        memory_mb=620,
     ),
     Stage(
         name="answer",
@@ -235,7 +222,7 @@ _ROWS = (
         takes={"friction": FRICTION},
         makes="answer.json",
         target="answer",
-        comes_with="deterministic stick_slip_map",
+        comes_with="cycles stick_slip_map",
         memory_mb=620,
     ),
     Stage(

@@ -1,4 +1,4 @@
-"""Stage oscillator: a batch of realisations of the friction process, each run at every damping ratio of the scene."""
+"""Realisations of the friction process, each run at every damping ratio of the scene."""
 
 import math
 from typing import NamedTuple
@@ -44,9 +44,9 @@ class Run(NamedTuple):
     unread: int
 
 
-def runs_of(job: Job, taken: range) -> list[Run]:
+def runs_of(scene: Scene, job: Job, taken: range) -> list[Run]:
     """The runs on each friction path, by its number."""
-    scene, ensemble, statistics = job.scene, job.scene.ensemble, job.optional("friction")
+    ensemble, statistics = scene.ensemble, job.optional("friction")
     friction, own = friction_of(scene, statistics), machine_of(scene, statistics)
     belt, law, options, periods = own.oscillator, own.law, own.options, ensemble.duration_periods
     dampings = damping_ratios(scene, own, friction)
@@ -65,10 +65,9 @@ def runs_of(job: Job, taken: range) -> list[Run]:
     return runs
 
 
-def work(scene: Scene, job: Job) -> None:
-    """Write counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
-    taken = job.numbers
-    runs = runs_of(job, taken)
+def with_scatter(scene: Scene, job: Job, taken: range) -> dict[str, store.Variable]:
+    """Return counts per realisation and damping, reattachment points at the scene's damping, a few trajectories."""
+    runs = runs_of(scene, job, taken)
     variables, drawn = table(runs, taken), [run.drawn for run in runs if run.drawn is not None]
     cycles, micro_slips, cut = (
         int(np.sum(variables[name].values)) for name in ("cycles", "micro_slips", "negative_friction")
@@ -79,7 +78,7 @@ def work(scene: Scene, job: Job) -> None:
     sticks, unread = (sum(getattr(run, name) for run in runs) for name in ("sticks", "unread"))
     skipped = {skip_reasons.STICK: cycles + micro_slips + sticks, skip_reasons.KEPT: count + len(drawn)}
     job.skip(skipped | {skip_reasons.UNREAD: unread})
-    store.write(job.output, variables | trajectories(job, drawn), job.key, {"first": taken.start})
+    return variables | trajectories(drawn)
 
 
 def table(runs: list[Run], taken: range) -> dict[str, store.Variable]:
@@ -106,7 +105,7 @@ def table(runs: list[Run], taken: range) -> dict[str, store.Variable]:
     }
 
 
-def trajectories(job: Job, drawn: list[Trajectory]) -> dict[str, store.Variable]:
+def trajectories(drawn: list[Trajectory]) -> dict[str, store.Variable]:
     """Those that are drawn, without the periods that are discarded."""
     if not drawn:
         return {}

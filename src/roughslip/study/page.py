@@ -82,11 +82,11 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
-    loaded = scene.load is not None
+    loaded = "contact" in stages and scene.load is not None
     if "contact" in stages and not loaded:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         sentences[figure] = [strips_represented(scene)]
-    if "contact" in stages and loaded:
+    if loaded:
         figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
         under_load = store.read(files["friction/statistics.nc"])
         sentences[figure] = [

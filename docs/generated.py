@@ -77,18 +77,12 @@ def key_effects() -> str:
 
 
 def results() -> str:
-    """By stage: its file, and the variables that its source names."""
-    text = []
-    for name, stage in sorted(STAGES.items()):
+    """By stage: what it does, and its files."""
+    rows = ["| stage | what it does | files |", "|---|---|---|"]
+    for name, stage in STAGES.items():
         files = ", ".join(f"`{file}`" for file in stage.results.values() if file)
-        module = STUDY / f"{stage.module or name}.py"
-        text.append(f"## {name}\n\n{stage.caption or _summary(module)}\n\n{f'Writes {files}.' if files else ''}\n")
-        if stage.makes.endswith(".nc"):
-            text.append(_table(_variables(module)))
-    text.append("## Tables that stages share\n")
-    for file in sorted((STUDY / "result_tables").glob("*_*.py")):
-        text.append(f"### {file.stem.replace('_', ' ')}\n\n{_summary(file)}\n\n{_table(_variables(file))}")
-    return "\n".join(text)
+        rows.append(f"| {name} | {stage.caption or _summary(STUDY / f'{stage.module or name}.py')} | {files} |")
+    return "\n".join(rows)
 
 
 def _summary(file: Path) -> str:
@@ -96,55 +90,6 @@ def _summary(file: Path) -> str:
     line = str(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))).splitlines()[0]
     line = line.partition(": ")[2] if line.startswith("Stage ") else line
     return line[0].upper() + line[1:]
-
-
-def _table(rows: dict[str, tuple[str, str]]) -> str:
-    lines = [f"| `{name}` | {unit} | {title} |" for name, (unit, title) in sorted(rows.items())]
-    return "\n".join(["| variable | unit | meaning |", "|---|---|---|", *lines, ""]) if rows else ""
-
-
-def _variables(file: Path) -> dict[str, tuple[str, str]]:
-    """Unit and title of the variables that a module names: in its tables of titles, and where it makes them."""
-    found, tree = {}, ast.parse(file.read_text(encoding="utf-8"))
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict):
-            for key, value in zip(node.value.keys, node.value.values, strict=True):
-                words = _words(value)
-                if isinstance(key, ast.Constant) and isinstance(key.value, str) and words:
-                    found[key.value] = words if len(words) == 2 else ("", words[0])
-    for node in ast.walk(tree):
-        pairs: list[tuple[ast.expr | None, ast.expr]] = []
-        if isinstance(node, ast.Dict):
-            pairs = list(zip(node.keys, node.values, strict=True))
-        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Subscript):
-            pairs = [(node.targets[0].slice, node.value)]
-        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("with_interval") and node.args:
-            pairs = [(node.args[0], node)]
-        for key, value in pairs:
-            if isinstance(key, ast.Constant) and isinstance(value, ast.Call) and len(value.args) >= 4:
-                unit, title = (_text(one, tree) for one in value.args[-2:])
-                if unit and title:
-                    found[key.value] = unit, title
-    return found
-
-
-def _text(node: ast.expr, tree: ast.Module) -> str:
-    """A text that is written out, or that the last assignment before gives to its name; else nothing."""
-    if isinstance(node, ast.Name):
-        before = [
-            one
-            for one in ast.walk(tree)
-            if isinstance(one, ast.Assign) and ast.unparse(one.targets[0]) == node.id and one.lineno < node.lineno
-        ]
-        node = max(before, key=lambda one: one.lineno).value if before else node
-    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
-
-
-def _words(node: ast.expr) -> tuple[str, ...]:
-    """A text, or several of one tuple; empty for anything else."""
-    parts = node.elts if isinstance(node, ast.Tuple) else [node]
-    words = tuple(part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str))
-    return words if len(words) == len(parts) and all(" " in word for word in words[-1:]) else ()
 
 
 def verdict_rules() -> str:

@@ -10,6 +10,7 @@ import pytest
 from roughslip import store
 from roughslip.errors import InputError
 from roughslip.figures.figure_budget import figure_budget
+from roughslip.figures.style import Shown
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.report.words import next_to_measure, rates_in_words
@@ -156,7 +157,7 @@ def test_the_stage_says_what_to_measure(run, folder):
     assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)
     assert text["limits"]["damping"]["value"] == pytest.approx(0.324424, abs=1e-6)
     assert 0.0 <= text["scatter"] <= 1.0
-    assert len(figure_budget({name: result[name] for name in result}).axes) == 3 + len(text["limits"])
+    assert len(figure_budget(Shown(result.dataset())).axes) == 3 + len(text["limits"])
     assert text["summary"][3] == next_to_measure(text)
     assert np.isfinite(result["first"]).all()
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.figures.figure_record import DRAWN, figure_record
+from roughslip.figures.figure_record import figure_record
+from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
 from roughslip.friction.moving_average import moving_average
 from roughslip.oscillator.answers import leaves_known_speeds
@@ -99,8 +100,7 @@ def test_an_answer_outside_the_measured_speeds_is_not_identified(recorded, veloc
 
 def test_the_figure_draws_what_is_stored(recorded):
     result = store.read(recorded[1])
-    assert {*DRAWN["figure_record"]} - {"surface_covariance", "surface_std"} <= set(result)
-    figure = figure_record(result)
+    figure = figure_record(Shown(result.dataset()))
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
     assert result["twin"].shape == (2, N)
     assert result["covariance_fit"][0] == pytest.approx(result["additive_std"] ** 2)
@@ -131,9 +131,9 @@ def test_the_scatter_of_a_surface_stands_next_to_that_of_the_record(recorded):
     # windows far longer than the roughness: nearly the triangle of half a window, and nothing beyond a window
     assert of_surface["surface_covariance"] / wanted**2 == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
     assert not record.has_surface(recorded[0])
-    result = store.read(recorded[1])
-    drawn = {name: result[name] for name in result} | {"surface_covariance": result["covariance_fit"]}
-    labels = figure_record(drawn).axes[3].get_legend_handles_labels()[1]
+    result = store.read(recorded[1]).dataset()
+    drawn = result.assign(surface_covariance=result["covariance_fit"])
+    labels = figure_record(Shown(drawn)).axes[3].get_legend_handles_labels()[1]
     assert "the surface by the law of scatter, to 10 %" in labels
 
 

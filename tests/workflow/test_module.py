@@ -119,20 +119,16 @@ def test_scenes_of_a_caller_are_added_to_the_shipped_ones(tmp_path):
 
 FIGURE = '''"""Slopes along the sliding direction."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import panels
-
-DRAWN = {"figure_slopes": ("modes",)}
+from roughslip.figures.style import Shown, panels
 
 
-def figure_slopes(result: Mapping[str, np.ndarray]) -> Figure:
+def figure_slopes(result: Shown) -> Figure:
     """Histogram of the slopes of all modes."""
     figure, axes = panels(1, 1, 4.0)
-    axes.hist(np.diff(result["modes"], axis=1).ravel(), 20)
+    axes.hist(np.diff(result["modes"].values, axis=1).ravel(), 20)
     axes.set(xlabel="Slope", ylabel="Nodes")
     return figure
 '''

@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from roughslip.figures.figure2 import METHODS
-from roughslip.figures.style import despine, heads, panels, save
+from roughslip.figures.style import heads, panels, save
 from workflow.benchmarks.timing import OURS, Row, fields
 
 MARKERS = "os^vDXP"
@@ -108,7 +109,7 @@ def finish(canvas: Figure, *titles: str) -> Figure:
     named = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in canvas.axes]
     handles = {label: handle for pairs in named for label, handle in pairs}
     canvas.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize="small")
-    despine(*canvas.axes)
+    sns.despine(canvas)
     return canvas
 
 

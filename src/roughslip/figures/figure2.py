@@ -5,31 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import seaborn as sns
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     heads,
     legend_above,
     panels,
     pressure_unit,
     with_ends,
-    with_interval_names,
 )
-
-DRAWN = {
-    "figure2": [
-        *("method", "pressure", "variant"),
-        *with_interval_names("cumulative", "contact_probability", "design_cumulative", "given_cumulative"),
-    ],
-    "figure2_traps": [
-        *("method", "pressure", "distance_in_contact", "first_variable", "first_variable_edge"),
-        *with_interval_names("cumulative"),
-    ],
-}
 
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "monte_carlo": ("Monte Carlo (MCS)", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
@@ -44,20 +33,19 @@ CONTACT = {"monte_carlo": "Monte Carlo", "latin_hypercube": "$K/K_t$, LHS", "rou
 LOWEST = 1e-3  # probability, of the logarithmic panels: a design has some 600 samples in contact
 
 
-def figure2(result: Arrays) -> Figure:
+def figure2(result: Shown) -> Figure:
     """The paper's panel is (a), the distribution given contact; then low probabilities, and who is in contact.
 
     Monte Carlo and the Latin hypercube samples of one design, and the expansions fitted to these at surfaces in contact
     """
     figure, (linear, logarithmic, probability) = panels(3, 1, 4.0)
-    variants = [str(variant) for variant in result["variant"]]
-    curves = {"monte_carlo": with_ends(result, "cumulative", _methods(result).index("monte_carlo"))}
+    curves = {"monte_carlo": with_ends(result, "cumulative", method="monte_carlo")}
     curves["latin_hypercube"] = with_ends(result, "design_cumulative")
-    curves |= {name: with_ends(result, "given_cumulative", row) for row, name in enumerate(variants)}
+    curves |= {str(name): with_ends(result, "given_cumulative", variant=name) for name in result["variant"].values}
     _distributions(linear, logarithmic, result, curves)
     for row, (method, label) in enumerate(CONTACT.items()):
         colour = METHODS[method][1]["color"]
-        share, low, high = with_ends(result, "contact_probability", _methods(result).index(method), 100.0)
+        share, low, high = with_ends(result, "contact_probability", 100.0, method=method)
         probability.plot([low, high], [-row, -row], "|-", color=colour)
         probability.plot(share, -row, "o", color=colour)
         probability.annotate(label, (share, -row), xytext=(0, 8), textcoords="offset points", ha="center")
@@ -65,22 +53,21 @@ def figure2(result: Arrays) -> Figure:
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
     heads(figure.axes, "distribution given contact", "low probabilities", "probability of contact")
-    despine(*figure.axes)
+    sns.despine(figure)
     return figure
 
 
-def figure2_traps(result: Arrays) -> Figure:
+def figure2_traps(result: Shown) -> Figure:
     """The expansions at variables drawn over all surfaces, and why these are not the ones that were fitted."""
     figure, (linear, logarithmic, variable) = panels(3, 1, 4.0)
-    methods = _methods(result)
-    curves = {name: with_ends(result, "cumulative", methods.index(name)) for name in methods}
+    curves = {str(name): with_ends(result, "cumulative", method=name) for name in result["method"].values}
     _distributions(linear, logarithmic, result, curves)
-    for row, name in enumerate(name for name in methods if name != "monte_carlo"):
-        distance = float(result["distance_in_contact"][methods.index(name)])
+    for row, name in enumerate(name for name in curves if name != "monte_carlo"):
+        distance = float(result["distance_in_contact"].sel({"method": name}))
         text = f"distance {distance:.3f}" if np.isfinite(distance) else "fit refused"
         place = {"xytext": (0.97, 0.05 + 0.09 * row), "textcoords": "axes fraction", "ha": "right"}
         linear.annotate(text, (0, 0), color=METHODS[name][1]["color"], fontsize="small", **place)
-    edges = result["first_variable_edge"]
+    edges = result["first_variable_edge"].values
     variable.stairs(result["first_variable"], edges, fill=True, color="C1", alpha=0.45, label="in contact: fitted")
     x = np.linspace(edges[0], edges[-1], 400)
     density = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
@@ -89,17 +76,13 @@ def figure2_traps(result: Arrays) -> Figure:
     legend_above(variable)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
     heads(figure.axes, "drawn over all surfaces", "low probabilities", "where the fit has samples")
-    despine(*figure.axes)
+    sns.despine(figure)
     return figure
 
 
-def _methods(result: Arrays) -> list[str]:
-    return [str(method) for method in result["method"]]
-
-
-def _distributions(linear: Axes, logarithmic: Axes, result: Arrays, curves: dict[str, list[np.ndarray]]) -> None:
+def _distributions(linear: Axes, logarithmic: Axes, result: Shown, curves: dict[str, list[xr.DataArray]]) -> None:
     """Distributions given contact by method, with their bands, on both axes."""
-    unit, name = pressure_unit(result["pressure"].max())
+    unit, name = pressure_unit(float(result["pressure"].max()))
     pressure = unit * result["pressure"]
     for method, (value, *ends) in curves.items():
         label, look = METHODS[method]
@@ -109,6 +92,6 @@ def _distributions(linear: Axes, logarithmic: Axes, result: Arrays, curves: dict
     solved = curves["monte_carlo"][0]
     first, last = (min(int(np.searchsorted(solved, end)), len(pressure) - 1) for end in (LOWEST / 3, 0.999))
     linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
-    linear.set_xlim(0, pressure[last])
+    linear.set_xlim(0, float(pressure[last]))
     logarithmic.set(xscale="log", yscale="log", ylim=(LOWEST, 1.2), xlabel=f"pressure at the centre [{name}]")
     logarithmic.set(xlim=(pressure[first], pressure[-1]), ylabel="cumulative probability")

@@ -3,39 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
+import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.special import betaln, ndtri
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     draw_points,
     heads,
     legend_above,
     panels,
     with_ends,
-    with_interval_names,
 )
-
-DRAWN = {
-    "figure3": [
-        *("source", "percentile", "fit_percentile"),
-        *with_interval_names("combined_mean", "combined_std", "combined_variation", "mean", "std", "fit"),
-    ],
-    "figure3_law": [
-        *("percentile", "lag", "triangle", "length_name", "triangle_length", "mean", "std"),
-        *("beta_a", "beta_b", "beta_lower", "beta_upper", "beta_at_bound"),
-        *("beta_distance_standardised", "beta_nearest", "standard_histogram", "standard_edge"),
-        *with_interval_names("combined_autocorrelation", "combined_length_least_squares"),
-        *with_interval_names("combined_skewness", "combined_kurtosis"),
-    ],
-}
 
 SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "C1", "s")}
 BY_SOURCE = ("mean", "std")
-SOLVED = 0  # row of the sources
+MEDIAN = 50.0  # penetration
 PAPER_LENGTH = 250e-6  # m
 PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
@@ -43,27 +28,26 @@ PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 
 
-def figure3(result: Arrays) -> Figure:
+def figure3(result: Shown) -> Figure:
     """The paper's panels (a) mean and (b) standard deviation against penetration, by source; then their ratio."""
     figure, axes = panels(3, 1, 4.0)
+    look = {"color": "0.15", "lw": 1.2, "label": "$\\mu_{fit}$"}
+    draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
     for panel, (name, title) in zip(axes, PANELS.items(), strict=True):
-        for row, source in enumerate(map(str, result["source"]) if name in BY_SOURCE else ()):
-            label, colour, marker = SOURCES[source]
+        for source, (label, colour, marker) in SOURCES.items() if name in BY_SOURCE else ():
             look = {"color": colour, "marker": marker, "ls": "none", "ms": 4, "label": label}
-            draw_curve(panel, result["percentile"], with_ends(result, name, row), look)
+            draw_curve(panel, result["percentile"], with_ends(result, name, source=source), look)
         both = {"color": "0.15", "marker": "_", "ms": 7, "label": "combined", "lw": 0.7}
         both["ls"] = "none" if name in BY_SOURCE else "-"
         draw_points(panel, result["percentile"], with_ends(result, f"combined_{name}"), both)
         panel.set(xlabel=PENETRATION, ylabel=title, ylim=(0, None))
-    look = {"color": "0.15", "lw": 1.2, "label": "$\\mu_{fit}$"}
-    draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
     legend_above(axes[0])
     heads(axes, "mean", "standard deviation", "coefficient of variation")
-    despine(*figure.axes)
+    sns.despine(figure)
     return figure
 
 
-def figure3_law(result: Arrays) -> Figure:
+def figure3_law(result: Shown) -> Figure:
     """Distribution and autocorrelation of mu, at the median and at all depths; what windows alone make of it."""
     figure, grid = panels(3, 2, 4.6)
     _autocorrelation(grid[0, 0], result)
@@ -77,24 +61,20 @@ def figure3_law(result: Arrays) -> Figure:
         *("autocorrelation", "exponential length", "marginal at median penetration"),
         *("where the paper's Beta lies nearest", "skewness", "excess kurtosis"),
     )
-    despine(*figure.axes)
+    sns.despine(figure)
     return figure
 
 
-def _median(result: Arrays) -> int:
-    return int(np.flatnonzero(result["percentile"] == 50.0)[0])
-
-
-def _autocorrelation(axes: Axes, result: Arrays) -> None:
-    median, lag = _median(result), 1e6 * result["lag"]
-    others = [level for level in range(len(result["percentile"])) if level != median]
+def _autocorrelation(axes: Axes, result: Shown) -> None:
+    lag, curves = 1e6 * result["lag"], result["combined_autocorrelation"]
+    others = [level for level in result["percentile"].values if level != MEDIAN]
     for level in others:
         label = "other penetrations" if level == others[0] else None
-        axes.plot(lag, result["combined_autocorrelation"][level], color="0.75", lw=0.7, zorder=1, label=label)
-    own = with_ends(result, "combined_autocorrelation", median)
+        axes.plot(lag, curves.sel(level=level), color="0.75", lw=0.7, zorder=1, label=label)
+    own = with_ends(result, "combined_autocorrelation", level=MEDIAN)
     draw_curve(axes, lag, own, {"color": "C0", "label": "median penetration"})
     axes.plot(lag, result["triangle"], color="C3", ls=":", lw=1.8, label="triangle of the window")
-    length = float(result["combined_length_least_squares"][median])
+    length = float(result["combined_length_least_squares"].sel(level=MEDIAN))
     axes.plot(lag, np.exp(-result["lag"] / length), "k--", lw=1, label=f"exponential, {1e6 * length:.0f} µm")
     axes.plot(lag, np.exp(-result["lag"] / PAPER_LENGTH), color="C2", ls="-.", lw=1, label="paper, 250 µm")
     axes.axhline(0, color="0.6", lw=0.5)
@@ -102,24 +82,24 @@ def _autocorrelation(axes: Axes, result: Arrays) -> None:
     legend_above(axes)
 
 
-def _lengths(axes: Axes, result: Arrays) -> None:
+def _lengths(axes: Axes, result: Shown) -> None:
     """Lengths of exponentials fitted to all lags up to three windows, and that of the triangle of the window."""
     lengths = with_ends(result, "combined_length_least_squares", factor=1e6)
     draw_points(axes, result["percentile"], lengths, {"color": "C0", "label": "rough surfaces"})
-    own = dict(zip(map(str, result["length_name"]), result["triangle_length"], strict=True))["least_squares"]
+    own = float(result["triangle_length"][list(result["length_name"].values).index("least_squares")])
     axes.axhline(1e6 * own, color="C3", ls=":", lw=1.8, label="triangle of the window")
     axes.axhline(1e6 * PAPER_LENGTH, color="C2", ls="-.", lw=1, label="paper")
     axes.set(xlabel=PENETRATION, ylabel="length [µm]")
     legend_above(axes)
 
 
-def _nearest(axes: Axes, result: Arrays) -> None:
+def _nearest(axes: Axes, result: Shown) -> None:
     """Standardised densities at the median, and where the skewness is near the paper's, the nearest level."""
     level, edges = int(result["beta_nearest"]), result["standard_edge"]
-    distance = result["beta_distance_standardised"][level]
-    label = f"at {result['percentile'][level]:g} %, distance {distance:.3f}"
+    percentile, distance = (float(result[name][level]) for name in ("percentile", "beta_distance_standardised"))
+    label = f"at {percentile:g} %, distance {distance:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)
-    axes.stairs(result["standard_histogram"][_median(result)], edges, color="0.15", lw=1.0, label="at the median")
+    axes.stairs(result["standard_histogram"].sel(level=MEDIAN), edges, color="0.15", lw=1.0, label="at the median")
     axes.plot(*_paper_density(np.linspace(1e-4, 1 - 1e-4, 400)), "C2-.", label=PAPER_LABEL)
     axes.set(xlabel="standardised friction coefficient", ylabel="density", xlim=(-3.0, 4.5), ylim=(0, None))
     legend_above(axes)
@@ -132,15 +112,14 @@ def _paper_density(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (u - mean) / std, _beta_density(u, a, b) * std
 
 
-def _marginal(axes: Axes, result: Arrays) -> None:
+def _marginal(axes: Axes, result: Shown) -> None:
     """Densities of mu less its mean, over its standard deviation, so that the shapes compare."""
-    median = _median(result)
-    mean, std = (float(result[name][SOLVED, median]) for name in ("mean", "std"))
-    edges, density = result["standard_edge"], result["standard_histogram"][median]
+    mean, std = (float(result[name].sel(source="solved", level=MEDIAN)) for name in ("mean", "std"))
+    edges, density = result["standard_edge"], result["standard_histogram"].sel(level=MEDIAN)
     axes.stairs(density, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
-    a, b, lower, upper = (float(result[f"beta_{name}"][median]) for name in ("a", "b", "lower", "upper"))
+    a, b, lower, upper = (float(result[f"beta_{name}"].sel(level=MEDIAN)) for name in ("a", "b", "lower", "upper"))
     u = np.linspace(1e-4, 1 - 1e-4, 400)
-    label = "fitted Beta at bound" if result["beta_at_bound"][median] else f"fitted Beta({a:.3g}, {b:.3g})"
+    label = "fitted Beta at bound" if result["beta_at_bound"].sel(level=MEDIAN) else f"fitted Beta({a:.3g}, {b:.3g})"
     fitted = (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower)
     axes.plot(*fitted, "k-", lw=1.2, label=label)
     axes.plot(*_paper_density(u), "C2-.", label=PAPER_LABEL)
@@ -151,7 +130,7 @@ def _marginal(axes: Axes, result: Arrays) -> None:
     legend_above(axes)
 
 
-def _moment(axes: Axes, result: Arrays, name: str, title: str) -> None:
+def _moment(axes: Axes, result: Shown, name: str, title: str) -> None:
     """A moment against penetration; linear up to 1, as windows with hardly any contact have moments without bound."""
     value, low, high = with_ends(result, f"combined_{name}")
     draw_points(axes, result["percentile"], (value, low, high), {"color": "C0", "label": "rough surfaces"})

@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     heads,
     legend_above,
     panels,
     with_ends,
-    with_interval_names,
 )
 
-DRAWN = {
-    "figure5": [
-        *("position", "velocity", "deterministic_position", "deterministic_velocity", "histogram", "histogram_edge"),
-        *("reattachment_mean", "reattachment_std", "deterministic_reattachment", "nominal_damping", "damping_ratio"),
-        *("deterministic_cycles", "mean_cycles", *with_interval_names("difference")),
-        *("deterministic_hopf_damping", "deterministic_existence_limit"),
-    ]
-}
 
-
-def figure5(result: Arrays) -> Figure:
+def figure5(result: Shown) -> Figure:
     """The paper's panels (a) limit cycles, (b) reattachment point and (c) cycles lost; then the cycles themselves."""
     figure, ((cycle, histogram), (loss, counts)) = panels(2, 2, 4.6)
     draw_cycle(cycle, result)
@@ -41,21 +31,21 @@ def figure5(result: Arrays) -> Figure:
         "cycles lost to the scatter",
         "cycles with and without scatter",
     )
-    despine(*figure.axes)
+    sns.despine(figure)
     return figure
 
 
-def cycle_title(result: Arrays) -> str:
+def cycle_title(result: Shown) -> str:
     """Title of the phase plane: a limit cycle only where the mass sticks to the belt again without scatter."""
     kind = "limit cycle" if np.isfinite(result["deterministic_reattachment"]) else "no stick-slip cycle"
     return f"{kind} at D = {float(result['nominal_damping']):g}"
 
 
-def draw_cycle(axes: Axes, result: Arrays) -> None:
+def draw_cycle(axes: Axes, result: Shown) -> None:
     """The phase plane: loops of the runs with scatter, and the one without."""
     runs = len(result["position"])
-    for number in range(runs):
-        axes.plot(1e3 * result["position"][number], 1e3 * result["velocity"][number], color="C0", lw=0.4, alpha=0.5)
+    for position, velocity in zip(result["position"], result["velocity"], strict=True):
+        axes.plot(1e3 * position, 1e3 * velocity, color="C0", lw=0.4, alpha=0.5)
     axes.plot([], [], color="C0", lw=1, label=f"stochastic, {runs} run{'s' if runs > 1 else ''}")
     drawn = 1e3 * result["deterministic_position"], 1e3 * result["deterministic_velocity"]
     axes.plot(*drawn, color="0.1", lw=1.2, label="deterministic")
@@ -63,7 +53,7 @@ def draw_cycle(axes: Axes, result: Arrays) -> None:
     legend_above(axes)
 
 
-def _reattachment(axes: Axes, result: Arrays) -> None:
+def _reattachment(axes: Axes, result: Shown) -> None:
     axes.set(xlabel="reattachment point $X_{gh}$ [mm]", ylabel="density [1/mm]")
     mean, std = 1e3 * float(result["reattachment_mean"]), 1e3 * float(result["reattachment_std"])
     if not np.isfinite(mean):
@@ -76,19 +66,19 @@ def _reattachment(axes: Axes, result: Arrays) -> None:
     axes.plot(x, normal, "k-", lw=1.2, label="fitted normal")
     place = 1e3 * float(result["deterministic_reattachment"])
     if np.isfinite(place):
-        axes.plot([place, place], [0, max(normal.max(), density.max())], "C3--", lw=1.2, label="deterministic")
+        axes.plot([place, place], [0, max(normal.max(), float(density.max()))], "C3--", lw=1.2, label="deterministic")
     axes.set(xlim=(mean - 5 * std, mean + 5 * std), ylim=(0, None))
     legend_above(axes)
 
 
-def _loss(axes: Axes, result: Arrays) -> None:
+def _loss(axes: Axes, result: Shown) -> None:
     look = {"color": "C0", "ls": "-", "marker": "o", "ms": 3}
     draw_curve(axes, result["damping_ratio"], with_ends(result, "difference"), look, alpha=0.3)
     axes.axhline(0, color="0.6", lw=0.5)
     axes.set(xlabel="damping ratio $D$", ylabel="$M_{diff} = M_d - E[M_S]$")
 
 
-def _counts(axes: Axes, result: Arrays) -> None:
+def _counts(axes: Axes, result: Shown) -> None:
     damping = result["damping_ratio"]
     axes.plot(damping, result["deterministic_cycles"], color="0.1", lw=1.2, label="$M_d$, without scatter")
     axes.plot(damping, result["mean_cycles"], color="C0", lw=1.2, ls="--", label="$E[M_S]$, with scatter")

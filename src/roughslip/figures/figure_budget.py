@@ -3,40 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
+import seaborn as sns
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import Arrays, despine, heads, panels, with_ends, with_interval_names
+from roughslip.figures.style import Shown, heads, panels, with_ends
 
-DRAWN = {
-    "figure_budget": [
-        *("source_name", "result_name", "outcome", "outcome_scatter", "averaged_probability"),
-        *with_interval_names("first"),
-        "total",
-    ]
-}
 TITLES = {
     "damping": "limit in damping",
     "belt_velocity": "limit in belt velocity",
     "mass": "limit in mass",
     "stiffness": "limit in stiffness",
     "load": "limit in normal force",
-    "death": "rate at which stick-slip ends",
-    "birth": "rate at which stick-slip begins",
+    "death": "rate of its end",
+    "birth": "rate of its beginning",
 }
 
 
-def figure_budget(result: Arrays) -> Figure:
+def figure_budget(result: Shown) -> Figure:
     """Bars by source: of the variance of the outcome, then Sobol' indices of each limit and rate."""
-    limits = [str(name) for name in result["result_name"][1:]]
-    figure, axes = panels(1 + len(limits), 1, 2.6)
-    sources, rows = [str(name) for name in result["source_name"]], np.arange(len(result["source_name"]))
+    limits = [str(name) for name in result["result_name"].values[1:]]
+    figure, axes = panels(1 + len(limits), 1, max(2.6, 5.2 / (1 + len(limits))))
+    sources, rows = [str(name) for name in result["source_name"].values], np.arange(len(result["source_name"]))
     outcome, *others = np.atleast_1d(axes)
     outcome.barh(rows, result["outcome"], color="C0")
     outcome.barh(len(rows), float(result["outcome_scatter"]), color="C7")
     outcome.set_yticks(np.arange(len(rows) + 1), [*sources, "scatter of friction"])
     outcome.set(xlabel="share of the variance")
     for place, panel in enumerate(others, start=1):
-        total, (first, low, high) = result["total"][place], with_ends(result, "first", place)
+        total, (first, low, high) = result["total"][place], [end[place] for end in with_ends(result, "first")]
         panel.barh(rows, np.clip(total, 0.0, None), height=0.8, color="C9", label="total")
         panel.barh(rows, np.clip(first, 0.0, None), height=0.45, color="C0", label="first")
         panel.hlines(rows, np.clip(low, 0.0, None), np.clip(high, 0.0, None), color=".15", lw=1.2)
@@ -48,5 +42,5 @@ def figure_budget(result: Arrays) -> Figure:
         others[-1].legend(loc="lower right")
     mean = 100.0 * float(result["averaged_probability"])
     heads((outcome, *others), f"stick-slip or not ({mean:.0f} %)", *(TITLES[name] for name in limits))
-    despine(outcome, *others)
+    sns.despine(figure)
     return figure

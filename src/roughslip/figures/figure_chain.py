@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
+import seaborn as sns
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from roughslip.figures.figure5 import cycle_title, draw_cycle
-from roughslip.figures.style import Arrays, Look, despine, draw_map, heads, legend_above, panels, pressure_unit
+from roughslip.figures.style import Look, Shown, draw_map, heads, legend_above, panels, pressure_unit
 
 CYCLE = [
     "position",
@@ -19,15 +20,14 @@ CYCLE = [
     "nominal_damping",
     "deterministic_reattachment",
 ]
-DRAWN = {"figure_chain": ["x", "y", "height", "pressure", "pressed_by", "path", "friction", "friction_mean", *CYCLE]}
 
 
-def figure_chain(result: Arrays) -> Figure:
+def figure_chain(result: Shown) -> Figure:
     """A piece of a surface and the pressure on it; friction along a few paths; the limit cycle of several runs."""
     figure, ((surface, contact), (path, cycle)) = panels(2, 2, 4.7)
     heights = 1e6 * result["height"]
     _map(surface, result, heights, "height [µm]", "viridis", (float(heights.min()), float(heights.max())))
-    unit, name = pressure_unit(result["pressure"].max())
+    unit, name = pressure_unit(float(result["pressure"].max()))
     pressure = unit * result["pressure"]
     _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max()) or 1.0))
     _friction(path, result)
@@ -39,24 +39,24 @@ def figure_chain(result: Arrays) -> Figure:
         "friction along the path",
         cycle_title(result),
     )
-    despine(path, cycle)
+    sns.despine(figure)
     return figure
 
 
-def pressure_title(result: Arrays) -> str:
+def pressure_title(result: Shown) -> str:
     """Title of the map of pressure; it says so where the piece shown has no contact."""
     contact = "contact pressure" if result["pressure"].max() > 0.0 else "no contact here"
-    return f"{contact}, {result['pressed_by'][0]}"
+    return f"{contact}, {result['pressed_by'].item()}"
 
 
-def _map(axes: Axes, result: Arrays, values: np.ndarray, label: str, colours: str, limits: Sequence[float]) -> None:
+def _map(axes: Axes, result: Shown, values: xr.DataArray, label: str, colours: str, limits: Sequence[float]) -> None:
     image = draw_map(axes, result["x"], result["y"], values, colours, limits)
     assert axes.figure is not None
     axes.figure.colorbar(image, ax=axes, label=label)
 
 
-def _friction(axes: Axes, result: Arrays) -> None:
-    place, mean = 1e3 * result["path"], float(result["friction_mean"])
+def _friction(axes: Axes, result: Shown) -> None:
+    place, mean = 1e3 * result["path"].values, float(result["friction_mean"])
     for number, path in reversed(list(enumerate(result["friction"]))):
         look: Look = {"color": "C0", "lw": 1.3, "label": "one path"} if number == 0 else {"color": "0.7", "lw": 0.8}
         axes.plot(place, path, **look)

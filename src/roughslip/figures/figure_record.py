@@ -4,49 +4,27 @@ from __future__ import annotations
 
 from textwrap import fill
 
+import seaborn as sns
 from matplotlib.figure import Figure
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     heads,
     legend_above,
     panels,
     with_ends,
-    with_interval_names,
 )
 
-DRAWN = {
-    "figure_record": [
-        *("sample_time", "sample_speed", "sample_friction", "sample_explained", "twin", "lag", "covariance"),
-        *(
-            "covariance_fit",
-            "surface_covariance",
-            "surface_std",
-            "curve_speed",
-            "curve_form",
-            "kind",
-            "shape",
-            "note",
-            "misfit",
-            "ratio",
-            "drift",
-            "period",
-        ),
-        *("ramps", "additive_identified", "multiplicative_identified"),
-        *with_interval_names("curve", "additive_std", "additive_length", "multiplicative_std", "multiplicative_length"),
-    ]
-}
 RECORD, CURVE, TWIN = "0.15", "C0", "C1"
 WIDEST = 150  # letters in a line across the figure
 
 
-def figure_record(result: Arrays) -> Figure:
+def figure_record(result: Shown) -> Figure:
     """Record over time, curve over speed with its band, residuals, autocovariance, and two synthetic records."""
     figure, grid = panels(3, 2, 4.3)
     time, friction, explained = (result[f"sample_{name}"] for name in ("time", "friction", "explained"))
-    speed, kind, form = result["sample_speed"], str(result["kind"][0]), str(result["curve_form"][0])
+    speed, kind, form = result["sample_speed"], str(result["kind"].item()), str(result["curve_form"].item())
     kind = "additive or multiplicative" if kind == "cannot tell" else kind
     axes = grid.ravel()
     axes[0].plot(time, friction, color=RECORD, lw=0.5, label="measured")
@@ -59,13 +37,13 @@ def figure_record(result: Arrays) -> Figure:
     axes[2].set(xlabel="time of sliding [s]", ylabel="residual of friction")
     axes[3].plot(1e3 * result["lag"], result["covariance"], ".", color=RECORD, label="residuals, noise at 0")
     axes[3].plot(
-        1e3 * result["lag"], result["covariance_fit"], color=CURVE, label=f"fitted scatter, {result['shape'][0]}"
+        1e3 * result["lag"], result["covariance_fit"], color=CURVE, label=f"fitted scatter, {result['shape'].item()}"
     )
     if "surface_covariance" in result:
         by_law = result["surface_covariance"]
         axes[3].plot(1e3 * result["lag"], by_law, color="C2", label="the surface by the law of scatter, to 10 %")
         axes[3].fill_between(1e3 * result["lag"], 0.81 * by_law, 1.21 * by_law, color="C2", alpha=0.3, lw=0.0)
-    share = result["additive_std_low"] ** 2, result["additive_std_high"] ** 2
+    share = float(result["additive_std_low"]) ** 2, float(result["additive_std_high"]) ** 2
     axes[3].vlines(0.0, *share, color=CURVE, lw=4.0, alpha=0.4)
     axes[3].axhline(0.0, color="0.6", lw=0.6)
     axes[3].set(xlabel="slipped distance [mm]", ylabel="autocovariance")
@@ -78,7 +56,7 @@ def figure_record(result: Arrays) -> Figure:
     for panel in (axes[0], axes[1], axes[3]):
         legend_above(panel)
     heads(axes, "the record", "mean curve", "residuals", f"scatter, {kind}", "a synthetic record", "another one")
-    notes = f"Left open: {'; '.join(map(str, result['note']))}"
+    notes = f"Left open: {'; '.join(map(str, result['note'].values))}"
     figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
-    despine(*axes)
+    sns.despine(figure)
     return figure

@@ -6,21 +6,21 @@ from collections.abc import Sequence
 from textwrap import fill
 
 import numpy as np
+import seaborn as sns
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.ndimage import center_of_mass, label
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     draw_map,
     heads,
     legend_above,
     panels,
     with_ends,
-    with_interval_names,
 )
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
@@ -33,15 +33,6 @@ NUMBERS = {
     "lay": ("lay", 180 / np.pi, "°"),
 }
 
-DRAWN = {
-    "figure_scan": [
-        *("map", "map_x", "map_y", "twin_map", "density_edge", "lag_x", "lag_y", "wavenumber", "sufficient", "model"),
-        *("read", "no_twins", "outliers", "map_outlier"),
-        *("twin_density", "twin_correlation_x", "twin_correlation_y", "twin_power"),
-        *with_interval_names("density", "correlation", "power", *NUMBERS),
-        *(f"twin_{name}" for name in NUMBERS),
-    ]
-}
 
 SCAN, TWIN = "0.15", "C1"
 WIDEST = 150  # letters in a line across the figure
@@ -50,16 +41,16 @@ WIDE = 10.0  # values in an interval that excludes nothing
 OUTSIDE = 3.0  # half widths of an interval at which a twin is drawn that lies further away
 
 
-def figure_scan(result: Arrays) -> Figure:
+def figure_scan(result: Shown) -> Figure:
     """Maps, density of heights, autocorrelation, spectrum and numbers of a scan and of its twins, if there are any.
 
     Colours cover 2.5 Sq of the points that are no outliers. A circle surrounds each outlier or spot of them.
     """
     figure, grid = panels(3, 2, 4.3)
-    why, outlier = str(result["no_twins"][0]), result["map_outlier"].astype(bool)
-    scale = 2.5e6 * float(np.std(result["map"][~outlier]))
+    why, outlier = str(result["no_twins"].item()), result["map_outlier"].values.astype(bool)
+    scale = 2.5e6 * float(np.std(result["map"].values[~outlier]))
     for axes, name in zip(grid[0], ("map",) if why else ("map", "twin_map"), strict=False):
-        heights = 1e6 * (result[name] - np.mean(result[name][~outlier] if name == "map" else result[name]))
+        heights = 1e6 * (result[name] - (result[name].where(~outlier) if name == "map" else result[name]).mean())
         image = draw_map(axes, result["map_x"], result["map_y"], heights, "viridis", (-scale, scale))
     figure.colorbar(image, ax=grid[0, 0 if why else 1], label="height [µm]", extend="both")
     if outlier.any():
@@ -81,16 +72,17 @@ def figure_scan(result: Arrays) -> Figure:
     twin = "no sampled twin" if why else "a sampled twin"
     titles = (scan, twin, "density of heights", "autocorrelation", "power spectrum", numbers)
     heads(grid.ravel(), *titles)
-    figure.suptitle(fill(f"Read: {result['read'][0]}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
-    despine(*grid.ravel()[2:])
+    figure.suptitle(fill(f"Read: {result['read'].item()}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
+    for axes in grid.ravel()[2:]:
+        sns.despine(ax=axes)
     return figure
 
 
 def _band(
     axes: Axes,
-    x: np.ndarray,
-    scan: Sequence[np.ndarray],
-    twins: np.ndarray | None,
+    x: xr.DataArray,
+    scan: Sequence[xr.DataArray],
+    twins: xr.DataArray | None,
     line: str = "-",
     labels: tuple[str, str] = ("scan (95 %)", "twins (range)"),
 ) -> None:
@@ -98,26 +90,26 @@ def _band(
     draw_curve(axes, x, scan, {"color": SCAN, "lw": 1.4, "ls": line, "label": labels[0]})
     if twins is None:
         return
-    ends = twins.mean(axis=0), twins.min(axis=0), twins.max(axis=0)
+    ends = twins.mean("twin"), twins.min("twin"), twins.max("twin")
     draw_curve(axes, x, ends, {"color": TWIN, "lw": 1.2, "ls": line, "label": labels[1]}, alpha=0.3)
 
 
-def _twins(result: Arrays, name: str, factor: float = 1.0) -> np.ndarray | None:
+def _twins(result: Shown, name: str, factor: float = 1.0) -> xr.DataArray | None:
     """What twins show, in units of 1 / factor, or None without twins."""
-    return None if result["no_twins"][0] else factor * result[f"twin_{name}"]
+    return None if result["no_twins"].item() else factor * result[f"twin_{name}"]
 
 
-def _density(axes: Axes, result: Arrays) -> None:
+def _density(axes: Axes, result: Shown) -> None:
     edges = 1e6 * result["density_edge"]
     scan = with_ends(result, "density", factor=1e-6)
     _band(axes, 0.5 * (edges[1:] + edges[:-1]), scan, _twins(result, "density", 1e-6))
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
-    axes.set_xlim(max(edges[0], -reach), min(edges[-1], reach))
+    axes.set_xlim(max(float(edges[0]), -reach), min(float(edges[-1]), reach))
     legend_above(axes)
 
 
-def _correlation(axes: Axes, result: Arrays) -> None:
+def _correlation(axes: Axes, result: Shown) -> None:
     """Cuts of the table of lags through its middle."""
     i, j = (len(result[f"lag_{axis}"]) // 2 for axis in "xy")
     for axis, cut, line in (("x", (slice(i, None), j), "-"), ("y", (i, slice(j, None)), ":")):
@@ -125,16 +117,16 @@ def _correlation(axes: Axes, result: Arrays) -> None:
         twins = _twins(result, f"correlation_{axis}")
         twins = None if twins is None else twins[:, len(lag) // 2 :]
         labels = f"scan, along {axis}", f"twins, along {axis}"
-        _band(axes, lag[len(lag) // 2 :], with_ends(result, "correlation", cut), twins, line, labels)
+        _band(axes, lag[len(lag) // 2 :], [end[cut] for end in with_ends(result, "correlation")], twins, line, labels)
     for level in (0.0, np.exp(-1)):
         axes.axhline(level, color="0.6", lw=0.6)
     axes.set(xlabel="lag [µm]", ylabel="autocorrelation", xlim=(0, None))
-    model = f"model: {result['model'][0]}".replace(", ", "\n")
+    model = f"model: {result['model'].item()}".replace(", ", "\n")
     axes.annotate(model, (0.97, 0.8), xycoords="axes fraction", ha="right", va="top", fontsize="small")
     legend_above(axes)
 
 
-def _spectrum(axes: Axes, result: Arrays) -> None:
+def _spectrum(axes: Axes, result: Shown) -> None:
     axes.set(xscale="log", yscale="log", xlabel="wavenumber [rad/µm]", ylabel="power spectrum [µm$^4$]")
     _band(axes, 1e-6 * result["wavenumber"], with_ends(result, "power", factor=1e24), _twins(result, "power", 1e24))
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -143,15 +135,15 @@ def _spectrum(axes: Axes, result: Arrays) -> None:
     axes.legend(loc="lower left", fontsize="small")
 
 
-def _numbers(axes: Axes, result: Arrays) -> None:
+def _numbers(axes: Axes, result: Shown) -> None:
     """A row a number: the scan's interval goes from -1 to 1, and each twin lies where it does in units of it.
 
     At the right, how many twins lie inside.
     """
     for row, name in enumerate(NUMBERS):
-        value, low, high = with_ends(result, name)
+        value, low, high = map(float, with_ends(result, name))
         twins = _twins(result, name)
-        away = (np.empty(0) if twins is None else twins) - value
+        away = (np.empty(0) if twins is None else twins.values) - value
         if name == "lay":  # an angle between undirected lines
             away = (away + np.pi / 2) % np.pi - np.pi / 2
         away = np.clip(np.where(away > 0, away / (high - value), away / (value - low)), -OUTSIDE, OUTSIDE)
@@ -160,7 +152,7 @@ def _numbers(axes: Axes, result: Arrays) -> None:
             name_once = "twins" if row == 0 else None
             axes.plot(away, np.full(len(away), -row), "o", color=TWIN, ms=4, alpha=0.5, label=name_once)
         inside = f"{np.sum(np.abs(away) <= 1)} of {len(away)}"
-        if _contains_everything(name, float(value), float(low), float(high), float(result["skewness"])):
+        if _contains_everything(name, value, low, high, float(result["skewness"])):
             inside = "cannot tell"
         if twins is None:
             inside = ""

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import seaborn as sns
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from roughslip.figures.style import (
-    Arrays,
-    despine,
+    Shown,
     draw_curve,
     heads,
     panels,
     pressure_unit,
     with_ends,
-    with_interval_names,
 )
 
 PANELS = {
@@ -23,16 +22,9 @@ PANELS = {
     "no_contact": ("share of windows", "windows without contact"),
 }
 OVER = "over_loads_"
-DRAWN = {
-    "friction_against_load": [
-        "nominal_pressure",
-        f"{OVER}nominal_pressure",
-        *with_interval_names(*(f"{OVER}{name}" for name in PANELS)),
-    ]
-}
 
 
-def friction_against_load(result: Arrays) -> Figure:
+def friction_against_load(result: Shown) -> Figure:
     """Four panels over the nominal pressure, on a logarithmic axis; the scene's load is a line in each."""
     figure, axes = panels(4, 1, 3.4)
     own = float(result["nominal_pressure"])
@@ -43,13 +35,13 @@ def friction_against_load(result: Arrays) -> Figure:
         draw_curve(panel, pressures, ends, {"color": "C0", "marker": "o", "ms": 4})
         panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
         panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)
-        panel.set_xticks(pressures, [f"{pressure:.2g}" for pressure in pressures])  # those of the points alone
+        panel.set_xticks(pressures, [f"{pressure:.2g}" for pressure in pressures.values])  # those of the points alone
         panel.xaxis.set_minor_locator(NullLocator())
         if name in ("real_area", "variation"):
             panel.set_yscale("log")
         else:
             panel.set_ylim(0, 1.0 if name == "no_contact" else None)
-    axes[0].legend(loc="lower right", fontsize="small")
+    axes[0].legend(loc="lower right", fontsize="small", frameon=True)
     heads(axes, *(title for _, title in PANELS.values()))
-    despine(*axes)
+    sns.despine(figure)
     return figure

@@ -10,7 +10,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from roughslip.figures.style import (
-    Arrays,
+    Shown,
     panels,
 )
 
@@ -28,17 +28,19 @@ LABELS = {
 LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
 
-def figure_map(result: Arrays) -> Figure:
+def figure_map(result: Shown) -> Figure:
     """The map with its levels 0.05, 0.5 and 0.95, the limits without scatter, and the point of the scene."""
     figure, _ = panels(1, 1, 6.2)
     axes = figure.axes[0]
-    x, y = result["map_x"], result["map_y"]
-    mesh = draw_probability(axes, x, y, result["probability"], list(map(str, result["map_parameters"])))
+    x, y, probability = (result[name].values for name in ("map_x", "map_y", "probability"))
+    mesh = draw_probability(axes, x, y, probability, list(map(str, result["map_parameters"].values)))
     figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
-    low, high = result["probability"].min(), result["probability"].max()
+    low, high = float(probability.min()), float(probability.max())
     for level, style in LEVELS.items():
         if low < level < high:
-            axes.contour(x, y, result["probability"].T, [level], colors="white", linewidths=0.8, linestyles=style)
+            axes.contour(
+                x, y, result["probability"].values.T, [level], colors="white", linewidths=0.8, linestyles=style
+            )
     at = np.nonzero(result["is_computed"])
     axes.plot(x[at[0]], y[at[1]], "o", mfc="white", mec="0.2", mew=0.4, ms=2.6)
     for name, style, label in (
@@ -68,11 +70,3 @@ def draw_probability(axes: Axes, x: np.ndarray, y: np.ndarray, probability: np.n
             axis.set_minor_formatter(NullFormatter())
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     return mesh
-
-
-DRAWN = {
-    "figure_map": [
-        *("map_x", "map_y", "map_x_own", "map_y_own", "map_parameters", "map_runs", "is_computed"),
-        *("probability", "hopf_damping", "existence_limit"),
-    ],
-}

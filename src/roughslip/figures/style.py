@@ -1,72 +1,56 @@
-"""What all figures share: panels, titles, intervals, maps, legends, and files with the same bytes on every run."""
+"""What all figures share: the numbers they take, seaborn's theme, intervals, maps, and files with the same bytes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import seaborn as sns
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
-from matplotlib.rcsetup import cycler
 
-Arrays = Mapping[str, np.ndarray]
 Look = dict[str, Any]  # colour, marker and line of an artist, in matplotlib's words
-
 INTERVAL = ("", "_low", "_high")
-
-DARK, LARGE, SMALL = ".15", 10.56, 9.68  # a grey, and sizes of text [pt]
-BLIND_SAFE = "#0173b2 #de8f05 #029e73 #d55e00 #cc78bc #ca9161 #fbafe4 #949494 #ece133 #56b4e9"
 STYLE: Any = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": DARK,
-    "axes.labelcolor": DARK,
-    "axes.labelsize": LARGE,
-    "axes.linewidth": 1.0,
-    "axes.prop_cycle": cycler(color=BLIND_SAFE.split()),
-    "axes.titlesize": LARGE,
-    "font.size": LARGE,
-    "legend.fontsize": SMALL,
+    "font.sans-serif": ["DejaVu Sans"],  # which matplotlib brings: the same picture everywhere
+    "image.cmap": "viridis",
     "legend.frameon": False,
-    "legend.title_fontsize": LARGE,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 4.8,
-    "lines.solid_capstyle": "round",
-    "patch.edgecolor": "w",
-    "patch.force_edgecolor": True,
-    "patch.linewidth": 0.8,
     "path.simplify_threshold": 0.3,
     "savefig.dpi": 160,
     "svg.hashsalt": "roughslip",
-    "text.color": DARK,
-} | {
-    f"{axis}tick.{name}": value
-    for axis in "xy"
-    for name, value in {
-        "color": DARK,
-        "labelsize": SMALL,
-        "major.size": 4.8,
-        "major.width": 1.0,
-        "minor.size": 3.2,
-        "minor.width": 0.8,
-    }.items()
 }
-"""seaborn's theme for papers, with ticks, its colours for the colour-blind and text of 1.1 times the size. Its import
-would take 1.5 s of every figure."""
 
 
-def with_interval_names(*names: str) -> list[str]:
-    """The names of stored numbers and of both ends of their intervals."""
-    return [name + end for name in names for end in INTERVAL]
+class Shown(Mapping[str, xr.DataArray]):
+    """The variables of a Dataset that a figure takes. `taken` has their names: these numbers are written beside it."""
+
+    def __init__(self, results: xr.Dataset) -> None:
+        self.results = results
+        self.taken: dict[str, None] = {}
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        self.taken[name] = None
+        return self.results[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.results
+
+    def __iter__(self) -> Iterator[str]:
+        return map(str, self.results.variables)
+
+    def __len__(self) -> int:
+        return len(self.results.variables)
 
 
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
-    """A figure in the style of the study with its panels, each `width` inches wide."""
+    """A figure in seaborn's theme for papers with its panels, each `width` inches wide."""
     mpl.rcdefaults()  # a user's matplotlibrc changes nothing
-    mpl.rcParams.update(STYLE)
+    sns.set_theme("paper", "ticks", "colorblind", font_scale=1.1, rc=STYLE)
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
     return figure, figure.subplots(rows, columns)
 
@@ -77,36 +61,25 @@ def save(figure: Figure, path: Path) -> None:
     figure.set_layout_engine("none")  # the layout for one format is kept for the next
 
 
-def despine(*panels: Axes) -> None:
-    """Leave out the upper and the right side of panels."""
-    for axes in panels:
-        axes.spines[["top", "right"]].set_visible(False)
-
-
-def head(axes: Axes, letter: str, text: str) -> None:
-    """The letter and the title of a panel, above its left edge."""
-    axes.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
-
-
 def heads(axes: Iterable[Axes], *texts: str) -> None:
-    """Letters in their order, and a title for each panel."""
+    """A letter in their order and a title for each panel, above its left edge."""
     for panel, letter, text in zip(axes, "abcdefghi", texts, strict=False):
-        head(panel, letter, text)
+        panel.set_title(f"({letter}) {text}", loc="left", fontsize="medium")
 
 
-def with_ends(result: Arrays, name: str, index: Any = ..., factor: float = 1.0) -> list[np.ndarray]:
-    """A stored number and both ends of its interval, in units of 1 / factor: value, low, high."""
-    return [factor * result[name + end][index] for end in INTERVAL]
+def with_ends(result: Shown, name: str, factor: float = 1.0, **at: Any) -> list[xr.DataArray]:
+    """A stored number and both ends of its interval, in units of 1 / factor: value, low, high. at : as for `sel`"""
+    return [factor * result[name + end].sel(at) for end in INTERVAL]
 
 
-def draw_curve(axes: Axes, x: np.ndarray, ends: Sequence[np.ndarray], look: Look, alpha: float = 0.2) -> None:
+def draw_curve(axes: Axes, x: Any, ends: Sequence[Any], look: Look, alpha: float = 0.2) -> None:
     """A curve of values with the band of their intervals. ends : value, low, high"""
     value, low, high = ends
     axes.fill_between(x, low, high, color=look["color"], alpha=alpha, linewidth=0)
     axes.plot(x, value, **look)
 
 
-def draw_points(axes: Axes, x: np.ndarray, ends: Sequence[np.ndarray], look: Look, lw: float = 1.2) -> None:
+def draw_points(axes: Axes, x: Any, ends: Sequence[Any], look: Look, lw: float = 1.2) -> None:
     """Markers of values with their intervals. ends : value, low, high"""
     value, low, high = ends
     axes.vlines(x, low, high, color=look["color"], lw=lw)
@@ -114,10 +87,10 @@ def draw_points(axes: Axes, x: np.ndarray, ends: Sequence[np.ndarray], look: Loo
 
 
 def draw_map(
-    axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, colours: str, limits: Sequence[float]
+    axes: Axes, x: xr.DataArray, y: xr.DataArray, values: xr.DataArray, colours: str, limits: Sequence[float]
 ) -> AxesImage:
     """Values (x, y) at the centres of cells [m] as colours between two limits."""
-    extent = (0, 1e6 * (x[0] + x[-1]), 0, 1e6 * (y[0] + y[-1]))
+    extent = (0, 1e6 * float(x[0] + x[-1]), 0, 1e6 * float(y[0] + y[-1]))
     axes.set(xlabel="x [µm]", ylabel="y [µm]")
     return axes.imshow(values.T, extent=extent, origin="lower", cmap=colours, vmin=limits[0], vmax=limits[1])
 

@@ -8,7 +8,7 @@ from importlib import import_module
 
 from roughslip import store
 from roughslip.atomic_write import replacing
-from roughslip.figures.style import save
+from roughslip.figures.style import Shown, save
 from roughslip.scene.types import Scene
 from roughslip.study.graph import STAGES
 from roughslip.study.job import Job
@@ -20,8 +20,8 @@ def stored(results: Iterable[store.Result]) -> dict[str, store.Variable]:
 
 
 def with_coordinates(variables: dict[str, store.Variable], drawn: Iterable[str]) -> dict[str, store.Variable]:
-    """The variables that a figure draws, as far as they are there, and the coordinates of their dimensions."""
-    kept = {name: variables[name] for name in drawn if name in variables}
+    """The variables that a figure takes, and the coordinates of their dimensions."""
+    kept = {name: variables[name] for name in drawn}
     dimensions = {dimension for variable in kept.values() for dimension in variable.dimensions}
     found = {name: variables[name] for name in dimensions if name in variables}
     return kept | {name: found[name] for name in sorted(found) if found[name].dimensions == (name,)}
@@ -36,9 +36,10 @@ def work(scene: Scene, job: Job) -> None:
             variables = import_module(f"roughslip.study.{row.module}").numbers(scene, job)
         else:
             variables = stored(store.read(path) for maker in row.makers for path in job.paths(maker))
-        picture = getattr(drawing, name)({key: variable.values for key, variable in variables.items()})
+        shown = Shown(store.dataset(variables, {}))
+        picture = getattr(drawing, name)(shown)
         for kind in ("png", "svg"):
             with replacing(job.outputs[f"{name}.{kind}"]) as temporary:
                 save(picture, temporary)
-        store.write(job.outputs[f"{name}.nc"], with_coordinates(variables, drawing.DRAWN[name]), job.key)
+        store.write(job.outputs[f"{name}.nc"], with_coordinates(variables, shown.taken), job.key)
     job.count(figures=len(job.key.configuration["figures"]))

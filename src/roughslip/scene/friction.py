@@ -14,9 +14,11 @@ MOST_WINDOWS = 1_000_000_000
 class FrictionStatistics(Section):
     """Scatter of friction as numbers, in place of surfaces and contact; the marginal is Beta(2.1, 5) of the paper."""
 
-    standard_deviation: float = number("Standard deviation of the friction coefficient", uncertain=True, gt=0, le=10)
+    standard_deviation: float = number(
+        "Standard deviation of the friction coefficient", uncertain="friction process", gt=0, le=10
+    )
     correlation_length_m: float = number(
-        "Length of the exponential autocorrelation along the belt", "m", uncertain=True, gt=0, le=1
+        "Length of the exponential autocorrelation along the belt", "m", uncertain="friction process", gt=0, le=1
     )
 
 
@@ -71,7 +73,7 @@ class Friction(Section):
     mean: float = number(
         "Mean friction coefficient, mu_fit of eq. (13), at median penetration or with a load as measured under it. It "
         "sets the shear strength, so the scatter of contacts changes in proportion",
-        uncertain=True,
+        uncertain="friction curve",
         gt=0,
         le=10,
         default=None,
@@ -91,7 +93,7 @@ class Load(Section):
     Periodic cells of the surface are solved under the nominal pressure; the number of windows follows from the area.
     """
 
-    force_n: float = number("Normal force on the pad", "N", uncertain=True, gt=0, le=1e9)
+    force_n: float = number("Normal force on the pad", "N", uncertain="normal force", gt=0, le=1e9)
     nominal_pressure_pa: float = number("Force over apparent area", "Pa", gt=0, le=1e13)
     pad_length_m: float | None = number(
         "Length of the pad along the belt; not given, the pad is a square. Friction is correlated over this length",

@@ -23,7 +23,9 @@ from roughslip.scene.mistakes import (
 )
 from roughslip.scene.section import EachOnce, Section, choice, many, number, word
 
-Uncertain = Annotated[float, Field(ge=0, le=1e6, description="A number [-]", json_schema_extra={"uncertain": True})]
+Uncertain = Annotated[
+    float, Field(ge=0, le=1e6, description="A number [-]", json_schema_extra={"uncertain": "friction curve"})
+]
 DampingRatio = Annotated[float, Field(ge=0, le=10, description="A damping ratio, as oscillator.damping_ratio [-]")]
 Value = Annotated[float, Field(ge=0, le=1e15, description="A value [-]")]
 Row = Annotated[tuple[Uncertain, Uncertain], Field(strict=False)]
@@ -33,26 +35,28 @@ Range = Annotated[tuple[Value, Value], Field(strict=False)]
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
-    mass_kg: float = number("Mass m", "kg", symbol="m", uncertain=True, gt=0, le=1e6)
+    mass_kg: float = number("Mass m", "kg", symbol="m", uncertain="mass", gt=0, le=1e6)
     stiffness_n_per_m: float = number(
         "Stiffness k of the spring; the natural frequency omega is sqrt(k / m)",
         "N/m",
         symbol="k",
-        uncertain=True,
+        uncertain="stiffness",
         ge=1e-12,
         le=1e15,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", symbol="D", uncertain=True, ge=0, le=1)
-    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", symbol="v0", uncertain=True, gt=0, le=1000)
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", symbol="D", uncertain="damping", ge=0, le=1)
+    belt_velocity_m_per_s: float = number(
+        "Velocity of the belt v0", "m/s", symbol="v0", uncertain="belt velocity", gt=0, le=1000
+    )
     normal_force_n: float = number(
-        "Normal force N; with load it follows", "N", symbol="N", uncertain=True, gt=0, le=1e9, default=None
+        "Normal force N; with load it follows", "N", symbol="N", uncertain="normal force", gt=0, le=1e9, default=None
     )
     excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", symbol="Q", ge=0, le=1e9)
     excitation_frequency_rad_per_s: float = number(
         "Angular frequency Omega of the excitation", "rad/s", symbol="Omega", ge=0, le=1e6
     )
     static_friction: float = number(
-        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", uncertain=True, gt=0, le=10
+        "Mean friction coefficient at rest, eq. (13) at v_rel = 0", uncertain="friction curve", gt=0, le=10
     )
     law: str = word(
         "Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as "
@@ -69,10 +73,10 @@ class Oscillator(Section):
         default=None,
     )
     stribeck_decay_s_per_m: float = number(
-        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", uncertain=True, ge=0, le=1e6
+        "Decay of the Stribeck law, 1.42 in eq. (13)", "s/m", uncertain="friction curve", ge=0, le=1e6
     )
     stribeck_quadratic_s2_per_m2: float = number(
-        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", uncertain=True, ge=0, le=1e6
+        "Quadratic rise of the Stribeck law, 0.01 in eq. (13)", "s^2/m^2", uncertain="friction curve", ge=0, le=1e6
     )
     windows_in_parallel: int = number(
         "Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n); "

@@ -238,7 +238,7 @@ def page() -> str:
 def _row(key: str, part: Values) -> str:
     """Name, meaning, what is allowed and default of a key, as cells of a table."""
     meaning = re.sub(r" \[[^]]*\]$", "", part["description"]).replace("|", r"\|")
-    allowed = describe_allowed(part) + (", or `{value: ..., standard_uncertainty: ...}`" * part.get("uncertain", False))
+    allowed = describe_allowed(part) + (", or `{value: ..., standard_uncertainty: ...}`" * ("uncertain" in part))
     default = f"`{part['default']}`" if "default" in part else ""
     return f"| `{key.rpartition('.')[2]}` | {meaning} | {allowed} | {default} |"
 

@@ -35,15 +35,15 @@ class Section(BaseModel):
 
 
 def number(
-    meaning: str, unit: str = "-", *, default: Any = ..., symbol: str = "", uncertain: bool = False, **bounds: float
+    meaning: str, unit: str = "-", *, default: Any = ..., symbol: str = "", uncertain: str = "", **bounds: float
 ) -> Any:
     """A field for a number; its annotation says whether it is a real or a whole one.
 
-    symbol : in labels; uncertain : whether it may carry a standard uncertainty (`scene.uncertain`)
+    symbol : in labels; uncertain : source to which a standard uncertainty belongs; none without one
     bounds : gt, ge, lt, le
     """
     extra: dict[str, Any] = {"symbol": symbol} if symbol else {}
-    extra |= {"uncertain": True} if uncertain else {}
+    extra |= {"uncertain": uncertain} if uncertain else {}
     options: dict[str, Any] = {**bounds, "json_schema_extra": extra or None}
     return Field(default, description=f"{meaning} [{unit}]", **options)
 

@@ -47,6 +47,14 @@ def taken_apart(scene: Values, schema: Values) -> tuple[list[list[Any]], list[tu
     return sorted(uncertainties), mistakes
 
 
+def source_of(key: str, schema: Values) -> str:
+    """The source of uncertainty of a number by its dotted key, as its field says."""
+    part = schema
+    for name in key.split("."):
+        part = inner(part, int(name) if name.isdigit() else name)
+    return str(part["uncertain"])
+
+
 def _mistakes(group: Values, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
     """What is wrong with a standard uncertainty; the section judges the value."""
     for key in group.keys() - {VALUE, UNCERTAINTY}:

@@ -26,7 +26,9 @@ from roughslip.oscillator.laws import law_from_scene
 from roughslip.oscillator.machine import Machine
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
+from roughslip.scene.schema import scene_schema
 from roughslip.scene.types import Scene
+from roughslip.scene.uncertain import source_of
 from roughslip.study.from_scene import elastic
 from roughslip.study.from_scene.machine import at_penetration, friction_of, is_under_load, machine_of, oscillator_of
 from roughslip.study.from_scene.surface_model import gaussian_model
@@ -35,17 +37,6 @@ SCAN, SURFACE, SOLVES = "scan", "surface", "contact solves"
 MEAN = "friction.mean"
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"
 STATIC, TABLE, FORCE = "oscillator.static_friction", "oscillator.friction_table", "load.force_n"
-SOURCES = {  # of the numbers that a scene may give with a standard uncertainty, but for those of the surface
-    **dict.fromkeys((MEAN, STATIC, TABLE), "friction curve"),
-    **dict.fromkeys(("oscillator.stribeck_decay_s_per_m", "oscillator.stribeck_quadratic_s2_per_m2"), "friction curve"),
-    **dict.fromkeys((SCATTER, LENGTH), "friction process"),
-    "oscillator.mass_kg": "mass",
-    "oscillator.stiffness_n_per_m": "stiffness",
-    "oscillator.damping_ratio": "damping",
-    "oscillator.belt_velocity_m_per_s": "belt velocity",
-    "oscillator.normal_force_n": "normal force",
-    FORCE: "normal force",
-}
 OF_SOLVES = {"solved.scatter": "std", "solved.length": "length_least_squares"}  # factors of mean 1, by column
 OF_SCAN = {"scan.height": "rms_height", "scan.length": "length_x"}  # the same, of the scan
 OF_SURFACE = {"scan.height": "roughness.rms_height_m", "scan.length": "roughness.correlation_length_m"}
@@ -146,10 +137,11 @@ def value_of(scene: Scene, key: str) -> float:
 def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
     """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
     inputs: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in ("friction curve", "friction process")}
+    schema = scene_schema()
     for key, uncertainty in scene.standard_uncertainties:
         if key in OF_SURFACE.values():
             continue
-        name = SOURCES[TABLE if key.startswith(f"{TABLE}.") else key]
+        name = source_of(key, schema)
         inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
     return inputs
 
@@ -201,8 +193,9 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
     """
     section = SimpleNamespace(**vars(scene.oscillator))
     for key, value in values.items():
-        if key in SOURCES and key.startswith("oscillator."):
-            setattr(section, key.removeprefix("oscillator."), value)
+        part, _, name = key.partition(".")
+        if part == "oscillator" and hasattr(section, name):
+            setattr(section, name, value)
     section.normal_force_n = values.get(FORCE, section.normal_force_n)
     if (table := scene.oscillator.friction_table) is not None:
         rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]

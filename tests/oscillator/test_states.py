@@ -17,7 +17,6 @@ from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.oscillator.limits import departure_point, existence_limit, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
-from roughslip.oscillator.slip_flow import next_peak, slip_flow, stiff_return
 from roughslip.oscillator.states import longest_slip, run_until_known, states_of, time_scales
 from tests.oscillator.motions import LAW, STUDY, machine
 
@@ -116,13 +115,6 @@ def test_a_relaxation_oscillation_is_followed_by_an_implicit_method():
     assert loop[1e-4].slip_duration / loop[1e-2].slip_duration == pytest.approx(100, rel=0.03)
     with pytest.raises(ConvergenceError, match="too stiff to follow"):
         slip_loop(replace(STUDY, mass_kg=1e-6), LAW)
-
-
-@pytest.mark.parametrize("damping", [0.05, 0.2, 0.3, 0.4])
-def test_both_methods_say_the_same_of_the_study(damping):
-    flow = slip_flow(replace(STUDY, damping_ratio=damping), LAW)
-    start = (STUDY.F * LAW.static - flow.steady) / STUDY.V - 2 * damping
-    assert (stiff_return(flow, start) is not None) == (next_peak(flow, start, 1.0)[0] > 1.0)
 
 
 @pytest.mark.parametrize("damping", [0.0, 1e-9, 1e-3, 0.1, 0.99, 2.0])
@@ -229,33 +221,6 @@ def test_all_functions_say_the_same_of_random_oscillators(batch):
             _, first, states = run_until_known(Machine(belt, law), None, 0.0, periods)
             shares.append(states.share(first + 0.5 * periods, first + periods))
         assert shares == [float(exists)] * 2, number
-
-
-@pytest.mark.slow
-def test_a_share_does_not_depend_on_the_duration_where_the_starts_agree():
-    """Shares of 40 runs over T and 10 T, Beta friction, where runs from rest and from sliding agree over T: within four
-    standard errors of each other, family-wise over the twelve cases of both laws."""
-    agreed = 0
-    for number in range(12):
-        belt, law = random_case(number)
-        if slip_loop(belt, law).cycle is None and number % 3:
-            continue
-        deviation, length = 0.02 * law.static, 2.0 * belt.V
-        made = machine(deviation, length, belt, law, (2.1, 5.0))
-        made = replace(made, options=MotionOptions(1e-6))
-        kept = [made.kept_path([3, number, run]) for run in range(24)]
-        states = {}
-        for periods in (40.0, 400.0):
-            for sliding in (False, True):
-                runs = [run_until_known(made, path, made.paths.spacing, periods, sliding) for path in kept]
-                shares = np.nan_to_num([s.share(first + 0.5 * periods, first + periods) for _, first, s in runs])
-                states[periods, sliding] = float(shares.mean()), float(shares.std(ddof=1)) / math.sqrt(len(kept))
-        (rest, error), (slid, other) = states[40.0, False], states[40.0, True]
-        if abs(rest - slid) <= 0.05:
-            agreed += 1
-            later, later_error = states[400.0, False]
-            assert abs(later - rest) <= 0.05 + 4 * math.hypot(error, other, later_error), number
-    assert agreed >= 3
 
 
 def test_an_unknown_state_is_an_error_with_the_time_that_was_run(monkeypatch):

@@ -169,23 +169,6 @@ def test_a_kept_path_is_drawn_once():
     assert drawn == [0, 1, 2, 3, 4]
 
 
-def test_a_kept_path_keeps_no_more_nodes_than_asked():
-    """Of pieces of two nodes three are kept for at most five; the others are drawn again, with the same values."""
-
-    class Source:
-        begun = 0
-
-        def __iter__(self):
-            self.begun += 1
-            return iter([np.full(2, float(k)) for k in range(5)])
-
-    source = Source()
-    path = KeptPath(source, 5)
-    for begun in (2, 3):
-        assert [piece[0] for piece in path] == [0.0, 1.0, 2.0, 3.0, 4.0]
-        assert (path.nodes, source.begun) == (6, begun)
-
-
 def test_the_bound_of_a_kink_holds():
     """Cubics meet with one slope, so that they part as t^2; two steps up and two down attain the bound."""
     rng = np.random.default_rng(4)
@@ -362,21 +345,6 @@ def test_error_of_a_step_is_estimated(sigma, scatter):
     assert np.median(ratios) > (0.1 if scatter == "additive" else 0.05)  # the change of mu_D is taken more carefully
 
 
-def test_a_step_may_begin_a_little_behind_its_node():
-    """By a hundredth of a spacing: what P takes there in place of mu_S would change X' by F late |P - mu_S| / w."""
-    p, nodes, s, w, late = coefficients(STUDY, LAW), rough_path(2), 100 * NODE_SPACING, 3.0 * V, 0.01 * NODE_SPACING
-    path = path_through(nodes, 0, NODE_SPACING, True)
-    first = piece_at(path, s)
-    y = slip_state(0.0, 0.1 * F, V - w, s, 1.0, first, p)
-    v = math.sqrt(w * w - 2.0 * y.a * late)
-    behind = slip_state(late / w, y.x + (V - w) * late / w, V - v, s + late, 1.0, first, p)
-    end, ends = (step_over(3, start, 1.0, path, p)[0] for start in (y, behind))
-    mean = np.mean([mu_s_at(wide_piece(path, 100, 3).piece, s + t * NODE_SPACING) for t in np.linspace(0.0, 16.0, 101)])
-    effect = F * late * abs(mean - nodes[100]) / w
-    assert abs(ends.u - end.u) < 0.05 * effect
-    assert abs(ends.tau - end.tau) < 0.1 * effect / w
-
-
 def first_cycle(seed, scatter, tolerance):
     """The motion on a rough path from its first departure on, for the length of a cycle."""
     nodes = rough_path(seed)
@@ -404,38 +372,6 @@ def test_motion_on_rough_paths(tolerance, scatter):
         assert ends(cycle)[0, 1] == pytest.approx(ends(exact)[0, 1], abs=7.0 * tolerance * F)
         steps.append(cycle.steps)
     assert np.mean(steps) < {1e-4: 60, 1e-6: 160, 1e-8: 900}[tolerance]
-
-
-def test_steps_towards_a_stop_are_refused_or_right():
-    """From X = 0 and some X', constant friction and a strong drive, against the closed form, at every width.
-
-    Near a stop 1 / w grows so fast that the fifth order of the pair may end before it begins, and an error over a
-    negative time is below any that is allowed. Some steps err by 8 of the errors allowed.
-    """
-    oscillator = Oscillator(1.0, 1.0, 0.0, 5e-4, 1.0, 47.0, 1.17)
-    path, mu, tolerance = path_through(np.zeros(100), 0, 3.8, True), 0.77, 1e-4
-    p = coefficients(oscillator, CoulombLaw(mu, mu))
-    r, forced = p.r, p.q / (1.0 - p.r**2)
-    back = accepted = 0
-    for tau, u in itertools.product(np.linspace(0.0, 5.0, 51), np.geomspace(5.0, 50.0, 21)):
-        y = slip_state(tau, 0.0, u, 8 * path.spacing, -1.0, piece_at(path, 8.5 * path.spacing), p)
-        a = u + forced * r * math.sin(r * tau)  # X + mu = forced cos(r tau) + a sin + b cos, from tau on
-        b = mu - forced * math.cos(r * tau)
-        for level in LEVELS[:2]:
-            wide = wide_piece(path, 8, level)
-            with np.errstate(invalid="ignore"):
-                back += step_by_distance(y, -1.0, wide, 0.0, wide.piece, p)[0].tau < tau
-            step = wide_step(y, level, True, -1.0, branch(0, False, p), path, p, tolerance, 99.0)
-            if step.level < 0:
-                continue
-            accepted += 1
-            end, t = step.end, step.end.tau - tau
-            x = forced * math.cos(r * end.tau) + a * math.sin(t) + b * math.cos(t) - mu
-            v = -forced * r * math.sin(r * end.tau) + a * math.cos(t) - b * math.sin(t)
-            assert t > 0.0
-            assert max(abs(end.x - x), abs(end.u - v)) < 10.0 * tolerance * t * (p.F + max(abs(end.x), abs(end.u)))
-    assert back > 0
-    assert accepted > 500
 
 
 def test_no_wide_step_where_the_equation_changes():

@@ -18,7 +18,7 @@ from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.base_law import FrictionLaw, friction
-from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.equation import SCATTERS, Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
@@ -74,6 +74,10 @@ class Equation:
         rising = t**2 * (3 - 2 * t)
         return here + rising * (there - here) + t * (1 - t) ** 2 * out - t**2 * (1 - t) * into
 
+    def gain(self, mean: float | np.ndarray) -> float | np.ndarray:
+        """Return what scatter changes friction by, where that is `mean` without."""
+        return mean if self.options.scatter == "multiplicative" else 1.0
+
     def kinetic(self, speed: np.ndarray) -> np.ndarray:
         """Return mu_D; that of a table by numpy and scipy."""
         if not isinstance(self.law, TableLaw):
@@ -93,8 +97,8 @@ class Equation:
 
     def limit(self, s: np.ndarray) -> np.ndarray:
         """Return the largest force [m] of stick."""
-        static, scatter = self.law.static, self.scatter(s)
-        return self.oscillator.F * np.maximum(static + scatter, 0.0)
+        static = self.law.static
+        return self.oscillator.F * np.maximum(static + self.gain(static) * self.scatter(s), 0.0)
 
     def slip(self, start: np.ndarray, h: np.ndarray, steps: int) -> np.ndarray:
         """Return X and X' after slips of h each in so many steps, from start : (tau, X, X', s, sign of v_rel)."""
@@ -105,7 +109,8 @@ class Equation:
         def rate(tau: np.ndarray, y: np.ndarray) -> np.ndarray:
             x, u = y
             slipped = s + sides * (V * (tau - first) - (x - place))
-            mu = np.maximum(self.kinetic(np.abs(omega * (V - u))) + self.scatter(slipped), 0.0)
+            mean = self.kinetic(np.abs(omega * (V - u)))
+            mu = np.maximum(mean + self.gain(mean) * self.scatter(slipped), 0.0)
             return np.stack([u, sides * F * mu - 2 * D * u - x + self.drive(tau)])
 
         d, y = h / steps, start[1:3]
@@ -197,6 +202,7 @@ def attempt(trial: Trial) -> None:
     options = MotionOptions(
         tolerance=float(choose(rng, TOLERANCES, TOLERANCE_SHARES)),
         samples_per_period=SAMPLES,
+        scatter=choose(rng, SCATTERS),
     )
     equation, F = Equation(oscillator, law, nodes, travel / per_cycle, options), oscillator.F
     limit = F * law.static - 2 * damping * oscillator.V + oscillator.q

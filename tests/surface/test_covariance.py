@@ -260,6 +260,7 @@ def test_what_noise_spoilt_is_positive_at_every_wave_vector(seed, size):
     given_table = noisy(seed, size)
     assert measured.largest_change == np.abs(measured.correlation[24:73, 18:55] - given_table).max()
     assert measured.correlation[48, 36] == 1.0
+    assert measured.reach_m == ((48 + 26) * 0.5, (36 + 26) * 0.4)
     assert float(measured(np.array(measured.reach_m[0]))) == pytest.approx(0.0, abs=1e-13)
 
 

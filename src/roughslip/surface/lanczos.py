@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from roughslip import fft
@@ -16,7 +15,6 @@ from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import circulant_eigenvalues
 
 LARGEST_RESIDUAL = 1e-9  # relative to the largest eigenvalue
-SMALL_MESH = 200  # nodes up to which the matrix is formed
 MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where Lanczos fails
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
@@ -31,7 +29,7 @@ def leading_modes(
     """The largest eigenvalues of the covariance matrix of the nodes over Sq^2, and their vectors.
 
     covariance, grid : of the field
-    order : M, number of modes; the matrix is formed for more than a quarter of the nodes
+    order : M, number of modes, at most a quarter of the nodes
 
     Returns eigenvalues (M,) [-] descending, vectors (M, nx ny) of unit norm, and residuals
     |C phi - lambda phi| / lambda_1 (M,) [-], computed afresh.
@@ -45,20 +43,14 @@ def leading_modes(
     Method: implicitly restarted Lanczos (Lehoucq, Sorensen and Yang, ARPACK Users' Guide, 1998) with deflation.
     """
     apply = covariance_operator(covariance, grid)
-    if grid.size <= SMALL_MESH or order > grid.size // LANCZOS_SHARE:
-        values, vectors = _dense_modes(apply, grid, order)
-    else:
-        try:
-            values, vectors = _lanczos_modes(apply, grid, order)
-        except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
-            if grid.size > MOST_DENSE_NODES:
-                text = (
-                    f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal; "
-                    "ask for fewer, or take a longer correlation length; scene keys: square.modes, "
-                    "roughness.correlation_length_m"
-                )
-                raise ConvergenceError(text, math.nan, order) from error
-            values, vectors = _dense_modes(apply, grid, order)
+    try:
+        values, vectors = _lanczos_modes(apply, grid, order)
+    except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
+        text = (
+            f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal; ask for "
+            "fewer, or take a longer correlation length; scene keys: square.modes, roughness.correlation_length_m"
+        )
+        raise ConvergenceError(text, math.nan, order) from error
     images = (apply(vector.reshape(grid.shape)).ravel() for vector in vectors)
     defects = [image - value * vector for image, value, vector in zip(images, values, vectors, strict=True)]
     residuals = np.linalg.norm(defects, axis=1) / values[0]
@@ -67,13 +59,6 @@ def leading_modes(
         text = f"{order} modes of {grid.nx} x {grid.ny} nodes are inaccurate; ask for fewer; scene key: square.modes"
         raise ConvergenceError(text, worst, order)
     return values, vectors, residuals
-
-
-def _dense_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues descending and vectors in rows, of the whole matrix by LAPACK."""
-    matrix = np.array([apply(unit.reshape(grid.shape)).ravel() for unit in np.eye(grid.size)])
-    values, columns = scipy.linalg.eigh(0.5 * (matrix + matrix.T))
-    return values[::-1][:order], np.ascontiguousarray(columns[:, ::-1][:, :order].T)
 
 
 def _lanczos_modes(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -117,26 +102,17 @@ def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple
 def covariance_operator(covariance: StationaryCovariance, grid: Grid) -> Operator:
     """The function that multiplies a field (nx, ny) by the covariance matrix of the nodes over Sq^2.
 
-    A convolution on a torus of twice the mesh; rows that are padding are neither transformed nor transformed back.
-    Raises ParameterError for a covariance that is not finite.
+    A convolution on a torus of twice the mesh. Raises ParameterError for a covariance that is not finite.
     """
     nx, ny = grid.shape
     torus = 2 * nx, 2 * ny
-    scale = covariance.rms_height_m**2 * math.prod(torus)
-    symbol = circulant_eigenvalues(covariance, grid, torus) / scale
+    symbol = circulant_eigenvalues(covariance, grid, torus) / (covariance.rms_height_m**2 * math.prod(torus))
     if not np.all(np.isfinite(symbol)):
         raise ParameterError(f"the covariance is not finite at all lags of {nx} x {ny} nodes")
-    padded, spectrum = np.zeros((nx, 2 * ny)), np.zeros((2 * nx, ny + 1), dtype=complex)
-    result = np.empty_like(padded)
+    padded = np.zeros(torus)
 
     def apply(field: np.ndarray) -> np.ndarray:
-        padded[:, :ny] = field
-        fft.r2c(padded, axes=(1,), out=spectrum[:nx])
-        spectrum[nx:] = 0.0
-        fft.c2c(spectrum, axes=(0,), out=spectrum)
-        np.multiply(spectrum, symbol, out=spectrum)
-        fft.c2c(spectrum, axes=(0,), forward=False, out=spectrum)
-        fft.c2r(spectrum[:nx], axes=(1,), lastsize=2 * ny, forward=False, out=result, allow_overwriting_input=True)
-        return result[:, :ny].copy()
+        padded[:nx, :ny] = field
+        return fft.c2r(symbol * fft.r2c(padded), lastsize=2 * ny, forward=False)[:nx, :ny].copy()
 
     return apply

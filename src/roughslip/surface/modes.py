@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from roughslip.errors import IllPosedError, ParameterError, whole
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, whole
 from roughslip.grid import Grid
 from roughslip.results import described, result
 from roughslip.surface.covariance import StationaryCovariance
@@ -85,8 +85,7 @@ def karhunen_loeve(covariance: StationaryCovariance, grid: Grid, order: int) -> 
             "ask for fewer modes"
         )
     else:
-        values, vectors, _ = leading_modes(covariance, grid, order)
-        pairs = _Pairs(covariance.rms_height_m**2 * values, vectors)
+        pairs = _lanczos_modes(covariance, grid, order)
     # rounding leaves the tail of a smooth kernel slightly negative
     eigenvalues = np.maximum(pairs.values, 0.0)
     largest = np.argmax(np.abs(np.round(pairs.vectors, 9)), axis=1)
@@ -124,3 +123,14 @@ def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _P
     descending = np.argsort(-np.round(values / variance, 12), kind="stable")
     leading = descending[:order]
     return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T))
+
+
+def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _Pairs:
+    """By products with the matrix; of the matrix itself where these do not converge, if it can be formed."""
+    try:
+        values, vectors, _ = leading_modes(covariance, grid, order)
+    except ConvergenceError:
+        if grid.size > MOST_DENSE_NODES:
+            raise
+        return _dense_modes(covariance, grid, order)
+    return _Pairs(covariance.rms_height_m**2 * values, vectors)

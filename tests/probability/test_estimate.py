@@ -17,7 +17,7 @@ from scipy.special import bdtr, ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability import Estimate
-from roughslip.probability.estimate import interval_margin, student_95
+from roughslip.probability.estimate import interval_margin, student_95, wilson_interval
 from roughslip.probability.lattice_map import START, lattice_map
 from roughslip.probability.level_search import ACCURACY, COARSE, LevelSearch, central_counts, first_change
 from roughslip.probability.sensitivity import Source, variance_split
@@ -67,6 +67,17 @@ def test_margins_for_few_samples(samples):
     assert interval_margin(samples) * shown == pytest.approx(quantile, rel=1e-12)
     fewer = stats.t.ppf(0.975, max((samples - 1) / 3, 1.0))
     assert interval_margin(samples, 1 / 3) * shown == pytest.approx(fewer, rel=1e-12)
+
+
+def test_the_interval_of_a_share_is_that_of_wilson():
+    successes, trials = np.array([0, 3, 17, 40]), np.array([40, 40, 20, 40])
+    low, high = wilson_interval(successes, trials)
+    for row, (k, n) in enumerate(zip(successes, trials, strict=True)):
+        exact = stats.binomtest(k, n).proportion_ci(method="wilson")
+        assert (low[row], high[row]) == pytest.approx((exact.low, exact.high), abs=1e-12)
+    assert [float(end) for end in wilson_interval(0.0, 0.0)] == [0.0, 1.0]
+    with pytest.raises(ParameterError, match="between none and all"):
+        wilson_interval(3, 2)
 
 
 POINTS = 33
@@ -120,6 +131,13 @@ def test_each_node_is_asked_for_once_and_most_are_in_the_band():
     assert np.mean([inside[one] for one in asked[START**2 :]]) > 0.6
 
 
+def test_a_probability_that_does_not_change_is_found_everywhere():
+    for value in (0.0, 1.0, 0.3):
+        lattice = lattice_map(lambda i, j, value=value: value, 9, 20)
+        np.testing.assert_allclose(lattice.probability, value, atol=1e-9)
+        assert lattice.prediction_error < 1e-9
+
+
 @pytest.mark.parametrize(("points", "computed"), [(3, 9), (9, 15), (9, 82)])
 def test_numbers_of_nodes_out_of_range_are_refused(points, computed):
     with pytest.raises(ParameterError, match="a map of"):
@@ -168,6 +186,16 @@ def test_the_reciprocal_of_the_parameter_has_the_reciprocal_crossing(level):
     down = LevelSearch(lambda x, paths: changes[paths.start : paths.stop] * x > 1.0, 10.0, 0.1, 1e3, changes > 0.1)
     other = down.crossing(level, upwards=False)
     assert (1 / other.high, 1 / other.value, 1 / other.low) == pytest.approx((one.low, one.value, one.high), rel=1e-9)
+
+
+def test_values_tried_before_serve_first():
+    """A level near another one is crossed between values that the first search has tried: two thirds of its trials,
+    where it would take more than all again."""
+    search = search_of(np.exp(np.random.default_rng(1).normal(0.3, 0.4, PATHS)))
+    search.crossing(0.05, upwards=True)
+    before = search.trials
+    search.crossing(0.06, upwards=True)
+    assert search.trials - before < 0.8 * before
 
 
 @pytest.mark.parametrize(("off", "share"), [(0.0, 0.5), (2e-3, 0.7), (0.3, 1.3)])

@@ -182,3 +182,15 @@ def test_a_scan_too_coarse_for_rings_is_fitted_by_lags():
     assert rings_to_fit(scan, statistics) is None
     (best, *_), _ = fitted_covariances(("gaussian",), scan, statistics)
     assert best.spectrum_misfit == 0.0
+
+
+def test_rings_below_the_side_lobes_of_the_window_are_left_out():
+    """A Gaussian spectrum of 14 points a length falls by 1e-7 up to a quarter of the highest wavenumber."""
+    field = embed(covariance_of("gaussian", 1.0, 14.0), Grid(256, 256, 1.0, 1.0)).sample(np.random.default_rng(13))
+    scan = topography(field, 1.0, 1.0, "a scan")
+    statistics = scan_statistics(scan)
+    power, q = statistics.spectrum.power.value, statistics.spectrum.wavenumber
+    band = (q >= 4.0 / min(statistics.sub_areas.extent)) & (q <= 0.25 * math.pi)
+    kept = rings_to_fit(scan, statistics).power
+    assert kept.tolist() == power[band & (power > 1e-5 * power.max())].tolist()
+    assert 2 <= kept.size < np.count_nonzero(band)

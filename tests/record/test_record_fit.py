@@ -1,16 +1,17 @@
 """Curves and scatter of synthetic records with noise, a low-pass, drift and the period of a revolution."""
 
 import functools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import kurtosis, skew
 
 from roughslip import IllPosedError
-from roughslip.record.curve import fitted_curve, stribeck_columns
-from roughslip.record.fit import _tilted, fit_record
+from roughslip.record.curve import FrictionCurve, SpeedBasis, _spline_curve, fitted_curve, stribeck_columns
+from roughslip.record.fit import _moments, _tilted, fit_record
 from roughslip.record.likelihood import Samples
 from roughslip.record.process import Scatter, through_instrument
-from roughslip.record.result import FrictionCurve
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
 RECORDS, N = 120, 1200
@@ -218,3 +219,37 @@ def test_few_speeds_have_their_means(levels):
     assert curve.friction[at] == pytest.approx(expected, rel=1e-6)
     assert np.sqrt(np.sum(curve.factor[at] ** 2, axis=1)) == pytest.approx(ERROR / np.sqrt(50), rel=1e-5)
     assert np.isnan(curve.misfit)
+
+
+def test_a_penalty_smooths_what_errors_bend():
+    """A line over the logarithm of speed, 80 points with errors of a sixth: a spline without penalty errs more."""
+    speeds, knots = np.geomspace(0.02, 1.0, 80), np.geomspace(0.02, 1.0, 30)
+    basis, errors = SpeedBasis(speeds), []
+    white, nothing = basis.at(speeds) / 0.05, np.empty((80, 0))
+    for seed in range(20):
+        target = (0.3 + 0.02 * np.log(speeds)) / 0.05 + np.random.default_rng(seed).standard_normal(80)
+        curve = _spline_curve(basis, knots, target, white, nothing, 0.0)
+        plain = basis.at(knots) @ np.linalg.lstsq(white, target, rcond=None)[0]
+        errors.append([np.std(one - 0.3 - 0.02 * np.log(knots)) for one in (curve.friction, plain)])
+    smooth, rough = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert smooth < 0.8 * rough
+
+
+def test_moments_of_the_scatter_are_those_of_the_residuals():
+    """Over their weights; noise of half the variance adds to none but the variance; of n / 2 lengths n / 4 count."""
+    generator, n, share = np.random.default_rng(2), 4000, 0.5
+    residual, weight, mean = (
+        generator.gamma(4.0, size=n),
+        generator.uniform(0.5, 2.0, n),
+        generator.uniform(1.0, 2.0, n),
+    )
+    step = np.full(n, 0.5)
+    samples = Samples(mean + weight * residual, step, step, step, step)
+    fit = SimpleNamespace(
+        weight=weight, deviation=np.sqrt(share * np.var(residual)), scatter=Scatter("exponential", 1.0)
+    )
+    (skewness, s_error), (excess, e_error) = _moments(samples, mean, fit)
+    assert skewness == pytest.approx(skew(residual) / share**1.5)
+    assert excess == pytest.approx(kurtosis(residual) / share**2)
+    assert s_error == pytest.approx(np.sqrt(6 / 1000) / share**1.5)
+    assert e_error == pytest.approx(np.sqrt(24 / 1000) / share**2)

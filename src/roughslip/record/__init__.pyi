@@ -1,10 +1,10 @@
+from roughslip.record.curve import FrictionCurve as FrictionCurve
+from roughslip.record.fit import FrictionScatter as FrictionScatter
 from roughslip.record.fit import RecordFit as RecordFit
 from roughslip.record.fit import fit_record as fit_record
 from roughslip.record.likelihood import Samples as Samples
 from roughslip.record.reading import Trace as Trace
 from roughslip.record.reading import read_records as read_records
-from roughslip.record.result import FrictionCurve as FrictionCurve
-from roughslip.record.result import FrictionScatter as FrictionScatter
 from roughslip.record.slips import Rig as Rig
 from roughslip.record.slips import Sliding as Sliding
 from roughslip.record.slips import sliding as sliding

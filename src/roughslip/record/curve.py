@@ -10,7 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from roughslip.record.result import FrictionCurve
+from roughslip.probability.estimate import NORMAL_95
+from roughslip.results import described, result
 
 MOST_COLUMNS = 9  # of the spline
 KNOTS = 30  # of the stored curve
@@ -20,6 +21,28 @@ DECAYS = 60  # tried, from a hundredth to a hundred times the inverse of the mid
 PENALTIES = np.logspace(-4, 6, 41)
 
 Whiten = Callable[[np.ndarray], np.ndarray]
+
+
+@result
+class FrictionCurve:
+    """Mean friction against sliding speed, over the speeds that were measured."""
+
+    form: str = described("stribeck, the law of the scene, or spline, where that law does not fit")
+    speeds_m_per_s: np.ndarray = described(
+        "increasing speeds, from the slowest to the fastest measured", "m/s", "speed"
+    )
+    friction: np.ndarray = described("mean friction coefficient at the speeds", "1", "speed")
+    factor: np.ndarray = described("F, with F F' the covariance of the curve", "1", "speed draw")
+    misfit: float = described("p-value of the hypothesis that Stribeck's law fits")
+    at_rest: float = described(
+        "friction towards rest, where no record measures: of Stribeck's law; of a spline as at the slowest speed"
+    )
+    factor_at_rest: np.ndarray = described("the row of the factor at rest", "1", "draw")
+
+    def interval(self) -> tuple[np.ndarray, np.ndarray]:
+        """Ends : (K,) [-] of the pointwise 95 % intervals."""
+        half = NORMAL_95 * np.sqrt(np.sum(self.factor**2, axis=1))
+        return self.friction - half, self.friction + half
 
 
 class SpeedBasis:

@@ -12,10 +12,10 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError
-from roughslip.record.curve import SpeedBasis, fitted_curve
+from roughslip.probability.estimate import NORMAL_95
+from roughslip.record.curve import FrictionCurve, SpeedBasis, fitted_curve
 from roughslip.record.likelihood import ProcessFit, Samples, fitted_process
 from roughslip.record.process import SHAPES
-from roughslip.record.result import FrictionCurve, FrictionScatter
 from roughslip.results import described, result
 
 FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell the scatter
@@ -30,6 +30,24 @@ LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplica
 OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
 SLIP_TILT = 0.2  # of the deviation of the scatter
 TELLABLE = 0.03  # [-] coefficient of variation of the curve, from which additive and multiplicative differ at all
+
+
+@result
+class FrictionScatter:
+    """The stationary scatter about the curve, along the slipped distance."""
+
+    standard_deviation: float = described("additive: of the friction; multiplicative: of the friction over its mean")
+    correlation_length_m: float = described("integral of the autocorrelation from zero on", "m")
+    log_covariance: np.ndarray = described("covariance of the logarithms of these two", "1", "error other_error")
+    shape: str = described("of the autocorrelation: exponential or triangle")
+    lengths: float = described("correlation lengths that the record holds")
+    identified: bool = described('false, "cannot tell", where these are too few; the numbers are then a guess')
+
+    def interval(self) -> np.ndarray:
+        """(2, 2) ends of the 95 % intervals of standard deviation and correlation length, a row each."""
+        values = np.log([self.standard_deviation, self.correlation_length_m])
+        half = NORMAL_95 * np.sqrt(np.diag(self.log_covariance))
+        return np.exp(np.stack([values - half, values + half], axis=1))
 
 
 @result

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.record.fit import RecordFit
-from roughslip.record.result import FrictionScatter
+from roughslip.record.fit import FrictionScatter, RecordFit
 from roughslip.record.slips import Sliding
 from roughslip.store import Variable, with_interval
 

@@ -11,7 +11,7 @@ import hashlib
 import json
 import platform
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -200,6 +200,18 @@ def read_json(path: Path) -> Any:
         return json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise StoreError(f"{path}: missing or not JSON ({error}); {rebuild(path)}") from error
+
+
+def table_text(head: Sequence[str], columns: Mapping[str, Variable]) -> str:
+    """Comma-separated columns (rows,), by heading, below lines of comment.
+
+    head : first lines of comment; then come unit and meaning of each column, but for the ends of intervals
+    """
+    plain = (name for name in columns if not name.removesuffix("_m").endswith(("_low", "_high")))
+    lines = [*head, *(f"{name} [{columns[name].units}]: {columns[name].long_name}" for name in plain)]
+    rows = zip(*(variable.values for variable in columns.values()), strict=True)
+    table = [columns, *([f"{value:.6g}" for value in row] for row in rows)]
+    return "\n".join([*(f"# {line}" for line in lines), *(",".join(row) for row in table)]) + "\n"
 
 
 def table_rows(text: str) -> list[dict[str, str]]:

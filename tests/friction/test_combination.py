@@ -167,7 +167,7 @@ def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
     assert dict(zip(*(variables[name].values for name in ("length_name", "triangle_length")), strict=True)) == own
     fit = dict(zip(variables["fit_percentile"].values, variables["fit"].values, strict=True))
     assert [fit[20.0], fit[80.0]] == pytest.approx(variables["combined_mean"].values[[0, 2]])
-    lines = summary(variables, LAYOUT.percentiles).splitlines()
+    lines = summary(variables).splitlines()
     assert [line.split(",")[0] for line in lines if not line.startswith("#")] == ["percentile", "20", "50", "80"]
 
 

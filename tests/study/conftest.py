@@ -38,8 +38,11 @@ def run(folder: Path) -> Callable[..., store.Result]:
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         row = stage.__name__.rpartition(".")[2]
-        further = {"summary": "summary.csv", "text": "text.json", "deterministic": "plain.nc", "ensemble": "runs.nc"}
-        output, also = folder / f"{name or row}.nc", {kind: folder / file for kind, file in further.items()}
+        further = {"text": "text.json", "deterministic": "plain.nc", "ensemble": "runs.nc"}
+        also = {kind: folder / file for kind, file in further.items()} | {
+            "summary": folder / f"{name or 'summary'}.csv"
+        }
+        output = folder / f"{name or row}.nc"
         job = job_of(row, configuration, output, also=also, **arguments)
         stage.work(job.scene, job)
         run_stage.did, run_stage.skipped, run_stage.warnings = dict(job.did), dict(job.skipped), job.warnings

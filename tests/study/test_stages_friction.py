@@ -106,7 +106,7 @@ def test_cells_of_twice_the_edge_extrapolate_the_mean(run, known, folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction, "REPLICATES", 60)
         patch.setattr(geometry, "block_sizes", lambda _: BLOCKS)
-        both = run(friction, SCENE, "meshes", blocks=paths, summary=folder / "meshes.csv")
+        both = run(friction, SCENE, "meshes", blocks=paths)
     change = np.array([1.01 ** (-(low + high) / 2) - 1, 0.0, 0.0])
     np.testing.assert_allclose(both["mesh_change_of_mean"], change, atol=1e-12)
     np.testing.assert_allclose(both["mean"][0], known[0]["mean"][0], rtol=1e-5)  # of other replicates
@@ -178,7 +178,7 @@ def test_one_level_has_no_trend(run, known, folder):
         patch.setattr(friction, "REPLICATES", 200)
         patch.setattr(geometry, "block_sizes", lambda _: BLOCKS)
         scene = changed(SCENE, strip={"penetration_percentiles": [50.0]})
-        one = run(friction, scene, "one", blocks=paths, summary=folder / "one.csv")
+        one = run(friction, scene, "one", blocks=paths)
     assert not [name for name in one if name.startswith("trend_")]
     for name in ("mean", "std", "skewness"):
         np.testing.assert_allclose(one[name][..., 0], statistics[name][..., 1], rtol=1e-12)

@@ -44,7 +44,7 @@ def test_force_pressure_and_windows_of_every_level(run, folder):
     for level, windows in enumerate(result["load_windows"]):  # between stored pads on a power law
         logs = np.log(result["pad_windows"]), np.log(result["pad_std"][level])
         assert np.log(result["load_std"][level]) == pytest.approx(np.interp(np.log(max(windows, 1.0)), *logs))
-    lines = (folder / "summary.csv").read_text().splitlines()
+    lines = (folder / "statistics.csv").read_text().splitlines()
     header, *rows = (line for line in lines if not line.startswith("#"))
     place = header.split(",").index("nominal_pressure_pa")
     assert [float(row.split(",")[place]) for row in rows] == pytest.approx(force / WINDOW_AREA, rel=1e-5)
@@ -168,7 +168,7 @@ def test_friction_over_loads_has_cells_for_each_pressure_and_the_load_among_them
     assert np.all(np.diff(result["over_loads_real_area"]) > 0)
     assert np.all(np.diff(result["over_loads_no_contact"]) <= 0)
     assert np.all(np.diff(result["over_loads_variation"]) < 0)
-    rows = store.table_rows((folder / "summary.csv").read_text())
+    rows = store.table_rows((folder / "loads.csv").read_text())
     assert [float(row["nominal_pressure_pa"]) for row in rows] == pytest.approx(at, rel=1e-5)
 
 

@@ -165,24 +165,15 @@ def windows_variables(mu: Windows, median: int) -> dict[str, store.Variable]:
     }
 
 
-def summary(variables: dict[str, store.Variable], percentiles: np.ndarray) -> str:
+def summary(variables: dict[str, store.Variable]) -> str:
     """summary.csv: a row a penetration, after lines of comment that explain the columns."""
-    columns = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
-    columns += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
-    of_load = [name for name in LOAD if name in variables]
-    names, loads = ([name + end for name in of for end in ("", "_low", "_high")] for of in (columns, of_load))
-    titles = [f"{name}_m" if "length" in name else name for name in names]
-    load_titles = [LOAD[name] + end for name in of_load for end in ("", "_low", "_high")]
-    header = ["percentile", *titles, "beta_at_bound", *load_titles]
-    shown = zip(header, ["percentile", *names, "beta_at_bound", *loads], strict=True)
-    explained = [(title, variables[name]) for title, name in shown if not name.endswith(("_low", "_high"))]
-    comment = [*SUMMARY, *(f"{title} [{variable.units}]: {variable.long_name}" for title, variable in explained)]
-    at_bound = np.asarray(variables["beta_at_bound"].values)
-    rows = []
-    for level, percentile in enumerate(percentiles):
-        cells, of_load = ([f"{variables[name].values[level]:.6g}" for name in of] for of in (names, loads))
-        rows.append(",".join([f"{percentile:g}", *cells, str(int(at_bound[level])), *of_load]))
-    return "\n".join([*(f"# {line}" for line in comment), ",".join(header), *rows]) + "\n"
+    names = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
+    names += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
+    ends = ("", "_low", "_high")
+    shown = {name + end + ("_m" if "length" in name else ""): name + end for name in names for end in ends}
+    shown = {"percentile": "percentile", **shown, "beta_at_bound": "beta_at_bound"}
+    shown |= {LOAD[name] + end: name + end for name in LOAD if name in variables for end in ends}
+    return store.table_text(SUMMARY, {title: variables[name] for title, name in shown.items()})
 
 
 def solve_variables(batches: list[store.Result], shear: Estimate) -> dict[str, store.Variable]:

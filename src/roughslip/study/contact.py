@@ -17,9 +17,11 @@ from roughslip.study.job import Job
 def work(scene: Scene, job: Job) -> None:
     """Solve every sample of the batch on each mesh, at every level."""
     variables: dict[str, store.Variable] = {}
-    for size, domain in enumerate(domains(job)):
+    solving = domains(job)
+    for size, domain in enumerate(solving):
         variables |= solved(job, domain, f"_{size}" if size else "")
-    store.write(job.output, variables, job.key, {"first": job.numbers.start, "model": "solved"})
+    attributes: dict[str, str | int] = {"first": job.numbers.start, "model": "solved", "sizes": len(solving)}
+    store.write(job.output, variables, job.key, attributes)
 
 
 def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:

@@ -28,7 +28,7 @@ MODELS = ("solved", "expansion")
 
 def work(scene: Scene, job: Job) -> None:
     """Write every statistic with its interval, and summary.csv."""
-    scene, files = scene, store.read_all(job.paths("blocks"))
+    files = store.read_all(job.paths("blocks"))
     solved, expanded = ([file for file in files if file.attributes["model"] == model] for model in MODELS)
     if scene.load is None:
         variables, text = over_penetration(job, solved, expanded)
@@ -49,9 +49,7 @@ def blocks_of(scene: Scene, batches: list[store.Result], mesh: int = 0, size: st
 def over_loads(scene: Scene, solved: list[store.Result]) -> dict[float, Blocks]:
     """The blocks of cells under the pressures about the load, by pressure [Pa]."""
     found: dict[float, Blocks] = {}
-    for size in (f"_{number}" for number in range(1, len(solved[0].variables))):
-        if f"at{size}" not in solved[0]:
-            break
+    for size in (f"_{number}" for number in range(1, int(solved[0].attributes["sizes"]))):
         found |= dict(zip(solved[0][f"at{size}"].tolist(), blocks_of(scene, solved, size=size), strict=True))
     return found
 
@@ -81,4 +79,4 @@ def over_penetration(
     variables = table_variables(table) | windows_variables(table.mu, layout.median)
     variables |= load_table.load_variables(loads) | correlation_variables(scene, job.optional("scan"))
     variables |= solve_variables(solved, table.shear)
-    return variables, summary(variables, percentiles)
+    return variables, summary(variables)

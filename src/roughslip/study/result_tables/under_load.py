@@ -83,17 +83,11 @@ def load_results(
     variables |= correlation_variables(scene, job.optional("scan"), length)
     of_loads = {"nominal_pressure": store.Variable(("load",), np.array(list(loads)), "Pa", "force over apparent area")}
     for name, title in OVER_LOADS.items():
-        columns = columns_of([row[name] for row in loads.values()])
-        of_loads |= store.with_interval(name, ("load",), columns, "1", title)
-    text = load_summary(of_loads)
-    return variables | {f"over_loads_{name}": variable for name, variable in of_loads.items()}, text
-
-
-def load_summary(of_loads: dict[str, store.Variable]) -> str:
-    """summary.csv: a row a nominal pressure."""
-    rows = zip(*(variable.values for variable in of_loads.values()), strict=True)
-    lines = [*(f"# {line}" for line in HEAD), ",".join(["nominal_pressure_pa", *list(of_loads)[1:]])]
-    return "\n".join([*lines, *(",".join(f"{value:.6g}" for value in row) for row in rows)]) + "\n"
+        ends = columns_of([row[name] for row in loads.values()])
+        of_loads |= store.with_interval(name, ("load",), ends, "1", title)
+    columns = {"nominal_pressure_pa" if name == "nominal_pressure" else name: of_loads[name] for name in of_loads}
+    variables |= {f"over_loads_{name}": variable for name, variable in of_loads.items()}
+    return variables, store.table_text(HEAD, columns)
 
 
 def weights_of(scene: Scene, blocks: Blocks, replicates: int) -> np.ndarray:

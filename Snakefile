@@ -14,7 +14,6 @@ min_version("9.27")
 
 ROOT = Path(workflow.current_basedir.get_path_or_uri(secret_free=True))
 SOURCE = ROOT / "src"
-LOCK = ROOT / "requirements.lock"
 sys.path[:0] = [str(ROOT), str(SOURCE)]
 
 # Of an address Snakemake fetches the files of rules alone. Jobs run in the Python of Snakemake.
@@ -36,7 +35,6 @@ from roughslip.errors import InputError
 from roughslip.scene.loader import scene_names
 from roughslip.study import PARENT
 from roughslip.study.graph import STAGES
-from workflow import keys
 from workflow.keys import KEY, STORE, Names
 from workflow.study import earlier_runs
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
@@ -74,7 +72,7 @@ try:
     held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
     if workflow.is_main_process and not LISTS:
-        lines = [*keys.report(LOCK.read_text(encoding="utf-8")), *held.lines]
+        lines = [*held.lines]
         lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:

@@ -2,7 +2,7 @@
 
 So a result that exists is up to date. Two scenes share a result because it has one name, and after an edit is taken
 back the result is still there. key.json in its folder says what was hashed. Code is hashed as the import closure
-of the stage's modules, with the locked packages and departures from the lock.
+of the stage's modules, with the locked packages and the versions that are installed.
 """
 
 from __future__ import annotations
@@ -12,18 +12,16 @@ import hashlib
 import json
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cache, cached_property
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
-
-from packaging.requirements import InvalidRequirement, Requirement
-from packaging.utils import canonicalize_name
 
 from roughslip.atomic_write import write_if_changed
 from roughslip.compilation.source_hash import FRAME, closure, closure_hash
 from roughslip.errors import InputError
-from roughslip.scene.mistakes import shown
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import part_of
 from roughslip.study import plan
@@ -33,8 +31,7 @@ from workflow.study.scenes import Scenes
 
 STORE = "results/store"
 KEY = "[0-9a-f]{16}"
-_SHOWN = 3  # packages in a line for the user
-_INFO = ".dist-info"
+PACKAGES = ("numpy", "scipy", "numba", "ducc0", "netCDF4", "matplotlib", "SurfaceTopography")
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
 
 
@@ -226,71 +223,29 @@ def _content(file: Path) -> str:
     return checksum(file)
 
 
-def code_hash(module_name: str, source_root: str | Path, lock: str | Path) -> str:
-    """SHA-256 of what the closure of a module does, of the locked packages, and of packages that differ from the lock.
+def code_hash(modules: str, source_root: Path, lock: Path) -> str:
+    """SHA-256 of what the closure of modules does, of the locked packages, and of the versions that are installed.
 
     Comments, docstrings and layout do not change it, nor do modules of FRAME. A file that moves changes it.
     """
-    digest = hashlib.sha256(closure_hash(module_name, Path(source_root), without=FRAME).encode())
-    locked = Path(lock).read_text(encoding="utf-8")
-    digest.update("\n".join([*_pins(locked), *departures(locked)]).encode())
-    return digest.hexdigest()
+    code = closure_hash(modules, source_root, without=FRAME)
+    return hashlib.sha256(
+        "\n".join([code, *_pins(lock.read_text(encoding="utf-8")), *installed()]).encode()
+    ).hexdigest()
 
 
 @cache
-def _pins(lock: str) -> tuple[str, ...]:
+def _pins(lock: str) -> list[str]:
     """The lines of a lock file without its comments."""
     lines = (line.strip() for line in lock.splitlines())
-    return tuple(line for line in lines if line and not line.startswith("#"))
+    return [line for line in lines if line and not line.startswith("#")]
 
 
 @cache
-def departures(lock: str) -> tuple[str, ...]:
-    """Return `numpy 2.4.6 in place of 2.5.0` for each package that differs from its pin in the text of a lock file.
-
-    Pins for other systems or Python versions do not count.
-
-    Raises InputError for a line that pins nothing.
-    """
-    there, differing = _installed(), []
-    for line in lock.splitlines():
-        if "==" in line and not line.startswith(("#", " ")):
-            pinned = _requirement(line.rstrip(" \\"))
-            version = there.get(canonicalize_name(pinned.name))
-            if (pinned.marker is None or pinned.marker.evaluate()) and (
-                version is None or version not in pinned.specifier
-            ):
-                wanted = str(pinned.specifier).lstrip("=")
-                differing.append(f"{pinned.name} {version or 'missing'} in place of {wanted}")
-    return tuple(differing)
-
-
-def report(lock: str) -> list[str]:
-    """Return a line about these packages for the user, or none."""
-    differing = departures(lock)
-    if not differing:
-        return []
-    more = f" and {len(differing) - _SHOWN} more" if len(differing) > _SHOWN else ""
-    return [
-        f"requirements.lock: installed are {', '.join(differing[:_SHOWN])}{more}; jobs of other versions run again; "
-        "`make setup` installs the locked packages"
-    ]
-
-
-def _requirement(line: str) -> Requirement:
-    try:
-        return Requirement(line)
-    except InvalidRequirement:
-        raise InputError(
-            f"requirements.lock: {shown(line)} pins no package; restore the file, for example with git"
-        ) from None
-
-
-def _installed() -> dict[str, str]:
-    """Versions of installed packages by name, from the names of their folders: reading each takes ten times as long."""
-    versions: dict[str, str] = {}
-    for folder in map(Path, sys.path):
-        for info in folder.glob(f"*{_INFO}"):
-            name, _, version = info.name.removesuffix(_INFO).partition("-")
-            versions.setdefault(canonicalize_name(name), version)
-    return versions
+def installed() -> list[str]:
+    """Versions of the packages that compute; an upgrade that the lock does not know changes results too."""
+    found = []
+    for package in PACKAGES:
+        with suppress(PackageNotFoundError):
+            found.append(f"{package}=={version(package)}")
+    return found

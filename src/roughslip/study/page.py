@@ -82,13 +82,12 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
         ]
-    loaded = "contact" in stages and scene.load is not None
-    if "contact" in stages and not loaded:
+    under_load = store.read(files["friction/statistics.nc"]) if "friction" in stages else {}
+    if "contact" in stages and "plasticity_index" not in under_load:
         figure = "figure3" if "figure3" in scene.targets else "figure5"
         sentences[figure] = [strips_represented(scene)]
-    if loaded:
+    if "plasticity_index" in under_load:
         figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
-        under_load = store.read(files["friction/statistics.nc"])
         sentences[figure] = [
             "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
             yielding(float(under_load["plasticity_index"]), float(under_load["yielded_share"])),

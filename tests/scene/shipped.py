@@ -13,7 +13,8 @@ from roughslip.errors import InputError
 from roughslip.scene.loader import load, scene_names
 from roughslip.scene.roughness import COVARIANCES
 from roughslip.scene.schema import inner, keys
-from roughslip.study.graph import targets
+from roughslip.scene.types import part_of
+from roughslip.study.graph import STAGES, targets
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = tuple(scene_names(CONFIG / "scenes"))
@@ -32,6 +33,11 @@ LEAVES = {key: part for key, part in keys() if part["type"] != "object" and key 
 
 def shipped_scene(name: str) -> dict:
     return load(name, CONFIG / "scenes")
+
+
+def slice_for(scene: dict, stage: str) -> dict:
+    """The part of the scene that a stage reads."""
+    return part_of(scene, STAGES[stage].keys)
 
 
 def lines_of(call, *args, **kwargs) -> list[str]:

@@ -17,10 +17,9 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene import types
 from roughslip.scene.loader import load
 from roughslip.study import plan
-from tests.scene.shipped import CONFIG, SCENES, WORDS, lines_of, overlays, shipped_scene
+from tests.scene.shipped import CONFIG, SCENES, WORDS, lines_of, overlays, shipped_scene, slice_for
 
 MISTAKES = (Path(__file__).parent / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")[1:]
 
@@ -136,7 +135,7 @@ def test_scenes_load_or_are_refused(folder, valid, wild):
         if scene is not None:
             assert plan.figures(scene) or {*scene["targets"]} <= {"answer"}  # which has none
             for stage in plan.stages_needed(scene):
-                json.dumps(types.slice_for(scene, stage), allow_nan=False)
+                json.dumps(slice_for(scene, stage), allow_nan=False)
 
 
 @fuzz(100)

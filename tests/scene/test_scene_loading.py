@@ -14,10 +14,9 @@ from roughslip.limits import FUNCTIONALS
 from roughslip.scene import contact, friction
 from roughslip.scene.loader import RESERVED, load
 from roughslip.scene.schema import describe_allowed, scene_schema
-from roughslip.scene.types import slice_for
 from roughslip.study.from_scene.geometry import training_columns
 from roughslip.study.graph import STAGES
-from tests.scene.shipped import PAPER, SCAN, SCENES, TABLE, WORDS, lines_of, shipped_scene
+from tests.scene.shipped import PAPER, SCAN, SCENES, TABLE, WORDS, lines_of, shipped_scene, slice_for
 
 
 def test_overlays_merge_to_any_depth(mine):

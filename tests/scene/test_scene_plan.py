@@ -12,10 +12,10 @@ from pydantic import ValidationError
 
 from roughslip.scene import schema
 from roughslip.scene.section import as_tuples
-from roughslip.scene.types import get, scene_of, slice_for, without_nulls
+from roughslip.scene.types import get, scene_of, without_nulls
 from roughslip.study.graph import STAGES
 from roughslip.study.plan import figures, skip_reasons, stages_needed
-from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene
+from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene, slice_for
 
 KEYS = dict(schema.keys())
 

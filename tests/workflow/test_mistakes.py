@@ -156,9 +156,9 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
     def names():
         made = Names(Scenes(tmp_path, ["mine"]), ROOT, writes=False)
         assert made.scenes["mine"]["oscillator"]["law"] == "config/scenes/my_laws.py:BoPavelescu"
-        return {
-            stage: made.entry("mine", stage).made_of.get("user_files", {}).keys() for stage in ("contact", "answer")
-        }, {stage: made.entry("mine", stage).key for stage in ("contact", "answer")}
+        entries = {stage: made.entry("mine", stage) for stage in ("contact", "answer")}
+        files = {stage: [*entry.made_of.get("user_files", {})] for stage, entry in entries.items()}
+        return files, {stage: entry.key for stage, entry in entries.items()}
 
     with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: oscillator.law: 'my_laws.py' is not there"):
         Scenes(tmp_path, ["mine"])
@@ -167,7 +167,7 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
         Scenes(tmp_path, ["mine"])
     (folder / "my_laws.py").write_text(LAW, encoding="utf-8")
     files, before = names()
-    assert {stage: [*own] for stage, own in files.items()} == {
+    assert files == {
         "contact": ["config/scenes/my_models.py"],
         "answer": ["config/scenes/my_laws.py"],
     }

@@ -35,26 +35,21 @@ Range = Annotated[tuple[Value, Value], Field(strict=False)]
 class Oscillator(Section):
     """Mass on a moving belt, eqs. (12) and (13)."""
 
-    mass_kg: float = number("Mass m", "kg", symbol="m", uncertain="mass", gt=0, le=1e6)
+    mass_kg: float = number("Mass m", "kg", uncertain="mass", gt=0, le=1e6)
     stiffness_n_per_m: float = number(
         "Stiffness k of the spring; the natural frequency omega is sqrt(k / m)",
         "N/m",
-        symbol="k",
         uncertain="stiffness",
         ge=1e-12,
         le=1e15,
     )
-    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", symbol="D", uncertain="damping", ge=0, le=1)
-    belt_velocity_m_per_s: float = number(
-        "Velocity of the belt v0", "m/s", symbol="v0", uncertain="belt velocity", gt=0, le=1000
-    )
+    damping_ratio: float = number("Damping ratio D = d_k / (2 m omega)", uncertain="damping", ge=0, le=1)
+    belt_velocity_m_per_s: float = number("Velocity of the belt v0", "m/s", uncertain="belt velocity", gt=0, le=1000)
     normal_force_n: float = number(
-        "Normal force N; with load it follows", "N", symbol="N", uncertain="normal force", gt=0, le=1e9, default=None
+        "Normal force N; with load it follows", "N", uncertain="normal force", gt=0, le=1e9, default=None
     )
-    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", symbol="Q", ge=0, le=1e9)
-    excitation_frequency_rad_per_s: float = number(
-        "Angular frequency Omega of the excitation", "rad/s", symbol="Omega", ge=0, le=1e6
-    )
+    excitation_force_n: float = number("Amplitude Q of the excitation Q cos(Omega t)", "N", ge=0, le=1e9)
+    excitation_frequency_rad_per_s: float = number("Angular frequency Omega of the excitation", "rad/s", ge=0, le=1e6)
     static_friction: float = number(
         "Mean friction coefficient at rest, eq. (13) at v_rel = 0", uncertain="friction curve", gt=0, le=10
     )
@@ -130,9 +125,7 @@ LIMITS = {
     "correlation_length": (0.0, 1.0),
     "mean_friction": (0.0, 10.0),
 }
-Parameter = Literal[
-    "damping", "belt_velocity", "mass", "stiffness", "load", "windows", "correlation_length", "mean_friction"
-]
+Parameter = Annotated[str, Field(pattern=f"^({'|'.join(LIMITS)})$", json_schema_extra={"enum": list(LIMITS)})]
 
 
 class StickSlipMap(Section):

@@ -97,7 +97,7 @@ class Roughness(Section):
         or_file=True,
     )
     rms_height_m: float = number(
-        "Root mean square of the heights, Sq", "m", symbol="Sq", uncertain="surface", gt=0, le=0.01, default=None
+        "Root mean square of the heights, Sq", "m", uncertain="surface", gt=0, le=0.01, default=None
     )
     correlation_length_m: float = number(
         "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",

@@ -34,17 +34,13 @@ class Section(BaseModel):
             )
 
 
-def number(
-    meaning: str, unit: str = "-", *, default: Any = ..., symbol: str = "", uncertain: str = "", **bounds: float
-) -> Any:
+def number(meaning: str, unit: str = "-", *, default: Any = ..., uncertain: str = "", **bounds: float) -> Any:
     """A field for a number; its annotation says whether it is a real or a whole one.
 
-    symbol : in labels; uncertain : source to which a standard uncertainty belongs; none without one
+    uncertain : source to which a standard uncertainty belongs (`scene.uncertain`); none without one
     bounds : gt, ge, lt, le
     """
-    extra: dict[str, Any] = {"symbol": symbol} if symbol else {}
-    extra |= {"uncertain": uncertain} if uncertain else {}
-    options: dict[str, Any] = {**bounds, "json_schema_extra": extra or None}
+    options: dict[str, Any] = {**bounds, "json_schema_extra": {"uncertain": uncertain} if uncertain else None}
     return Field(default, description=f"{meaning} [{unit}]", **options)
 
 

@@ -14,7 +14,7 @@ from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Answer, Ensemble, Oscillator, StickSlipMap
 from roughslip.scene.roughness import Roughness
 from roughslip.scene.section import EachOnce, Line, Section, build, completed, kind_of, many, number, part, text
-from roughslip.study.graph import STAGES, targets
+from roughslip.study.graph import targets
 
 
 def _declared(target: str) -> str:
@@ -62,11 +62,6 @@ class Scene(File):
     """Everything that a study may be asked to do: what a file holds, and what the loader finds in it."""
 
     standard_uncertainties: tuple[tuple[str, float], ...] = ()  # by dotted key, of the numbers that are given with one
-
-
-def slice_for(scene: Values, stage: str) -> Values:
-    """The part of the scene that a stage reads: every key that it declares, with the default of a key not given."""
-    return part_of(scene, STAGES[stage].keys)
 
 
 def part_of(scene: Values, keys: Iterable[str]) -> Values:

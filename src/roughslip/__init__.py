@@ -6,5 +6,5 @@ probability, and `roughslip.plot`. All quantities are in SI units; x slides alon
 
 from roughslip.public_names import public_names
 
-__version__ = "1.0.0"
+__version__ = "2.0.0"
 __getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -153,22 +153,6 @@ def test_an_ensemble_scatters_as_its_friction_does(runs, without_scatter):
     )
 
 
-@pytest.mark.slow
-def test_keys_of_the_ensemble_reach_the_runs(runs):
-    """Each changes the places of reattachment, none by more than the scatter does."""
-    plain = scattered(4e-3)
-
-    def places(**keys):
-        scene = plain | {"ensemble": plain["ensemble"] | keys}
-        return runs(scene, range(2))["reattachment"]
-
-    default = places()
-    np.testing.assert_array_equal(default, places(process="recursion", marginal="paper"))
-    for points in (places(nodes_per_correlation_length=4), places(process="spectral")):
-        assert not np.array_equal(points, default)
-        assert points.mean() == pytest.approx(default.mean(), abs=4 * default.std())
-
-
 def test_an_ensemble_is_summed_up(run, runs, without_scatter):
     """Eight runs at three dampings."""
     scene = scattered(4e-3)

@@ -17,15 +17,14 @@ from roughslip import store
 from roughslip.errors import IllPosedError, InputError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.limits import cycle_period, limit_cycle
+from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
-from roughslip.report.words import change_rows
 from roughslip.scene.types import scene_of
 from roughslip.study import answer, deterministic, stick_slip_map
 from roughslip.study.from_scene import machine as from_scene
-from roughslip.study.result_tables.ensemble_table import CLOSING_PERIODS, closing_periods, cycling_share
+from roughslip.study.result_tables.ensemble_table import CLOSING_PERIODS, cycling_share
 from tests.study.conftest import job_of
 from tests.study.scenes import OSCILLATOR
 from tests.study.test_stages_motion import scattered
@@ -186,17 +185,6 @@ def test_share_of_runs_that_cycle_to_the_end():
         assert cycling_share(np.array([0.0, 0.0, 3.0, 4.0]), duration, CLOSING_PERIODS)[0] == 0.5
 
 
-def test_a_long_cycle_shows_in_the_closing_periods():
-    """On a belt a hundred times slower stick takes most of the time: the closing periods are two of its cycles."""
-    slow = replace(BELT, belt_velocity_m_per_s=0.948e-2)
-    period = cycle_period(slow, LAW)
-    assert CLOSING_PERIODS < 2 * period < np.inf
-    assert closing_periods(2 * np.pi * period) == pytest.approx(2 * period)
-    assert closing_periods(np.nan) == closing_periods(1.0) == CLOSING_PERIODS
-    last = simulate(slow, LAW, duration_periods=10 * period).last_cycle
-    assert cycling_share(np.array([last]), 10 * period, closing_periods(2 * np.pi * period))[0] == 1.0
-
-
 CERTAIN = [72 / (72 + 1.959964**2), 1.0]  # Wilson's interval of 72 hits in 72 runs
 
 
@@ -247,23 +235,6 @@ def test_without_scatter_amplitude_and_frequency_are_those_of_the_limit_cycle(an
     assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= answered_result["amplitude"]["value"] <= amplitude * (1 + 1e-5)
     for name in ("amplitude", "frequency"):
         assert answered_result[f"{name}_scatter"]["value"] < 1e-3 * answered_result[name]["value"]
-
-
-@pytest.mark.slow
-def test_above_the_limits_stick_slip_begins_where_damping_falls(answered):
-    """At D = 1 no run cycles, from either start; with hardly any scatter both levels are passed at the limit."""
-    answered_result = answered(1e-9, damping_ratio=1.0)
-    assert answered_result["probability"]["value"] == answered_result["probability_from_sliding"]["value"] == 0.0
-    assert answered_result["amplitude"] == {"value": None, "interval": None, "unit": "m"}
-    limit = answered_result["limits"]["damping"]["below"]
-    assert limit["0.05"]["change"] == limit["0.95"]["change"] == "rises above"
-    assert limit["0.95"]["value"] == pytest.approx(EXISTENCE, rel=2 * ACCURACY)
-    assert answered_result["smallest_change"]["aim"] == "begin"
-    assert answered_result["smallest_change"]["value"] == pytest.approx(EXISTENCE - 1, rel=2 * ACCURACY)
-    (row,) = change_rows(answered_result)
-    assert (row.name, row.now, row.needed, row.change) == ("less damping, D", "1", "0.324", "÷ 3.1")
-    assert "practically excluded (0 % [0, 5])" in answered_result["summary"][0]
-    assert "begins stick-slip is -68 %" in answered_result["summary"][2]
 
 
 @pytest.mark.slow
@@ -332,22 +303,6 @@ def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run, monkey
     np.testing.assert_allclose(hardly["hopf_damping"], -slope * 2500 / (2 * 316), rtol=1e-9)
     assert hardly["existence_limit"][2] == pytest.approx(EXISTENCE, abs=1e-6)
     assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
-
-
-@pytest.mark.slow
-def test_the_map_of_few_points_is_that_of_all_where_it_has_them(run, monkeypatch):
-    """The same realisations at every point, in any order; here the paths change with one of the parameters."""
-    ranges = {"parameters": ["load", "correlation_length"], "ranges": [[2000.0, 6000.0], [1e-4, 1e-3]]}
-    scene = asked(0.05, damping_ratio=0.4) | {"map": MAP | ranges}
-    monkeypatch.setattr(stick_slip_map, "SHARE", ALL)
-    whole = run(stick_slip_map, scene, "whole")
-    monkeypatch.setattr(stick_slip_map, "SHARE", 18 / 25)
-    few = run(stick_slip_map, scene, "few")
-    computed = few["is_computed"] == 1
-    assert computed.sum() == 18
-    np.testing.assert_array_equal(few["probability"][computed], whole["probability"][computed])
-    assert np.isnan(whole["existence_limit"]).all()  # no axis is the damping
-    assert 0.05 < whole["probability"].mean() < 0.95
 
 
 def test_a_range_without_effect_is_refused():

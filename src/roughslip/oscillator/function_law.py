@@ -46,16 +46,14 @@ class FunctionLaw(FrictionLaw):
 
 
 @gate
-def friction_law(
-    function: Formula, *, static: float | None = None, slope: Formula | None = None, curvature: Formula | None = None
-) -> FunctionLaw:
+def friction_law(function: Formula, *, static: float | None = None) -> FunctionLaw:
     """A law from a function of speed, for example `friction_law(lambda v: 0.3 + 0.1 * np.exp(-v / 0.02))`.
 
     function : mu_D [-] at a speed |v_rel| >= 0 [m/s], a number, smooth, in terms that numba compiles
     static : [-] limit of stick, at least the function at 0, which it is where not given
-    slope, curvature : d mu_D / dv [s/m] and d^2 mu_D / dv^2 [s^2/m^2] likewise. Where not given, central differences of
-        fourth order, over a thousandth and a two hundredth of the speed, and near rest over less than the speed by
-        which friction changes by a thousandth
+
+    Slope and curvature are central differences of fourth order, over a thousandth and a two hundredth of the speed, and
+    near rest over less than the speed by which friction changes by a thousandth.
 
     Below speed 0 the law is continued by its tangent parabola. Numbers that the function takes from around it count as
     they are at this call. In a file, what is compiled for the law is kept; of a function typed at a prompt, a first run
@@ -72,12 +70,9 @@ def friction_law(
     changed = np.flatnonzero(change > CHANGE * (abs(rest) or change.max()))
     scale = float(SPEEDS[changed[0]]) if changed.size else 1.0
     least = float(min(rest, values.min()) - np.abs(np.diff(values)).max())  # below all speeds between those tried
-    given = function, slope, curvature
-    key = " ".join((file_key(_for_both), *map(_code_key, given)))
-    kind = law_parameters.named(key, FIELDS)
-    for each in filter(None, given):
-        _check_compiles(each)
-    formulas = formulas_of(kind, lambda: _formulas(*given))
+    kind = law_parameters.named(f"{file_key(_for_both)} {_code_key(function)}", FIELDS)
+    _check_compiles(function)
+    formulas = formulas_of(kind, lambda: _formulas(_for_both(function)))
     limit = rest if static is None else float(static)
     flat = kind(limit, rest, least, 0.0, 0.0, scale)
     tangent = formulas.slope_of_friction(0.0, flat), formulas.curvature_of_friction(0.0, flat)
@@ -104,9 +99,8 @@ def _check_compiles(function: Formula) -> None:
         raise ParameterError(f"numba cannot compile the friction law: {reason.strip()}") from error
 
 
-def _formulas(*given: Any) -> SimpleNamespace:
-    """The methods of a law, for plain and for compiled code, of its function, slope and curvature."""
-    function, slope, curvature = (each and _for_both(each) for each in given)
+def _formulas(function: Any) -> SimpleNamespace:
+    """The methods of a law, for plain and for compiled code, of its function."""
 
     @_for_both
     def friction(speed: Any, law: Any) -> Any:
@@ -131,17 +125,11 @@ def _formulas(*given: Any) -> SimpleNamespace:
         about = (8.0 * near - far) / (12.0 * h)
         return about if speed >= v else about + 0.5 * (speed - v) * (bend(v, law) + bend(speed, law))
 
-    def slope_as_given(speed: Any, law: Any) -> Any:
-        return slope(speed) if speed >= 0.0 else law.slope + law.curvature * speed
-
-    def curvature_as_given(speed: Any, law: Any) -> Any:
-        return curvature(max(speed, 0.0))
-
     return SimpleNamespace(
         **{name: getattr(FrictionLaw, name) for name in ("row_at", "row_ends", "row_spacing", "only_row")},
         friction=friction,
-        slope_of_friction=slope_as_given if slope else rise,
-        curvature_of_friction=curvature_as_given if curvature else bend,
+        slope_of_friction=rise,
+        curvature_of_friction=bend,
     )
 
 
@@ -152,14 +140,12 @@ def _for_both(function: Any) -> Any:
     return numba.extending.register_jitable(**OPTIONS)(function)
 
 
-def _code_key(function: Formula | None) -> str:
+def _code_key(function: Formula) -> str:
     """What a compiled form of the function depends on: its file, its place there, and the numbers around it.
 
     Random, so that nothing is kept, for a function without a file or with anything but numbers, modules and functions
     around it.
     """
-    if function is None:
-        return ""
     plain = getattr(function, "py_func", function)
     if not isinstance(plain, FunctionType):
         return os.urandom(16).hex()

@@ -39,7 +39,7 @@ PROBE = """<script>addEventListener("load", () => {
   const behind = element => { for (; element; element = element.parentElement) {
     const colour = numbers(getComputedStyle(element).backgroundColor);
     if (colour.length < 4 || colour[3] > 0) return colour.slice(0, 3); } return [255, 255, 255]; };
-  const faint = [], TARGET = "What would turn the verdict";
+  const faint = [], TARGET = "Natural reading";
   for (const element of document.body.querySelectorAll("*")) {
     if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
     if (["SCRIPT", "STYLE"].includes(element.tagName)) continue;

@@ -1,4 +1,4 @@
-"""From a scan to Figure 3, the shipped one and two real ones; the shipped cases of engineering as a user runs them."""
+"""From a scan to Figure 3, the shipped one and a real one; the shipped cases of engineering as a user runs them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,9 @@ import re
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.scan.instrument_file import read_scan
 from roughslip.scene.types import scene_of
 from roughslip.study.from_scene.machine import friction_of
 from roughslip.study.result_tables.scan_table import NUMBERS
@@ -37,8 +35,7 @@ roughness:
   correct_correlation: true
 """
 PRODUCTS = ("surface/scan.nc", "figure_scan.png", "figure_scan.svg", "figure_scan.nc", "report.html")
-STRIP = {"contact": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1, "figure3": 1, "figure3_law": 1}
-END = {"claims": 1, "costs": 1, "scene_report": 1, "publish": 1}
+STRIP = {"contact": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 
 needs_library = pytest.mark.skipif(
     importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`"
@@ -77,7 +74,7 @@ def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
         return plan(ground.folder, "ground")["ground"]
 
     scene = ground.path("config/scenes/ground.yaml")
-    after = {"synthetic_surfaces": 1, "figure_scan": 1, **STRIP, **END}
+    after = {"synthetic_surfaces": 1, **STRIP, "figures": 1, "page": 1, "publish": 1}
     scene.write_text(GROUND.replace("empirical", "gaussian"))
     assert planned() == {"scan": 1, **after}
     scene.write_text(GROUND + "seed: 5\n")
@@ -92,33 +89,19 @@ def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
 
 @needs_library
 @pytest.mark.skipif(not DATA.is_dir(), reason="needs the measured scans in ../shared/data")
-def test_real_scans_go_to_figures_3_and_5(shared):
-    """The larger scan is cut to nine correlation lengths across its grooves; its twins
-    are enough, as `ground` takes its kind of model to Figure 3."""
-    wide = read_scan(DATA / "matrix-2.txt")
-    beside = shared.path("config/scenes")
-    np.savetxt(beside / "matrix.txt", wide.heights[:200].T)
-    shutil.copyfile(DATA / "al3d-1.al3d", beside / "focus.al3d")
-    scenes = {
-        "focus": ("focus.al3d", "covariance: best, marginal: gaussian"),
-        "matrix": (
-            f"matrix.txt, height_unit: m, spacing_m: [{wide.dx:.6e}, {wide.dy:.6e}]",
-            "covariance: measured, marginal: empirical",
-        ),
-    }
-    for name, (file, models) in scenes.items():
-        scan = f"{{file: {file}, form: quadratic, {models}}}"
-        text = f"extends: tiny\ndescription: Real\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n"
-        shared.scene(name, text)
-    shared.make("-j2", "focus", "results/matrix/surface/synthetic_surfaces.nc")
+def test_a_real_scan_goes_to_figures_3_and_5(shared):
+    """Its twins are like it."""
+    shutil.copyfile(DATA / "al3d-1.al3d", shared.path("config/scenes/focus.al3d"))
+    scan = "{file: focus.al3d, form: quadratic, covariance: best, marginal: gaussian}"
+    shared.scene("focus", f"extends: tiny\ntargets: [figure3, figure5]\nroughness: {{scan: {scan}}}\n")
+    shared.make("-j2", "focus")
     drawn = (*PRODUCTS, "figure3.png", "figure5.png")
     assert all(shared.path(f"results/focus/{product}").is_file() for product in drawn)
-    for name in scenes:
-        result = store.read(shared.path(f"results/{name}/surface/synthetic_surfaces.nc"))
-        for number in ("rms_height", "skewness", "kurtosis"):
-            twins = sorted(result[f"twin_{number}"])
-            assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number
-        shared.path(f"config/scenes/{name}.yaml").unlink()
+    result = store.read(shared.path("results/focus/surface/synthetic_surfaces.nc"))
+    for number in ("rms_height", "skewness", "kurtosis"):
+        twins = sorted(result[f"twin_{number}"])
+        assert result[f"{number}_low"] < twins[len(twins) // 2] < result[f"{number}_high"], number
+    shared.path("config/scenes/focus.yaml").unlink()
 
 
 DOCUMENT = (CONFIG.parent / "docs" / "cases.md").read_text()

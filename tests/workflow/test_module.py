@@ -1,4 +1,4 @@
-"""Ways to the study: by its two Snakefiles, as a module of another workflow, from an address, from another Python.
+"""Ways to the study: as a module of another workflow, from an address, from another Python.
 
 A figure and a scene key are added as CONTRIBUTING.md says. Results do not depend on batches or on the number of jobs,
 hold what made them, and go elsewhere from a source tree that is read-only.
@@ -67,21 +67,6 @@ def test_a_module_makes_the_scenes_of_its_caller(empty, tmp_path):
     assert "Nothing to be done" in snakemake(empty, tmp_path, *profile).stderr
     whole = jobs(snakemake(empty, tmp_path, "roughslip_mine", "-n", *profile))  # the rule of the scene itself
     assert whole["roughslip_page"] == whole["roughslip_publish"] == 1
-
-
-@pytest.mark.slow
-def test_both_snakefiles_make_the_same_from_any_folder(empty, tmp_path):
-    """With the options of the default profile."""
-    planned = []
-    for snakefile, words, folder in (
-        ("Snakefile", (), tmp_path),
-        ("workflow/Snakefile", ("--directory", str(tmp_path)), empty.folder),
-    ):
-        run = snakemake(empty, folder, "-n", "-s", str(empty.path(snakefile)), "tiny", *words)
-        assert "profiles/default" in run.stderr
-        planned.append(jobs(run))
-    assert planned[0] == planned[1]
-    assert planned[0]["contact"] == 1
 
 
 @pytest.mark.slow

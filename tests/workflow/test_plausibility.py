@@ -10,7 +10,7 @@ from roughslip.scene.plausibility import inherited
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope
-from tests.scene.shipped import CASES, CONFIG, shipped_scene
+from tests.scene.shipped import CONFIG, shipped_scene
 from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
@@ -107,17 +107,6 @@ def test_a_rule_warns_on_one_side_of_its_threshold(rule):
     assert line.startswith(text)
 
 
-def test_shipped_scenes_have_one_warning_at_most():
-    """`paper` takes heights independent from node to node; sections that no target reads are not looked at."""
-    (line,) = scene_warnings(shipped_scene("paper"))
-    assert line.startswith(
-        "strip.cell_m = 2.5e-06 m and square.edge_m / square.nodes = 6e-05 m above a quarter of the "
-    )
-    assert scene_warnings(shipped_scene("resolved")) == scene_warnings(shipped_scene("measured")) == []
-    assert scene_warnings(changed("given", material={"young_modulus_pa": 1e6})) == []
-    assert scene_warnings(changed("paper", targets=["figure3"]))[0].startswith("strip.cell_m = 2.5e-06 m above")
-
-
 def test_rms_slope_is_that_of_the_field_or_of_its_steps():
     """Gaussian: 2 Sq / l as h tends to 0, less by (h/l)^2 / 4. Exponential: (4 (1 - exp(-h/l)))^(1/2) Sq / h."""
     for h in (0.1, 0.01):
@@ -202,22 +191,6 @@ def test_elastic_contact_that_the_hardest_solid_would_not_bear_is_warned_of(youn
     assert line.startswith("material.hardness_pa is not given: elastic contact here has E* h' / H = 0.3 with the")
     assert warned(1.001 * limit, hardness_pa=1e9) == []
     assert warned(0.49, young_modulus_pa=0.99e8) == []
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_a_case_has_a_hardness_both_cutoffs_and_a_variant_of_waves_ten_times_as_long(name):
-    """Of one rms slope within 3 %, so that the long waves alone differ; eight cells a shortest wave, no warning."""
-    case, long = shipped_scene(name), shipped_scene(f"{name}_long")
-    assert case["material"]["hardness_pa"] == long["material"]["hardness_pa"] > 0
-    assert scene_warnings(case) == scene_warnings(long) == []
-    fields = [surface_of(scene)[0] for scene in (case, long) if surface_of(scene)]
-    for field, scene in zip(fields, (case, long)[-len(fields) :], strict=True):
-        assert field.cutoff_wavelengths_m[0] / scene["strip"]["cell_m"] == pytest.approx(8, rel=0.02)
-    if case["roughness"].get("scan"):
-        return
-    short, longer = fields
-    assert longer.rolloff_wavelengths_m[0] == pytest.approx(10 * short.rolloff_wavelengths_m[0], rel=0.02)
-    assert rms_slope(longer) == pytest.approx(rms_slope(short), rel=0.03)
 
 
 def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take():

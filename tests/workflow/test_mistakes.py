@@ -44,6 +44,7 @@ BROKEN_KEYS = [
     "numerics.extrapolate_mesh",
     "roughness.correlation_length_m",
     "square.nodes",
+    "strip.window_m",
     "strip.window_spacing_m",
 ]
 

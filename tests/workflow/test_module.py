@@ -169,7 +169,10 @@ def test_every_result_carries_what_made_it(finished):
     folder, stored = finished.path("results/tiny"), set()
     for file in folder.glob("keys/*.json"):
         key, row = json.loads(file.read_text()), STAGES[file.stem]
-        for path in folder.glob("figure*.nc" if row.name == "figures" else re.sub(r"\{.*\}", "*", row.makes)):
+        files = (
+            ["figure*.nc"] if row.name == "figures" else [re.sub(r"\{.*\}", "*", name) for name in row.results.values()]
+        )
+        for path in (path for name in files for path in folder.glob(name)):
             if path.suffix == ".nc":
                 stored.add(path)
                 with netCDF4.Dataset(path) as result:

@@ -10,6 +10,7 @@ from scipy.stats import skew
 
 from roughslip.errors import IllPosedError
 from roughslip.figures.figure_scan import figure_scan
+from roughslip.figures.style import Shown
 from roughslip.grid import Grid
 from roughslip.scan.covariance_fit import CovarianceFit
 from roughslip.scan.topography import topography
@@ -180,7 +181,7 @@ def test_a_distribution_that_the_heights_do_not_have_is_refused(scan_of, run, fi
     assert str(alone["no_twins"][0]) == str(no.value)
     (warning,) = run.warnings
     assert str(no.value) in warning
-    figure_scan({name: alone[name] for name in alone})
+    figure_scan(Shown(alone.dataset()))
 
 
 def test_heights_that_no_covariance_fits_are_refused_with_every_kind_that_was_tried(scan_of):

@@ -92,6 +92,10 @@ class HermiteBasis:
     """
 
     def __init__(self, indices: np.ndarray) -> None:
+        if indices.ndim != 2 or indices.dtype.kind not in "iu":
+            raise ParameterError(
+                f"indices must be whole numbers (terms, variables), not {indices.dtype} {indices.shape}"
+            )
         self.indices = indices
         self.steps: list[tuple[int, list[tuple[int, int]]]] = []  # an earlier term or -1, and what multiplies it
         rows: dict[tuple[tuple[int, int], ...], int] = {}

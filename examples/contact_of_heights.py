@@ -28,4 +28,4 @@ for hardness in (1e11, 1e10, 2e9):
 # A DataArray with coordinates brings its cells; results become Datasets.
 field = xr.DataArray(heights, {"x": x[:, 0], "y": y[0]}, ("x", "y"))
 grid = Grid.of(field)
-print(to_xarray(solve(Influence(grid, steel), field, penetration_m=1e-7), grid).pressure[:2, :2])
+print(to_xarray(solve(Influence(grid, steel), field.to_numpy(), penetration_m=1e-7), grid).pressure[:2, :2])

@@ -75,50 +75,6 @@ def test_equal_code_is_compiled_once(project, tmp_path):
     assert compiled_files(tmp_path / "shared") == files
 
 
-LAW = """
-from typing import NamedTuple
-from roughslip.compilation.cache import compiled
-from roughslip.inner import LAWS, g
-
-class Own(NamedTuple):
-    a: float
-
-@compiled()
-def friction(law):
-    return 2 * law.a
-
-LAWS[Own] = lambda law: friction(law)
-print(g((Own(5.0),)))
-"""
-OF_ANY_LAW = """
-from numba.extending import overload
-from roughslip.compilation.cache import compiled
-
-LAWS = {}
-def of(law): ...
-
-@overload(of)
-def _of(law):
-    return LAWS[law.instance_class]
-
-@compiled()
-def g(laws):
-    return of(laws[0])
-"""
-
-
-@pytest.mark.slow
-def test_a_law_in_a_file_of_the_user_is_kept_and_an_edit_of_it_is_seen(project, tmp_path):
-    """The type of its parameters is all that numba sees of it in the functions of the package."""
-    (project / "src/roughslip/inner.py").write_text(OF_ANY_LAW)
-    own = tmp_path / "own.py"
-    for law, answer in ((LAW, "10.0"), (LAW.replace("2 *", "3 *"), "15.0")):
-        own.write_text(law)
-        first, again = (run(project, f"import sys; sys.path.append({str(tmp_path)!r}); import own") for _ in range(2))
-        assert first[0] == answer
-        assert again == (answer, "")
-
-
 @pytest.mark.slow
 def test_an_edit_in_a_called_file_reaches_compiled_callers(project):
     """numba alone would return 20 again: it compares the file of the caller only."""

@@ -150,8 +150,8 @@ def test_the_stage_says_what_to_measure(run, folder):
     )
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(budget, "SAMPLES", 16)
-        result = run(budget, scene(), answer=folder / "answer.json", text=folder / "budget.json")
-    text = json.loads((folder / "budget.json").read_text())
+        result = run(budget, scene(), answer=folder / "answer.json")
+    text = json.loads((folder / "text.json").read_text())
     assert list(result["source_name"]) == list(text["probability"]["first"])
     assert list(result["result_name"]) == ["probability", *text["limits"], "death", "birth"]
     assert budget.band_of({"limits": {"damping": damping}}) == (0.26, 0.32)

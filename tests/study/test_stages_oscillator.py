@@ -242,7 +242,14 @@ def test_mass_spring_and_load_in_proportion_scale_their_limits_alone(answered):
     """The scaled equation has N / (m omega^2), V, D and omega: with twice the mass and load at one omega all runs are
     the same to the bit, as the factor is a power of two. The damper doubles with D."""
     one, two = (
-        answered(0.03, answer.VARIED, mass_kg=factor, normal_force_n=factor * 2500, damping_ratio=0.3)
+        answered(
+            0.03,
+            answer.VARIED,
+            mass_kg=factor,
+            stiffness_n_per_m=factor * 316.0**2,
+            normal_force_n=factor * 2500,
+            damping_ratio=0.3,
+        )
         for factor in (1.0, 2.0)
     )
     for key in ("probability", "probability_from_sliding", "amplitude", "frequency", "frequency_scatter"):

@@ -75,7 +75,7 @@ def test_a_change_of_the_scan_repeats_its_dependants(ground, plan):
 
     scene = ground.path("config/scenes/ground.yaml")
     after = {"synthetic_surfaces": 1, **STRIP, "figures": 1, "page": 1, "publish": 1}
-    scene.write_text(GROUND.replace("empirical", "gaussian"))
+    scene.write_text(GROUND.replace("empirical\n", "gaussian\n").replace("  correct_correlation: true\n", ""))
     assert planned() == {"scan": 1, **after}
     scene.write_text(GROUND + "seed: 5\n")
     assert planned() == after

@@ -205,7 +205,7 @@ _ROWS = (
         makes="friction/statistics.nc",
         also={"summary": "summary.csv"},
         runs_if="not friction.statistics and not friction.record",
-        memory_mb=620,
+        memory_mb=700,
     ),
     Stage(
         name="cycles",

@@ -170,7 +170,7 @@ _ROWS = (
     Stage(
         name="contact",
         reads="seed material roughness strip.window_m strip.width_m strip.cell_m strip.samples "
-        "strip.penetration_percentiles strip.window_m strip.window_spacing_m strip.training_samples "
+        "strip.penetration_percentiles strip.window_spacing_m strip.training_samples "
         "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh "
         "load.nominal_pressure_pa?",
         takes={"scan": "scan?"},
@@ -190,7 +190,7 @@ _ROWS = (
     Stage(
         name="expansion_strip",
         reads="seed material roughness strip.window_m strip.width_m strip.cell_m "
-        "strip.penetration_percentiles strip.window_m strip.window_spacing_m strip.samples "
+        "strip.penetration_percentiles strip.window_spacing_m strip.samples "
         "expansion.degree expansion.target strip.expansion_spacing_m?",
         takes={"expansion": "chaos_strip", "scan": "scan?"},
         makes="friction/expansion-{first}-{last}.nc",

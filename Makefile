@@ -23,7 +23,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: FORCE help setup reproduce smoke test test-all lint benchmark stress verify schema faults fuzz cluster reference docs package clean
+.PHONY: FORCE help setup reproduce smoke test test-all nightly lint benchmark stress verify schema faults fuzz cluster reference docs package clean
 
 # If the home folder cannot be written to, caches of libraries go into the project.
 ifneq ($(shell test -w "$$HOME" && echo yes),yes)
@@ -44,10 +44,13 @@ smoke: $(VENV)/run.stamp ## run every stage on a tiny scene
 	$(RUN) snakemake -j$(JOBS) smoke
 
 test: $(VENV)/dev.stamp ## run the fast tests, a minute and a half on two cores
-	$(RUN) pytest -n $(JOBS) --dist loadfile -m "not slow"
+	$(RUN) pytest -n $(JOBS) --dist loadfile -m "not slow and not nightly"
 
-test-all: test ## run all tests: the fast ones, then the slow ones
+test-all: test ## run all tests of a change: the fast ones, then the slow ones
 	$(RUN) pytest -n $(JOBS) --dist loadfile -m slow
+
+nightly: $(VENV)/dev.stamp ## run the statistics of many repetitions, and keep the evidence with the hash of the sources
+	$(RUN) tests.nightly -j $(JOBS)
 
 lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) ruff check .

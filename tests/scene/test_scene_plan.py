@@ -22,7 +22,7 @@ KEYS = dict(schema.keys())
 ALWAYS = {"page"}
 SEVERAL = {"reference", "verify", "joint_page", "figures"}  # of several scenes together, asked for by name
 OSCILLATOR = {"answer", "cycles", "figures"}
-SCANNED = {"scan", "synthetic_surfaces", "figures"}
+SCANNED = {"scan", "figures"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -66,7 +66,7 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS
-    assert skip_reasons(given)["synthetic_surfaces"] == "friction.statistics is given"
+    assert skip_reasons(given)["scan"] == "friction.statistics is given"
 
 
 def test_every_stage_runs_or_has_a_reason():

@@ -38,8 +38,8 @@ SECTIONS = {
     ),
     "figure_scan": Section(
         "The scan and its models",
-        "Maps of the scan and of a sampled surface, then curves of the scan with bands, and the sampled surfaces "
-        "around them: density of heights, autocorrelation, power spectrum.",
+        "Maps of the scan and of its autocorrelation, then curves of the scan with bands, and the model as dashed "
+        "lines: density of heights, autocorrelation, power spectrum. The last panel lists numbers.",
     ),
     "figure_record": Section(
         "The friction record, its curve and its scatter",

@@ -32,8 +32,8 @@ class File(Section):
     description: Line = text("Purpose of the scene in one line, for captions and the report", longest=200)
     seed: int = number("Fixes every random number of the scene", ge=0, le=4294967295)
     targets: Annotated[tuple[Target, ...], EachOnce] = many(
-        "The figures to make; only the stages that they need run. In figure_scan, a scan is compared with surfaces "
-        "sampled from its models. In figure_map, the probability of stick-slip is shown over two parameters. answer "
+        "The figures to make; only the stages that they need run. In figure_scan, a scan is compared with the "
+        "model fitted to it. In figure_map, the probability of stick-slip is shown over two parameters. answer "
         "has no figure: it is that probability and its limits, and comes with figure5 and figure_map",
         unique=True,
         min_length=1,

@@ -125,13 +125,6 @@ _ROWS = (
         memory_mb=1000,
     ),
     Stage(
-        name="synthetic_surfaces",
-        reads="seed",
-        takes={"scan": "scan"},
-        makes="surface/synthetic_surfaces.nc",
-        memory_mb=1000,
-    ),
-    Stage(
         name="record",
         reads="seed friction.record friction.scatter? oscillator.static_friction? "
         "oscillator.normal_force_n? oscillator.windows_in_parallel? material? roughness? "
@@ -331,12 +324,11 @@ _ROWS = (
     ),
     figure(
         name="figure_scan",
-        of="synthetic_surfaces",
+        of="scan",
         comes_with="scan",
-        caption="A scan, and surfaces sampled from the models fitted to it: map of the scan and of one "
-        "sampled surface, density of heights, autocorrelation, radially averaged power spectrum. "
-        "Bands around the scan are 95 % intervals, bands of the sampled surfaces reach from the least "
-        "to the largest of them.",
+        caption="A scan and the model fitted to it: map of the scan, autocorrelation over lags with the lines "
+        "at which it falls to 1/e, density of heights, autocorrelation along both axes, radially averaged power "
+        "spectrum, numbers. Bands are 95 % intervals of the scan.",
     ),
     Stage(name="figures", reads="description"),
     Stage(

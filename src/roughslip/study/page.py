@@ -76,11 +76,11 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
     if "chaos_square" in stages:
         sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
     if "scan" in stages:
-        result = store.read(files["surface/synthetic_surfaces.nc"])
-        why, count = str(result["no_twins"][0]), int(result["outliers"])
+        result = store.read(files["surface/scan.nc"])
+        count = int(result["outliers"])
         sentences["figure_scan"] = [
             f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
-            f"No surface is sampled: {why}." if why else f"Surfaces are sampled from this model: {result['model'][0]}.",
+            f"Model of its surface: {result['model'][0]}.",
         ]
     under_load = store.read(files["friction/statistics.nc"]) if "friction" in stages else {}
     if "contact" in stages and "plasticity_index" not in under_load:

@@ -23,7 +23,6 @@ from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.job import Job
 from roughslip.study.result_tables import scan_table
 from roughslip.surface import model as surface
-from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
@@ -31,11 +30,11 @@ FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, 
 UNSAMPLED = {"figure_scan", "figure2"}  # targets that draw no strips; squares are expanded in modes
 
 
-def meshes(scene: Scene, scan: Grid) -> dict[str, Grid]:
-    """On which surfaces of the scene are sampled, by name. scan : the mesh of the scan, on which its twins are"""
+def meshes(scene: Scene) -> dict[str, Grid]:
+    """On which surfaces of the scene are sampled, by name."""
     if UNSAMPLED.issuperset(scene.targets) or scene.strip.cell_m is None:
-        return {"scan": scan}
-    return {"scan": scan, "strip": geometry.strip_grid(scene), "expansion of a strip": geometry.lattice(scene).grid}
+        return {}
+    return {"strip": geometry.strip_grid(scene), "expansion of a strip": geometry.lattice(scene).grid}
 
 
 def best_sampled(
@@ -99,8 +98,8 @@ def work(scene: Scene, job: Job) -> None:
         variables, attributes, words = fitted_model(job, scan, statistics, marginal)
     except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
         reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
-        print(f"scan: no model: {reason}", file=sys.stderr)
-        variables, attributes, words = {}, {"no_model": reason}, "none"
+        job.warn(f"the scan has no model: {reason}")
+        variables, attributes, words = {}, {"no_model": reason}, f"none: {reason}"
     if not statistics.sub_areas.sufficient:
         lengths = f"sub-areas of {statistics.sub_areas.lengths:.1f} correlation lengths"
         job.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
@@ -122,27 +121,27 @@ def fitted_model(
     """
     wanted = job.scene.roughness.scan
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
-    kind, covariance, fits, correct = wanted.covariance, None, 0, job.scene.roughness.correct_correlation
+    kind, covariance, words = wanted.covariance, None, "measured autocorrelation"
+    correct, drawn = job.scene.roughness.correct_correlation, {}
     if kind != "measured":
         kinds = KINDS if kind == "best" else (kind,)
         fitted, refused = fitted_covariances(kinds, scan, statistics)
-        on = meshes(job.scene, scan.grid)
-        best, left = best_sampled(fitted, marginal, correct, on, endless)
-        covariance, fits = best.covariance, len(fitted) - len(left)
+        best, left = best_sampled(fitted, marginal, correct, meshes(job.scene), endless)
+        covariance = best.covariance
+        words, drawn = model_in_words(best, len(fitted) - len(left)), scan_table.of_model(covariance, scan, statistics)
         job.warn(*(f"a better model, {model}: {covariance.kind} is taken, or try measured" for model in left))
         for reason in refused:
             print(f"scan: not fitted: {reason}", file=sys.stderr)
         job.warn(
             *(f"{covariance.kind} {what}: try measured" for what in misses(best, statistics.autocorrelation, endless))
         )
-    words = model_in_words(covariance, fits)
     if wanted.endless_lay is not None:
         words += f", endless lay along {wanted.endless_lay}"
     if wanted.cutoff_m is not None:
         words += f", without waves above {1e6 * wanted.cutoff_m:.3g} µm"
-    return *surface_model.stored_model(
-        covariance, marginal, correct, float(statistics.rms_height.value), endless
-    ), words
+    rms_height_m = float(statistics.rms_height.value)
+    stored, attributes = surface_model.stored_model(covariance, marginal, correct, rms_height_m, endless)
+    return drawn | stored, attributes, words
 
 
 def translated_marginal(kind: str, scan: Topography, rms_height_m: float) -> EmpiricalDistribution | None:
@@ -174,10 +173,10 @@ def misses(fit: CovarianceFit, autocorrelation: Autocorrelation, endless: int | 
             yield f"misses the 1/e length along {axis}, {own.low:.3g} to {own.high:.3g} m, with {length:.3g} m"
 
 
-def model_in_words(covariance: Covariance | None, fits: int) -> str:
-    """The model for picture and page. covariance : None for the measured autocorrelation; fits : models compared"""
-    if covariance is None:
-        return "measured autocorrelation"
+def model_in_words(fit: CovarianceFit, fits: int) -> str:
+    """The model for picture and page. fits : models compared"""
+    covariance = fit.covariance
     shapes = [f"{name.replace('_', ' ')} {getattr(covariance, name):.3g}" for name in covariance.shapes]
     best = [f"best of {fits} models"] if fits > 1 else []
-    return ", ".join([f"{covariance.kind.replace('_', ' ')} covariance", *shapes, *best])
+    misfit = f"misfit {fit.misfit:.2g} standard errors"
+    return ", ".join([f"{covariance.kind.replace('_', ' ')} covariance", *shapes, *best, misfit])

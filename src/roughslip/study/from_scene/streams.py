@@ -16,7 +16,6 @@ class Stream(IntEnum):
     DRAWS = 5
     BOOTSTRAP = 6
     PROCESS = 7
-    TWINS = 9
     MAP = 15
     ANSWER = 18
     CELL = 19

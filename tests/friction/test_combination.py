@@ -1,4 +1,4 @@
-"""A control on more strips and a second mesh: identities, bias, savings and coverage on known windows.
+"""A control on more strips: identities and savings on known windows.
 
 The friction table of Gaussian windows: calibration, sources and trends."""
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.combination import ORDERS, Levels, combine, controlled, mesh_factors
+from roughslip.friction.combination import Levels, combine, controlled
 from roughslip.friction.correlation import window_lengths
 from roughslip.friction.penetration import trend
 from roughslip.friction.statistics import strip_weights
@@ -63,28 +63,6 @@ def test_a_control_that_does_not_scatter_between_strips_is_refused() -> None:
     control[0][:STRIPS] = control[0][0]  # scatter within strips, none between
     with pytest.raises(IllPosedError, match="between strips"):
         combine(Levels(solved, control), weights)
-
-
-@pytest.mark.parametrize(("place", "within"), [(0.05, True), (0.5, True), (0.95, True), (1.5, False)])
-def test_an_error_of_the_mesh_is_taken_off_and_its_order_stands_in_the_interval(place: float, within: bool) -> None:
-    """Cells h read all of mu too high by the factor 1.01, cells 2h by 1.01^(2^p), f = 1 / (2^p - 1) at a place of its
-    range. The middle of the range gives the truth where that is f. Without scatter between meshes the interval is
-    that of f.
-    """
-    solved, control, weights = sample(np.random.default_rng(18), 400)
-    factors = mesh_factors(400, np.random.default_rng(19))
-    truth = combine(Levels(solved, control), weights)
-    for name in ("mean", "std"):
-        high, low = (1 / (2**order - 1) for order in ORDERS[name])
-        f = low + place * (high - low)
-        fine, coarse = ((factor * solved[0], solved[1]) for factor in (1.01, 1.01 ** (1 + 1 / f)))
-        combined = combine(Levels(fine, control, coarse), weights, factors)
-        change = combined.mesh_change(name)
-        assert bool(change.low <= 1 / 1.01 - 1 <= change.high) == within
-        assert change.value == pytest.approx(1.01 ** (-(low + high) / 2 / f) - 1, rel=1e-9)
-        if place == 0.5:
-            assert combined.rows[name][0] == pytest.approx(truth.rows[name][0], abs=1e-12)
-        assert combined.rows["autocorrelation"][0, 1] == pytest.approx(truth.rows["autocorrelation"][0, 1], abs=1e-9)
 
 
 def test_calibration_fixes_the_mean_of_the_reference_in_every_replicate() -> None:

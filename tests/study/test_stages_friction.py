@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.friction.combination import ORDERS
 from roughslip.friction.marginal import SHAPES
 from roughslip.friction.table_variables import TRENDS
 from roughslip.study import friction
@@ -27,8 +26,8 @@ BLOCKS = 1e-5, 2.5e-5, 1e-5  # windows are drawn as they are, so that each is on
 
 def sums(area: np.ndarray, ratio: np.ndarray) -> dict:
     """Area and force of blocks, from arrays (strips, levels, windows)."""
-    shape = ("sample", "mesh", "level", "along", "across")
-    return {"area": (shape, area[:, None, :, :, None]), "force": (shape, (area / ratio)[:, None, :, :, None])}
+    shape = ("sample", "level", "along", "across")
+    return {"area": (shape, area[..., None]), "force": (shape, (area / ratio)[..., None])}
 
 
 @pytest.fixture(scope="module")
@@ -82,34 +81,9 @@ def test_friction_of_known_windows(known):
     )
     # 12 solved and 28 new strips: a perfect control would give 40 / 12
     assert np.all((statistics["combined_mean_gain"] > 2.5) & (statistics["combined_mean_gain"] < 40 / 12))
-    assert not np.any(statistics["mesh_change_of_mean"])  # of one mesh
     np.testing.assert_allclose(statistics["ratio_of_sums"], shear * total)
     assert statistics["largest_residual"] == pytest.approx(6e-11)
     np.testing.assert_allclose(statistics["missing_share"], [0, 0, 1 / (STRIPS * WINDOWS)])
-
-
-def test_cells_of_twice_the_edge_extrapolate_the_mean(run, known, folder):
-    """Their area is 1 % too large at the first level alone: f = 1 / (2^p - 1), the middle of its range, times that."""
-    low, high = (1 / (2**order - 1) for order in ORDERS["mean"])
-    paths = []
-    for name in ("z", "y", "e"):
-        batch, path = store.read(folder / f"{name}.nc"), folder / f"meshes-{name}.nc"
-        variables = dict(batch.variables)
-        for field in ("area", "force") if name != "e" else ():
-            values = np.repeat(batch[field], 2, axis=1)
-            values[:, 1, 0] *= 1.01 if field == "area" else 1.0
-            variables[field] = batch.variable(field)._replace(values=values)
-        store.write(
-            path, variables, store.Key({}, "code"), {name: batch.attributes[name] for name in ("first", "model")}
-        )
-        paths.append(path)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction, "REPLICATES", 60)
-        patch.setattr(geometry, "block_sizes", lambda _: BLOCKS)
-        both = run(friction, SCENE, "meshes", blocks=paths)
-    change = np.array([1.01 ** (-(low + high) / 2) - 1, 0.0, 0.0])
-    np.testing.assert_allclose(both["mesh_change_of_mean"], change, atol=1e-12)
-    np.testing.assert_allclose(both["mean"][0], known[0]["mean"][0], rtol=1e-5)  # of other replicates
 
 
 def test_lags_lengths_and_trends_of_known_windows(known):

@@ -36,7 +36,7 @@ def test_force_pressure_and_windows_of_every_level(run, folder):
         names = {name: more.variable(name) for name in ("area", "force")}
         store.write(folder / "e.nc", names, store.Key({}, "code"), {"first": 0, "model": "expansion"})
         result = run(friction, SCENE, "statistics", blocks=[folder / "s.nc", folder / "e.nc"])
-    area, forces = (window_sums(solved[name][:, 0, :, :, 0], 5, 1) for name in ("area", "force"))
+    area, forces = (window_sums(solved[name][:, :, :, 0], 5, 1) for name in ("area", "force"))
     force = forces.mean(axis=(0, 2))
     np.testing.assert_allclose(result["force_per_window"], force, rtol=1e-12)
     np.testing.assert_allclose(result["nominal_pressure"], force / WINDOW_AREA, rtol=1e-12)
@@ -70,7 +70,7 @@ CELLS = changed(
 
 def blocks_of(result):
     """Area and force (cells, along, across) under the load of the scene."""
-    return result["area"][:, 0, 0], result["force"][:, 0, 0]
+    return result["area"][:, 0], result["force"][:, 0]
 
 
 def solved(run, scene, name="contact"):
@@ -156,7 +156,7 @@ def test_friction_over_loads_has_cells_for_each_pressure_and_the_load_among_them
     pressures = [value for size in range(1, 5) if (name := f"at_{size}") in batches[0] for value in batches[0][name]]
     factors = [0.1, 10**-0.5, 10**0.5, 10.0]
     assert set(np.round(np.array(pressures) / NOMINAL, 6)) <= set(np.round(factors, 6))
-    force = store.join(batches, "force_1")[:, 0]
+    force = store.join(batches, "force_1")
     cell = force[0, 0].size * 20e-6 * 25e-6
     np.testing.assert_allclose(force.sum(axis=(2, 3)), np.tile(batches[0]["at_1"] * cell, (len(force), 1)), rtol=1e-9)
     result = run(friction, CELLS, "loads", blocks=[batch.path for batch in batches])

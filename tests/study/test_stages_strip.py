@@ -9,7 +9,6 @@ from scipy.special import ndtri
 
 from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import sweep
 from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.scene.types import scene_of
 from roughslip.study import chaos_strip, contact, expansion_strip
@@ -40,8 +39,8 @@ def windows_of(columns: np.ndarray) -> np.ndarray:
 
 
 def windows(blocks: np.ndarray) -> np.ndarray:
-    """Sums over windows of five blocks, of arrays (strips, meshes, levels, along, across) on the finest mesh."""
-    return window_sums(blocks[:, 0, :, :, 0], 5, 1)
+    """Sums over windows of five blocks, of arrays (strips, levels, along, across)."""
+    return window_sums(blocks[:, :, :, 0], 5, 1)
 
 
 def strip(number: int) -> np.ndarray:
@@ -66,7 +65,7 @@ def test_blocks_and_training_columns_of_a_known_contact(run, monkeypatch):
 
     monkeypatch.setattr(domain, "sweep", lambda *given, **named: list(sweep(*given, **named)))
     result = run(contact, CONFIGURATION, first=1, last=5)
-    assert result["area"].shape == result["force"].shape == (4, 1, 2, 20, 1)  # as long as the distance of two windows
+    assert result["area"].shape == result["force"].shape == (4, 2, 20, 1)  # as long as the distance of two windows
     np.testing.assert_allclose(result["area"], 3 * SPACING * CELL_AREA)
     np.testing.assert_allclose(result["area_of_nodes"], 3 * 80 * CELL_AREA)
     shares = 0.915 + 0.806 + 0.915  # rows at the border have one neighbour out of contact, the middle one two
@@ -92,29 +91,6 @@ def test_blocks_and_training_columns_of_a_known_contact(run, monkeypatch):
         4 * 5e-6 * math.log(1 + math.sqrt(2)) / math.pi / (2.1e11 / (1 - 0.3**2))
     )
     assert "pressure" not in run(contact, CONFIGURATION, first=3, last=4)  # no training strip
-
-
-def test_cells_of_twice_the_edge_are_every_second_node_and_the_same_blocks(run):
-    """Of the same surface, on the last node of each pair; sums of a field that is constant on pairs are equal."""
-    scene = changed(
-        CONTACT,
-        strip={"width_m": 3e-5, "window_spacing_m": 2e-5, "samples": 8, "training_samples": 2},
-        numerics={"extrapolate_mesh": True},
-    )
-    grid = geometry.strip_grid(scene_of(scene))
-    strips = domain.Domain(scene_of(scene), None, grid, (50.0,), 8, None, periodic=False)
-    field = np.random.default_rng(1).random((grid.nx // 2, grid.ny // 2))
-    fine, coarse = strips.blocks(np.kron(field, np.ones((2, 2)))), strips.blocks(field, 2)
-    assert fine.shape == (20, 1)
-    np.testing.assert_allclose(coarse, fine, rtol=1e-13)
-    solved = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(domain, "sweep", lambda *given, **named: solved.append(given) or sweep(*given, **named))
-        result = run(contact, scene, "meshes", first=0, last=1)
-    (at_fine, heights, *_), (at_coarse, every_second, *_) = solved
-    np.testing.assert_array_equal(every_second, heights[1::2, 1::2])
-    assert at_coarse.grid.dx == 2 * at_fine.grid.dx == 1e-5
-    np.testing.assert_allclose(*(result["force"][0, mesh].sum(axis=(1, 2)) for mesh in (1, 0)), rtol=0.2)
 
 
 @pytest.fixture
@@ -225,8 +201,8 @@ def test_far_contacts_press_a_strip_down(run, linear, monkeypatch):
         areas.append(run(expansion_strip, CONFIGURATION, expansion=expansion, first=0, last=2))
     plain, lifted = areas
     for name in ("area", "force"):
-        np.testing.assert_allclose(lifted[name][:, :, 0], plain[name][:, :, 0], rtol=1e-9)
-        np.testing.assert_allclose(lifted[name][:, :, 1], plain[name].mean(axis=2), rtol=1e-9)
+        np.testing.assert_allclose(lifted[name][:, 0], plain[name][:, 0], rtol=1e-9)
+        np.testing.assert_allclose(lifted[name][:, 1], plain[name].mean(axis=1), rtol=1e-9)
     assert abs(np.mean(forces)) < 0.5 * np.mean(np.abs(forces))  # forces less their mean: the plane has that already
 
 
@@ -303,34 +279,5 @@ def test_expansion_of_a_strip_that_yields_follows_the_solved_windows(run, strips
     capped = np.isclose(solved["pressure"], hardness, rtol=1e-15)
     assert 0.02 < capped[:, 2].mean() < 0.9  # some yield, and not all
     deep = 2
-    mu = [
-        np.divide(*(source[name][:, 0, deep].sum(axis=1) for name in ("area", "force"))) for source in (solved, result)
-    ]
+    mu = [np.divide(*(source[name][:, deep].sum(axis=1) for name in ("area", "force"))) for source in (solved, result)]
     np.testing.assert_allclose(mu[1].mean(), mu[0].mean(), rtol=0.1)
-
-
-@pytest.mark.slow
-def test_the_mesh_error_of_friction_falls_with_an_order_between_one_and_two(run):
-    """A / N of 48 rough strips at two penetrations: cells 2h over h, and of other strips h over h / 2.
-
-    With eleven cells h in a correlation length. The sides of a strip leave an error of first order, the edges of
-    contacts one of second. The order is known to the scatter between strips of both changes.
-    """
-    scene = changed(
-        CONTACT,
-        roughness={"correlation_length_m": 1.416e-5},
-        strip={"window_m": 2e-4, "window_spacing_m": 2e-5, "cell_m": 1.25e-6} | {"training_samples": 1, "samples": 48},
-        numerics={"contact_area": "corrected", "extrapolate_mesh": True, "contact_tolerance": 1e-5},
-    )
-    changes, errors = [], []
-    for name, cell in (("h", 1.25e-6), ("half", 6.25e-7)):
-        result = run(contact, changed(scene, strip={"cell_m": cell}), name, first=0, last=48)
-        area, force = (window_sums(result[name][:, :, :, :, 0], 10, 1) for name in ("area", "force"))
-        fine, coarse = np.moveaxis((area / force).mean(axis=3), 1, 0)
-        change = coarse / fine - 1
-        changes.append(change.mean(axis=0))
-        errors.append(change.std(axis=0) / math.sqrt(48) / changes[-1])
-    order = np.log2(np.log1p(changes[0]) / np.log1p(changes[1]))
-    assert np.all(np.abs(order - 1.5) < 0.5 + 3 * np.hypot(*errors) / math.log(2)), (order, errors)
-    assert np.all(np.hypot(*errors) < 0.25)  # or the order would not be known
-    np.testing.assert_allclose(changes[0], 0.022, atol=0.006)  # 280 strips of 2.4 mm had 0.0218 to 0.0235

@@ -35,13 +35,13 @@ material: {young_modulus_gpa: 210}
 roughness: {correlation_length_m: 1e-6}
 square: {nodes: ten}
 strip: {window_spacing_m: 6.2e-5}
-numerics: {extrapolate_mesh: perhaps}
+numerics: {contact_area: perhaps}
 ensemble: {damping_ratios: [0.3, 0.2]}
 """
 BROKEN_KEYS = [
     "ensemble.damping_ratios",
     "material.young_modulus_gpa",
-    "numerics.extrapolate_mesh",
+    "numerics.contact_area",
     "roughness.correlation_length_m",
     "square.nodes",
     "strip.window_m",

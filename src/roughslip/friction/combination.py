@@ -1,16 +1,15 @@
-"""Statistics of the friction coefficient from solved strips on one mesh or two, and from the expansion on more strips.
+"""Statistics of the friction coefficient from solved strips, and from the expansion on more strips.
 
-Two errors are reduced, that of the mesh and that of few strips::
+The expansion is a control variate, which reduces the error of few strips::
 
-    theta = theta_h + f (theta_h - theta_2h) - alpha (theta_same - theta_more)
+    theta = theta_solved - alpha (theta_same - theta_more)
 
-- theta_h, theta_2h: the solved strips on cells h and 2h. An error c h^p is taken off by f = 1 / (2^p - 1) (Richardson).
-- theta_same, theta_more: the expansion on the S solved strips, and on S2 more. Its bias cancels. The least
-  variance has alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of
-  the control itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
+theta_same and theta_more are of the expansion on the S solved strips, and on S2 more. Its bias cancels. The least
+variance has alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of
+the control itself estimated: Pasupathy et al., IIE Transactions 44, 2012).
 
-Both act on every replicate of the bootstrap, so that the interval holds what remains of both errors. Positive
-statistics are combined by their logarithms and stay positive.
+It acts on every replicate of the bootstrap, so that the interval holds what remains of the error. Positive statistics
+are combined by their logarithms and stay positive.
 """
 
 from __future__ import annotations
@@ -26,10 +25,6 @@ from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.statistics import NO_SCATTER, estimate_of, strip_weights, window_statistics
 from roughslip.probability import Estimate
 
-ORDERS = {"mean": (0.9, 2.2), "std": (1.25, 2.75), "autocorrelation": (1.0, 2.0)}
-"""Minimum and maximum order of the error of the mesh: 1 at the sides of a strip, 2 at the edges of contacts.
-Measured on three scenes, docs/notebook/friction.md."""
-
 POSITIVE = ("mean", "std")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")
 
@@ -40,14 +35,12 @@ Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of th
 class Levels:
     """Windows as mu and valid, each (S, W), or (penetrations, S, W).
 
-    solved : on cells h
+    solved : windows of the contact solves
     expansion : of the solved strips, and then of more
-    coarse : of the solved strips on cells 2h
     """
 
     solved: Windows
     expansion: Windows
-    coarse: Windows | None = None
 
     @property
     def strips(self) -> tuple[int, int]:
@@ -58,8 +51,7 @@ class Levels:
     def at(self, penetration: int) -> Levels:
         """Windows (S, W) at one of the penetrations, by its number."""
         (mu, valid), (expanded, has_value) = self.solved, self.expansion
-        coarse = None if self.coarse is None else (self.coarse[0][penetration], self.coarse[1][penetration])
-        return Levels((mu[penetration], valid[penetration]), (expanded[penetration], has_value[penetration]), coarse)
+        return Levels((mu[penetration], valid[penetration]), (expanded[penetration], has_value[penetration]))
 
     def weights(self, replicates: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """(1 + replicates, strips) counts from `strip_weights`, of the solved strips and of the others."""
@@ -67,7 +59,7 @@ class Levels:
         return strip_weights(solved, replicates, rng), strip_weights(others, replicates, rng)
 
 
-def levels_of_sums(least_area_m2: float, solved: Windows, expansion: Windows, coarse: Windows | None) -> Levels:
+def levels_of_sums(least_area_m2: float, solved: Windows, expansion: Windows) -> Levels:
     """The levels for a shear strength of 1 Pa, from area [m2] and force [N].
 
     least_area_m2 : below it a window has no friction coefficient
@@ -76,20 +68,7 @@ def levels_of_sums(least_area_m2: float, solved: Windows, expansion: Windows, co
     def friction(sums: Windows) -> Windows:
         return friction_coefficient(*sums, 1.0, least_area_m2)
 
-    return Levels(friction(solved), friction(expansion), None if coarse is None else friction(coarse))
-
-
-def mesh_factors(replicates: int, rng: np.random.Generator) -> Replicates:
-    """f : (1 + replicates,) of each statistic, evenly spread over those of ORDERS; the first is their middle.
-
-    Skewness and kurtosis have none: with eleven cells a correlation length halving the cells changes the skewness by
-    0.01, less than its interval, and extrapolation would add noise.
-    """
-    factors = {}
-    for name, orders in ORDERS.items():
-        high, low = (1.0 / (2.0**order - 1.0) for order in orders)
-        factors[name] = np.concatenate(([(low + high) / 2], rng.uniform(low, high, replicates)))
-    return factors
+    return Levels(friction(solved), friction(expansion))
 
 
 def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replicates:
@@ -102,19 +81,6 @@ def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replica
     statistics = vars(window_statistics(mu, valid, weights)) | curve
     logarithms = {name: np.log(statistics[name].rows) for name in POSITIVE}
     return logarithms | {name: statistics[name].rows for name in PLAIN}
-
-
-def extrapolated(rows: Replicates, fine: Replicates, coarse: Replicates, factors: Replicates) -> Replicates:
-    """Rows with the error of the mesh taken off, of each statistic that has a factor.
-
-    rows : of strips on cells h, with or without a control
-    fine, coarse : of the solved strips on cells h and 2h
-    factors : f, from `mesh_factors`
-    """
-    shape = {name: (-1, *(1,) * (rows[name].ndim - 1)) for name in factors}
-    return rows | {
-        name: rows[name] + f.reshape(shape[name]) * (fine[name] - coarse[name]) for name, f in factors.items()
-    }
 
 
 def controlled(
@@ -147,14 +113,12 @@ class Combined:
     """Statistics of mu from all strips.
 
     rows : of each statistic, as from `bootstrap`
-    mesh : part of the rows of mean and std that the extrapolation to cells of no size added; zero without one
     variance_share : by statistic, variance over that of the solved strips alone
     control : rows of the expansion alone, on its own strips
     strips : number of solved strips, and of those that the expansion has alone
     """
 
     rows: Replicates
-    mesh: Replicates
     variance_share: Replicates
     control: Replicates
     strips: tuple[int, int]
@@ -165,29 +129,24 @@ class Combined:
         rows["variation"] = rows["std"] / rows["mean"]
         return {name: estimate_of(name, values, self.strips[0]) for name, values in rows.items()}
 
-    def mesh_change(self, name: str) -> Estimate:
-        """() relative change of the mean or std by the extrapolation to cells of no size."""
-        return Estimate.from_rows(np.expm1(self.mesh[name]))
-
     def calibrated(self, mean: float, reference: Combined) -> Combined:
         """Of mu in units in which the reference has a mean of `mean` exactly, in each replicate."""
-        scale, mesh = math.log(mean) - reference.rows["mean"], reference.mesh["mean"]
+        scale = math.log(mean) - reference.rows["mean"]
         rows = {name: values + scale if name in POSITIVE else values for name, values in self.rows.items()}
-        return replace(self, rows=rows, mesh={name: change - mesh for name, change in self.mesh.items()})
+        return replace(self, rows=rows)
 
 
-def combine(levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Replicates | None = None) -> Combined:
-    """Statistics of the solved windows, with the expansion as control and cells 2h for the extrapolation.
+def combine(levels: Levels, weights: tuple[np.ndarray, np.ndarray]) -> Combined:
+    """Statistics of the solved windows, with the expansion as control.
 
     levels : at one penetration, each (S, W)
     weights : of the solved strips and of the others, as from `Levels.weights`
-    factors : from `mesh_factors`; without them nothing is extrapolated
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
     strips = levels.strips
-    shapes = [np.shape(windows[0]) for windows in (levels.solved, levels.coarse or levels.solved, levels.expansion)]
-    if shapes[0] != shapes[1] or shapes[0][1:] != shapes[2][1:] or strips[1] < 1:
+    shapes = [np.shape(windows[0]) for windows in (levels.solved, levels.expansion)]
+    if shapes[0][1:] != shapes[1][1:] or strips[1] < 1:
         raise ParameterError(f"levels need equal windows, and the expansion more strips than are solved, not {shapes}")
     if [group.shape[1] for group in weights] != list(strips) or len(weights[0]) != len(weights[1]):
         raise ParameterError(f"weights are needed for groups of {strips} strips: see Levels.weights")
@@ -196,8 +155,4 @@ def combine(levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Rep
     same = bootstrap(mu[: strips[0]], valid[: strips[0]], weights[0])
     control = bootstrap(mu[strips[0] :], valid[strips[0] :], weights[1])
     rows, shares = controlled(own, same, control, strips[0] / strips[1])
-    final = rows
-    if levels.coarse is not None and factors is not None:
-        final = extrapolated(rows, own, bootstrap(*levels.coarse, weights[0]), factors)
-    mesh = {name: final[name] - rows[name] for name in ("mean", "std")}
-    return Combined(final, mesh, shares, control, strips)
+    return Combined(rows, shares, control, strips)

@@ -16,7 +16,7 @@ import numpy as np
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.bowden_tabor import Windows
-from roughslip.friction.combination import Combined, Levels, Replicates, combine, mesh_factors
+from roughslip.friction.combination import Combined, Levels, combine
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
 from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
@@ -135,9 +135,8 @@ def friction_table(
 
     Raises IllPosedError where windows are too few or do not scatter, with the penetration.
     """
-    generator = np.random.default_rng(seed)
-    weights, factors = levels.weights(replicates, generator), mesh_factors(replicates, generator)
-    best, shear = calibrated(layout, levels, weights, factors, mean)
+    weights = levels.weights(replicates, np.random.default_rng(seed))
+    best, shear = calibrated(layout, levels, weights, mean)
     combined: dict[str, list[Estimate]] = {}
     for of_level in (each.estimates() for each in best):
         fit = correlation_fit(layout.lags, of_level["autocorrelation"], layout.window_m)
@@ -163,16 +162,16 @@ def friction_table(
 
 
 def calibrated(
-    layout: WindowLayout, levels: Levels, weights: tuple[np.ndarray, np.ndarray], factors: Replicates, mean: float
+    layout: WindowLayout, levels: Levels, weights: tuple[np.ndarray, np.ndarray], mean: float
 ) -> tuple[list[Combined], Estimate]:
     """Statistics of every penetration, in units in which the mean at the median is exact, and the shear strength [Pa].
 
-    levels, weights, factors : as of `combination.combine` at each penetration, for a shear strength of 1 Pa
+    levels, weights : as of `combination.combine` at each penetration, for a shear strength of 1 Pa
     mean : friction coefficient at median penetration
 
     The shear strength is () [Pa], with what few strips leave open of it.
     """
-    combined = [combine(levels.at(number), weights, factors) for number in range(len(layout.percentiles))]
+    combined = [combine(levels.at(number), weights) for number in range(len(layout.percentiles))]
     median = combined[layout.median]
     shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels.strips[0])
     return [each.calibrated(mean, median) for each in combined], shear

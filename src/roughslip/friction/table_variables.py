@@ -20,7 +20,6 @@ FIT_POINTS = 91  # of mu_fit(d)
 SOURCES = ("solved", "expansion")
 BINS = np.linspace(-4.0, 6.0, 41)  # of standardised mu
 QUANTILES = 1000
-MESH_CHANGES = ("mean", "std")
 TRENDS = ("mean", "std", "variation", "length_least_squares")
 """Statistics from all strips of which the change with penetration is given too."""
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
@@ -32,8 +31,8 @@ LOAD = {  # further columns of summary.csv, of what stage friction stores of loa
 SUMMARY = (
     'Friction of sliding windows, a row a penetration. Python: pandas.read_csv("summary.csv", comment="#")',
     "Columns with _low and _high are the ends of the 95 % interval of the column without. Columns combined_... take",
-    "solved windows with the expansion as control variate and, where the scene asks so, two meshes: use these. The",
-    "others take solved windows alone. Where beta_at_bound is 1, the shapes of the Beta are not determined.",
+    "solved windows with the expansion as control variate: use these. The others take solved windows alone. Where",
+    "beta_at_bound is 1, the shapes of the Beta are not determined.",
 )
 TITLES = {
     "mean": "mean friction coefficient",
@@ -58,8 +57,6 @@ TITLES = {
     "set_beta_a": "first shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
     "set_beta_b": "second shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",
-    "mesh_change_of_mean": "relative change of the combined mean by the extrapolation to cells of no size",
-    "mesh_change_of_std": "relative change of the combined standard deviation by that extrapolation",
     "combined_mean_gain": "solved strips alone that give the mean as well, for each that was solved",
     "combined_std_gain": "solved strips alone that give the standard deviation as well, for each that was solved",
 }
@@ -97,8 +94,7 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
         line, change = trend(layout.percentiles, combined[name])
         variables |= stored(f"trend_combined_{name}_line", (), [line])
         variables |= stored(f"trend_combined_{name}_change", (), [change])
-    for name in MESH_CHANGES:
-        variables |= stored(f"mesh_change_of_{name}", ("level",), [level.mesh_change(name) for level in table.levels])
+    for name in BY_SOURCE:
         gains, gain = np.array([1.0 / level.variance_share[name] for level in table.levels]), f"combined_{name}_gain"
         variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
     shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])

@@ -117,7 +117,7 @@ class Strip(Section):
 
 
 class Numerics(Section):
-    """Tolerance of the solves, what counts as contact, and whether the mesh is extrapolated."""
+    """Tolerance of the solves, and what counts as contact."""
 
     contact_tolerance: float = number(
         "Relative residual to which a contact is solved; with 1e-4 the mean of A / N is known to 3e-4, its scatter to "
@@ -133,11 +133,6 @@ class Numerics(Section):
         "share of the perimeter",
         default="corrected",
     )
-    extrapolate_mesh: bool = choice(
-        "Whether strips are also solved on cells of twice the edge, from which friction is extrapolated to cells of no "
-        "size. It takes a quarter more time; the heights must be smooth over four cells",
-        default=False,
-    )
 
 
 def terms(degree: int) -> int:
@@ -149,7 +144,6 @@ CELLS, ROWS = 4_000_000, 3  # of a strip at most, and across it at least
 MOST_TRAINING = 400_000_000  # pressures in all cells of the training strips at most: 3.2 GB
 LEVELS = "strip.penetration_percentiles"
 WINDOW, CELL = "strip.window_m", "strip.cell_m"
-EXTRAPOLATE = "numerics.extrapolate_mesh"
 REPLACES: dict[str, tuple[str, ...]] = {}
 
 
@@ -219,13 +213,6 @@ RULES = (
         (WINDOW, CELL),
         lambda window, cell: not _is_multiple(window, cell) or _is_multiple(MARGIN * window, cell),
         f"an even number of cells, {CELL} = {{1}} [m]: half a window is the margin of a strip",
-    ),
-    Rule(
-        (EXTRAPOLATE, CELL, "strip.width_m", WINDOW, "strip.window_spacing_m"),
-        lambda asked, cell, width, window, spacing: (
-            not asked or all(_is_multiple(length, 2 * cell) for length in (width, MARGIN * window, spacing))
-        ),
-        f"false, or strip.width_m, strip.window_spacing_m and half of {WINDOW} whole multiples of 2 cells, 2 x {{1}} m",
     ),
     Rule(
         ("strip.window_spacing_m", WINDOW),

@@ -97,8 +97,6 @@ def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
     unread = plan.sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
-        if "load" in scene and contact.EXTRAPOLATE in keys:  # which is of strips
-            continue
         if not (unread.isdisjoint(key.partition(".")[0] for key in keys) and all(map(sound, keys))):
             continue
         values = [get(scene, key) for key in keys]

@@ -180,11 +180,6 @@ RULES = (
         f"at least twice {_LENGTH} = {{1}} [m]",
     ),
     Rule(
-        ("numerics.extrapolate_mesh", _LENGTH, _CELL),
-        lambda asked, length, cell: not asked or length >= 4 * cell,
-        f"false, or {_LENGTH} = {{1}} [m] at least four cells, 4 x {{2}} m",
-    ),
-    Rule(
         (_WAVES, "strip.window_m"),
         lambda waves, window: waves[0] <= waves[1] <= 4 * window,
         "the shortest first, the longest at most four times strip.window_m = {1} [m]",
@@ -198,11 +193,6 @@ RULES = (
         ("strip.expansion_spacing_m", _CELL, _WAVES),
         lambda spacing, cell, waves: spacing == cell or waves[0] > 2 * spacing,
         f"strip.cell_m = {{1}} [m], or less than half of the first of {_WAVES}",
-    ),
-    Rule(
-        ("numerics.extrapolate_mesh", _WAVES, _CELL),
-        lambda asked, waves, cell: not asked or waves[0] > 4 * cell,
-        f"false, or the first of {_WAVES} = {{1}} more than four cells, 4 x {{2}} m",
     ),
     Rule(
         ("targets", _WAVES),

@@ -151,6 +151,7 @@ GONE = {
     "accuracy": "give numbers of samples; docs/how-to/accuracy.md says what half width they leave",
     "array": "call the heights of the file height, heights, topography or z, or export them alone",
     "auto": "give a number, or leave the key out where it may be missing",
+    "extrapolate_mesh": "leave it out: strips are solved on cells of strip.cell_m alone",
     "figure_basins": "simulate the states of interest: roughslip.oscillator.simulate",
     "figure_field": "the pressure of strips is expanded at every node, for figure3",
     "figure_residence": "answer.json has the durations of both states",

@@ -54,7 +54,7 @@ def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarr
         return np.ones(levels)
     trained = sum(len(batch["pressure"]) for batch in batches)
     area, of_nodes = (store.join(batches, name)[:trained] for name in ("area", "area_of_nodes"))
-    return np.asarray(area[:, 0].sum(axis=(0, 2, 3)) / of_nodes.sum(axis=0))
+    return np.asarray(area.sum(axis=(0, 2, 3)) / of_nodes.sum(axis=0))
 
 
 def _of_fit(fitted: StripExpansion, means: ConditionalMeans, covered: np.ndarray) -> dict[str, store.Variable]:

@@ -15,7 +15,7 @@ from roughslip.study.job import Job
 
 
 def work(scene: Scene, job: Job) -> None:
-    """Solve every sample of the batch on each mesh, at every level."""
+    """Solve every sample of the batch at every level."""
     variables: dict[str, store.Variable] = {}
     solving = domains(job)
     for size, domain in enumerate(solving):
@@ -27,34 +27,29 @@ def work(scene: Scene, job: Job) -> None:
 def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
     """What the solves of a domain leave. size : at the end of names"""
     scene, numbers = job.scene, domain.numbers(job.numbers.start, job.numbers.stop)
-    meshes, count, levels = domain.meshes, len(numbers), len(domain.levels)
+    count, levels = len(numbers), len(domain.levels)
     blocks = domain.blocks(np.zeros(domain.grid.shape)).shape
-    area, force = np.zeros((2, count, len(meshes), levels, *blocks))
+    area, force = np.zeros((2, count, levels, *blocks))
     residual, of_nodes, yielded = np.zeros((3, count, levels))
     columns = np.arange(0) if domain.periodic else geometry.training_columns(domain.middle())
     trained = 0 if domain.periodic else max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     pressure, gap = np.zeros((2, trained, levels, len(columns), domain.grid.ny))
     skipped, products = elastic.empty_skip_counts(), 0
     for row, number in enumerate(numbers):
-        heights = domain.heights(number)
-        for place, mesh in enumerate(meshes):
-            for level, solution in enumerate(domain.solutions(heights, mesh)):
-                elastic.count_solve(skipped, solution)
-                area[row, place, level] = domain.blocks(domain.touched(solution), mesh)
-                force[row, place, level] = domain.blocks(solution.pressure, mesh)
-                residual[row, level] = max(residual[row, level], solution.residual)
-                products += solution.work
-                if mesh > 1:
-                    continue
-                of_nodes[row, level] = domain.blocks(solution.contact).sum()
-                yielded[row, level] = solution.yielded_share
-                if row < trained:
-                    pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
+        for level, solution in enumerate(domain.solutions(domain.heights(number))):
+            elastic.count_solve(skipped, solution)
+            area[row, level] = domain.blocks(domain.touched(solution))
+            force[row, level] = domain.blocks(solution.pressure)
+            of_nodes[row, level] = domain.blocks(solution.contact).sum()
+            residual[row, level], yielded[row, level] = solution.residual, solution.yielded_share
+            products += solution.work
+            if row < trained:
+                pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
         job.progress(row + 1, count)
-    job.count(solves=levels * count * len(meshes), convolutions=products)
+    job.count(solves=levels * count, convolutions=products)
     job.skip(skipped)
     of_sample, of_level = f"sample{size}", f"level{size}"
-    of_blocks = (of_sample, "mesh", of_level, f"along{size}", f"across{size}")
+    of_blocks = (of_sample, of_level, f"along{size}", f"across{size}")
     unit, what = ("Pa", "nominal pressure") if domain.periodic else ("percent", "share of heights above the plane")
     variables = {
         f"number{size}": store.Variable((of_sample,), np.array(numbers), "1", "number of the strip or cell"),

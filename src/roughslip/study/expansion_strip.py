@@ -40,17 +40,17 @@ def work(scene: Scene, job: Job) -> None:
     columns_of_block = geometry.block_nodes(scene)[0] // lattice.spacing
     blocks = (lattice.middle.stop - lattice.middle.start) // columns_of_block
     draw = sampler(scene, model, grid, lattice)
-    sums = np.empty((2, len(numbers), 1, len(planes), blocks, 1))
+    sums = np.empty((2, len(numbers), len(planes), blocks, 1))
     for row, number in enumerate(numbers):
         fields = means.at(fitted.predicted(draw(number), lattice.middle))
         columns = lattice.grid.cell_area * np.stack([field.sum(axis=2) for field in fields])
         lifted = displacement(kernel, columns[1] - mean_force)
         columns = at_displaced_planes(columns, planes, lifted)[..., : blocks * columns_of_block]
-        sums[:, row, 0, :, :, 0] = columns.reshape(2, len(planes), blocks, columns_of_block).sum(axis=3)
+        sums[:, row, :, :, 0] = columns.reshape(2, len(planes), blocks, columns_of_block).sum(axis=3)
         job.progress(row + 1, len(numbers))
     job.count(expansions=len(numbers) * len(planes))
     job.skip({skip_reasons.SMOOTH: len(numbers) * (grid.nx - lattice.grid.nx)})
-    of_blocks = ("sample", "mesh", "level", "along", "across")
+    of_blocks = ("sample", "level", "along", "across")
     variables = {
         "number": store.Variable(("sample",), np.array(numbers), "1", "number of the strip"),
         "at": store.Variable(("level",), percentiles, "percent", "share of heights above the plane"),

@@ -39,9 +39,9 @@ def work(scene: Scene, job: Job) -> None:
     store.write_text(job.outputs["summary"], text)
 
 
-def blocks_of(scene: Scene, batches: list[store.Result], mesh: int = 0, size: str = "") -> list[Blocks]:
-    """The blocks of all samples at each level. mesh : by number; size : at the end of names"""
-    area, force = (store.join(batches, name + size)[:, mesh] for name in ("area", "force"))
+def blocks_of(scene: Scene, batches: list[store.Result], size: str = "") -> list[Blocks]:
+    """The blocks of all samples at each level. size : at the end of names"""
+    area, force = (store.join(batches, name + size) for name in ("area", "force"))
     sizes, periodic = geometry.block_sizes(scene), scene.load is not None
     return [Blocks(area[:, level], force[:, level], *sizes, periodic) for level in range(area.shape[1])]
 
@@ -50,7 +50,7 @@ def over_loads(scene: Scene, solved: list[store.Result]) -> dict[float, Blocks]:
     """The blocks of cells under the pressures about the load, by pressure [Pa]."""
     found: dict[float, Blocks] = {}
     for size in (f"_{number}" for number in range(1, int(solved[0].attributes["sizes"]))):
-        found |= dict(zip(solved[0][f"at{size}"].tolist(), blocks_of(scene, solved, size=size), strict=True))
+        found |= dict(zip(solved[0][f"at{size}"].tolist(), blocks_of(scene, solved, size), strict=True))
     return found
 
 
@@ -67,10 +67,9 @@ def over_penetration(
     scene, strip, seed = job.scene, job.scene.strip, job.scene.seed
     blocks = blocks_of(scene, solved)
     sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded))
-    coarse = window_sums_of(blocks_of(scene, solved, 1)) if solved[0]["area"].shape[1] > 1 else None
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
-    levels = levels_of_sums(geometry.least_contact_area(scene), sums, others, coarse)
+    levels = levels_of_sums(geometry.least_contact_area(scene), sums, others)
     draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean
     table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.progress)
     loads = load_table.load_table(job, blocks, table)

@@ -164,7 +164,7 @@ _ROWS = (
         name="contact",
         reads="seed material roughness strip.window_m strip.width_m strip.cell_m strip.samples "
         "strip.penetration_percentiles strip.window_spacing_m strip.training_samples "
-        "numerics.contact_area numerics.contact_tolerance numerics.extrapolate_mesh "
+        "numerics.contact_area numerics.contact_tolerance "
         "load.nominal_pressure_pa?",
         takes={"scan": "scan?"},
         makes="contact/blocks-{first}-{last}.nc",

@@ -93,22 +93,21 @@ def compared_friction(friction: Arrays, reference: Arrays) -> list[Compared]:
 
     friction : what stage friction stores; reference : area over force [1/Pa] with standard errors, on the same cells
 
-    Both are compared on these cells, so without the extrapolation, and in units of the mean at the median. Differences
-    are in standard errors of both; half a 95 % interval is NORMAL_95 of them.
+    Both are in units of the mean at the median. Differences are in standard errors of both; half a 95 % interval is
+    NORMAL_95 of them.
     """
     ours, direct = (int(np.flatnonzero(np.isclose(of["percentile"], 50.0))[0]) for of in (friction, reference))
     scale, rows = float(friction["combined_mean"][ours] / reference["mean"][direct]), []
     for level, percentile in enumerate(reference["percentile"]):
         at = int(np.flatnonzero(np.isclose(friction["percentile"], percentile))[0])
         for name in ("mean", "std"):
-            on_cells = 1.0 + float(friction[f"mesh_change_of_{name}"][at])
             value, (low, high) = number(friction, f"combined_{name}", at)
             of_reference = scale * float(reference[f"{name}_standard_error"][level])
-            error = math.hypot((high - low) / on_cells / (2 * NORMAL_95), of_reference)
+            error = math.hypot((high - low) / (2 * NORMAL_95), of_reference)
             expected = scale * float(reference[name][level])
-            off = (value / on_cells - expected) / error
+            off = (value - expected) / error
             allowed = f"{FAR:g} standard errors, {off:+.2f} of them off"
-            texts = (f"{value / on_cells:.6g}", f"{expected:.6g}", allowed)
+            texts = (f"{value:.6g}", f"{expected:.6g}", allowed)
             rows.append(Compared(f"{name} at {percentile:g} %, direct", *texts, False, abs(off) <= FAR))
     return rows
 

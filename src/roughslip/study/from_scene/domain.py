@@ -1,4 +1,4 @@
-"""What is solved: strips under planes, or periodic cells under nominal pressures, on one mesh or two, and their blocks.
+"""What is solved: strips under planes, or periodic cells under nominal pressures, and their blocks.
 
 A block is as long along the belt as the distance of two windows, and as wide as a window. Blocks one behind the other
 are a window, so that friction follows from the contact area and normal force of blocks.
@@ -39,7 +39,7 @@ class Domain:
 
     scene : its strip, numerics and material
     model : of the surface
-    grid : finest mesh of a sample
+    grid : mesh of a sample
     levels : percentiles of the plane [%], or nominal pressures [Pa] of periodic samples
     count : number of samples
     sample : draws a field on the mesh
@@ -54,11 +54,6 @@ class Domain:
     sample: Callable[[np.random.Generator], np.ndarray]
     periodic: bool
 
-    @property
-    def meshes(self) -> tuple[int, ...]:
-        """Edges of the cells that are solved on, over that of the finest mesh."""
-        return (1, 2) if not self.periodic and self.scene.numerics.extrapolate_mesh else (1,)
-
     def numbers(self, first: int, last: int) -> range:
         """Samples of a job that takes [first, last) of `strip.samples`."""
         every = self.scene.strip.samples
@@ -70,36 +65,34 @@ class Domain:
         drawn = self.model.heights(self.sample(np.random.default_rng([self.scene.seed, stream, number])))
         return cell_heights(drawn, self.grid) if self.periodic and elastic.counts_shares(self.scene) else drawn
 
-    def solutions(self, heights: np.ndarray, mesh: int = 1) -> Iterator[ContactSolution]:
-        """The contact of a sample at every level, on every node or every second one."""
+    def solutions(self, heights: np.ndarray) -> Iterator[ContactSolution]:
+        """The contact of a sample at every level."""
         tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
-        nodes, influence = slice(mesh // 2, None, mesh), self._influence[mesh]
         if self.periodic:
-            return iter(solve_loads(influence, heights, self.levels, tolerance, hardness))
+            return iter(solve_loads(self._influence, heights, self.levels, tolerance, hardness))
         planes = self.model.plane_height(np.array(self.levels)).tolist()
-        return iter(sweep(influence, heights[nodes, nodes], planes, tolerance, hardness_pa=hardness))
+        return iter(sweep(self._influence, heights, planes, tolerance, hardness_pa=hardness))
 
     def touched(self, solution: ContactSolution) -> np.ndarray:
         """(nx, ny) share of each cell in contact, or whether its node is."""
         return solution.shares if elastic.counts_shares(self.scene) else solution.contact
 
-    def middle(self, mesh: int = 1) -> slice:
+    def middle(self) -> slice:
         """Columns without the margins of a strip."""
-        return slice(None) if self.periodic else geometry.middle(self.scene, mesh)
+        return slice(None) if self.periodic else geometry.middle(self.scene)
 
-    def blocks(self, field: np.ndarray, mesh: int = 1) -> np.ndarray:
+    def blocks(self, field: np.ndarray) -> np.ndarray:
         """Integral (X, Y) of a field (nx, ny) over blocks along and across the belt."""
-        x, y = geometry.block_nodes(self.scene, mesh)
-        columns = field[self.middle(mesh)]
+        x, y = geometry.block_nodes(self.scene)
+        columns = field[self.middle()]
         along, across = len(columns) // x, columns.shape[1] // y
         sums = columns[: along * x].reshape(along, x, across, y).sum(axis=(1, 3))
-        return np.asarray(self.grid.cell_area * mesh**2 * sums)
+        return np.asarray(self.grid.cell_area * sums)
 
     @cached_property
-    def _influence(self) -> dict[int, Influence]:
+    def _influence(self) -> Influence:
         modulus = elastic.material(self.scene).plane_strain_modulus_pa
-        fine = Influence(self.grid, modulus, periodic=self.periodic)
-        return {mesh: fine if mesh == 1 else fine.coarser for mesh in self.meshes}
+        return Influence(self.grid, modulus, periodic=self.periodic)
 
 
 def domains(job: Job) -> list[Domain]:

@@ -27,12 +27,9 @@ def strip_grid(scene: Scene) -> Grid:
     return Grid(round(length / cell), round(strip.width_m / cell), cell, cell)
 
 
-def middle(scene: Scene, mesh: int = 1) -> slice:
-    """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out.
-
-    mesh : edge of the cells over that of the cells of the scene
-    """
-    strip, cell = scene.strip, mesh * scene.strip.cell_m
+def middle(scene: Scene) -> slice:
+    """Columns of the strip on which windows lie: the ends of a contact carry more pressure, so they are left out."""
+    strip, cell = scene.strip, scene.strip.cell_m
     margin, length = round(MARGIN * strip.window_m / cell), round(WINDOWS * strip.window_m / cell)
     return slice(margin, margin + length)
 
@@ -69,12 +66,9 @@ def lattice(scene: Scene) -> Lattice:
     return Lattice(spacing, grid, first, slice(start // spacing, start // spacing + count))
 
 
-def block_nodes(scene: Scene, mesh: int = 1) -> tuple[int, int]:
-    """Nodes of a block along and across the belt: the distance of two windows, and their width.
-
-    mesh : edge of the cells over that of the cells of the scene
-    """
-    strip, cell = scene.strip, mesh * scene.strip.cell_m
+def block_nodes(scene: Scene) -> tuple[int, int]:
+    """Nodes of a block along and across the belt: the distance of two windows, and their width."""
+    strip, cell = scene.strip, scene.strip.cell_m
     return round(strip.window_spacing_m / cell), round(strip.width_m / cell)
 
 

@@ -28,7 +28,7 @@ Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table:
     """Load of windows and scatter of pads at every penetration. blocks : of the solved strips, by level
 
-    A pad has what the solved strips show of it, times what the other strips and the second mesh change of a window.
+    A pad has what the solved strips show of it, times what the other strips change of a window.
     """
     scene, strip, weights, solved = job.scene, job.scene.strip, friction.weights, friction.solved
     surface = correlated(scene, job.optional("scan"))
@@ -61,7 +61,7 @@ def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table
 
 
 def of_all(name: str, level: int, friction: FrictionTable) -> np.ndarray:
-    """Mean or std (1 + R,) of the solved windows of a level, times what the other strips and the second mesh change.
+    """Mean or std (1 + R,) of the solved windows of a level, times what the other strips change.
 
     Where windows without contact are left out, the others touch lightly, and their moments have a heavy tail. The
     change is then that of the next level without such windows, if there is one.

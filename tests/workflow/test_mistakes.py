@@ -1,7 +1,4 @@
-"""Mistakes of the user end before any job, in one line each.
-
-What the terminal shows of a run: one line of progress; of a job that fails, and of Ctrl-C: one line; and its end.
-"""
+"""Mistakes of the user end before any job, in one line each. What the terminal shows of a run that fails or ends."""
 
 from __future__ import annotations
 
@@ -19,83 +16,56 @@ import pytest
 from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from roughslip.errors import InputError
+from tests.workflow.project import ROOT
 from workflow.keys import Names
 from workflow.study import terminal
-from workflow.study.scenes import Scenes, check_config, check_targets, not_writable
+from workflow.study.scenes import Scenes, check_config, check_targets
 from workflow.study.terminal import MOST_WARNINGS, closing_lines
 
-ROOT = Path(__file__).resolve().parents[2]
-PROFILE = ("Using workflow specific profile ", "Config file ")  # what Snakemake prints first
-
-# One mistake of each kind: a key, a unit, a type, a range, a combination, a float without a point.
+# One mistake of each kind: a key, a unit, a type, a combination, a float without a point.
 BROKEN = """\
 extends: tiny
-description: Broken
 material: {young_modulus_gpa: 210}
 roughness: {correlation_length_m: 1e-6}
 square: {nodes: ten}
 strip: {window_spacing_m: 6.2e-5}
-numerics: {contact_area: perhaps}
 ensemble: {damping_ratios: [0.3, 0.2]}
 """
 BROKEN_KEYS = [
-    "ensemble.damping_ratios",
-    "material.young_modulus_gpa",
-    "numerics.contact_area",
-    "roughness.correlation_length_m",
-    "square.nodes",
-    "strip.window_m",
-    "strip.window_spacing_m",
+    *("ensemble.damping_ratios", "material.young_modulus_gpa", "roughness.correlation_length_m", "square.nodes"),
+    *("strip.window_m", "strip.window_spacing_m"),
 ]
 
 
 @pytest.mark.slow
 def test_each_mistake_of_a_scene_is_one_line_before_any_job(empty, tmp_path):
-    """The results are written nowhere; other scenes are planned."""
+    """Nothing is written."""
     project = empty.copy(tmp_path / "copy")
     project.scene("broken", BROKEN)
     run = project.snakemake("-j1", "broken")
     assert (run.returncode, run.stdout) == (1, "")
     assert not project.path("results").exists()
-    lines = [line.split(": ") for line in run.stderr.splitlines() if not line.startswith(PROFILE)]
-    assert {line[0] for line in lines} == {"config/scenes/broken.yaml"}
+    lines = [line.split(": ") for line in run.stderr.splitlines() if line.startswith("config/scenes/broken.yaml: ")]
     assert sorted(line[1] for line in lines) == BROKEN_KEYS
-    scenes = Scenes(project.folder, ["quick"])
-    assert scenes.asked == ["quick"]
-    assert "broken" not in scenes.valid
+    assert len(run.stderr.splitlines()) <= len(lines) + 2  # of Snakemake, on its profile and configuration
 
 
-@pytest.mark.parametrize(
-    ("config", "lines"),
-    [
-        ({"scenes": ["papr", "paper", "paper"]}, ["scenes: 'papr' is no scene; did you", "scenes: 'paper' is given"]),
-        ({"scene": "paper"}, ["'scene': unknown key; did you mean scenes?", "scenes: no value is not allowed"]),
-        ({"scenes": "smoke", "memory_mb": "abc"}, ["memory_mb: 'abc' is not allowed; a whole number from 1000"]),
-        ({"scenes": "smoke", "memory_mb": True}, ["memory_mb: true is not allowed"]),
-    ],
-)
-def test_each_mistake_of_the_configuration_is_one_line(config, lines):
-    with pytest.raises(InputError) as caught:
-        check_config(config, ["paper", "smoke"])
-    starts = [line[: len(f"config: {start}")] for line, start in zip(caught.value.lines, lines, strict=True)]
-    assert starts == [f"config: {start}" for start in lines]
-
-
-def test_default_scenes_are_one_or_a_list_and_a_misspelt_one_gets_a_suggestion(tmp_path, monkeypatch):
+def test_each_mistake_of_the_configuration_or_a_target_is_one_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    wrong = {"scenes": ["papr", "paper", "paper"], "scene": "paper", "memory_mb": "abc"}
+    starts = ("'scene': unknown key; did you mean scenes?", "memory_mb: 'abc' is not allowed; a whole number from 1000")
+    starts = (*starts, "scenes: 'paper' is given", "scenes: 'papr' is no scene; did you")
+    with pytest.raises(InputError) as caught:
+        check_config(wrong, ["paper", "smoke"])
+    for line, start in zip(sorted(caught.value.lines), starts, strict=True):
+        assert line.startswith(f"config: {start}")
     assert check_config({"scenes": "smoke,paper"}, ["paper", "smoke"])["scenes"] == ["smoke", "paper"]
-    assert check_config({"scenes": ["paper"], "memory_mb": 4000}, ["paper", "smoke"])["memory_mb"] == 4000
     for words, asked in ((["-j2"], "given"), (["smoke", "all"], "given smoke"), (["results/smoke/a.png"], "smoke")):
         assert Scenes(ROOT, words, default=["given"]).asked == asked.split()
-    for words in (["-n", "papr"], ["-j2", "papr", "smoke"], ["results/papr/figure2.png"]):
+    for words in (["-j2", "papr", "smoke"], ["results/papr/figure2.png"]):
         with pytest.raises(InputError, match=r"is no target: no scene 'papr'; did you mean paper\? allowed: paper, sm"):
             check_targets(words, ["paper", "smoke"], {"all", "karhunen_loeve"})
-    for words in (
-        ["-j2", "smoke", "all", "--config", "scenes=papr"],
-        ["results/smoke/figure2.png", "results/report.html", "results/reference/paper/x.nc"],
-        ["--forcerun", "karhunen_loeve", "nothing_like_it"],
-    ):
-        check_targets(words, ["paper", "smoke"], {"all", "karhunen_loeve"})
+    check_targets(["-j2", "smoke", "all", "--config", "scenes=papr"], ["paper", "smoke"], {"all"})
 
 
 def scenes_with(folder: Path, scan: str, **scenes: str) -> None:
@@ -107,33 +77,24 @@ def scenes_with(folder: Path, scan: str, **scenes: str) -> None:
 
 
 def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
-    """A scan that is a plane and nothing else, one whose unit the scene does not state, none, and a wrong value."""
+    """A scan that is a plane and nothing else, none, and a wrong value."""
     monkeypatch.chdir(tmp_path)
     folder, stated = Path("config/scenes"), "spacing_m: [1.0e-6, 1.0e-6], height_unit: um"
     words = "covariance: best, marginal: gaussian, form: plane"
-    flat, gone = f"file: plane.txt, {stated}", f"file: gone.al3d, {stated}"
-    scenes_with(folder, words, flat=flat, bare="file: plane.txt", gone=gone, wrong="form: round, file: plane.txt")
+    scenes_with(folder, words, flat=f"file: plane.txt, {stated}", gone=f"file: gone.al3d, {stated}")
     np.savetxt(folder / "plane.txt", 1e-3 * np.add.outer(np.arange(40.0), 2 * np.arange(40.0)))
     (folder / "wrong.yaml").write_text("extends: resolved\nseed: -1\n")
     with pytest.raises(InputError) as caught:
-        Scenes(tmp_path, ["flat", "bare", "gone", "wrong"], marks=tmp_path / "marks")
-    bare, of_flat, of_gone, seed = sorted(caught.value.lines)
+        Scenes(tmp_path, ["flat", "gone", "wrong"], marks=tmp_path / "marks")
+    of_flat, of_gone, seed = sorted(caught.value.lines)
     assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
-    assert bare.startswith("config/scenes/bare.yaml: roughness.scan.file: config/scenes/plane.txt: ")
-    assert of_gone == (
-        "config/scenes/gone.yaml: roughness.scan.file: 'gone.al3d' is not there; "
-        "a path from the folder of the scenes or of the project"
-    )
-    assert of_flat.startswith(
-        "config/scenes/flat.yaml: roughness.scan.form: nothing is left of the scan once its plane"
-    )
+    assert of_gone.startswith("config/scenes/gone.yaml: roughness.scan.file: 'gone.al3d' is not there; a path from")
+    assert of_flat.startswith("config/scenes/flat.yaml: roughness.scan.form: nothing is left of the scan once its")
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
     assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 
 
 LAW = "class BoPavelescu:\n    pass\n\n\ndef falling(speed):\n    return 0.3\n"
-
-
 MODEL = """import numpy as np
 
 from roughslip.surface import Covariance
@@ -168,10 +129,7 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
         Scenes(tmp_path, ["mine"])
     (folder / "my_laws.py").write_text(LAW, encoding="utf-8")
     files, before = names()
-    assert files == {
-        "contact": ["config/scenes/my_models.py"],
-        "answer": ["config/scenes/my_laws.py"],
-    }
+    assert files == {"contact": ["config/scenes/my_models.py"], "answer": ["config/scenes/my_laws.py"]}
     (folder / "my_laws.py").write_text(f"{LAW}\n# edited\n", encoding="utf-8")
     after = names()[1]
     assert (after["contact"], after["answer"] == before["answer"]) == (before["contact"], False)
@@ -187,30 +145,13 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
     units = {unit: f"spacing_m: [1.0e-6, 1.0e-6], height_unit: {unit}" for unit in ("um", "mm", "nm")}
     scenes_with(folder, words, **units)
     np.savetxt(folder / "wave.txt", np.tile(0.05 * np.cos(2 * np.pi * np.arange(41) / 20), (41, 1)))
+    said = {"um": "", "mm": "rms slope 11.1 between", "nm": "rms slope 1.11e-05 between"}
     for _ in range(2):
         scenes = Scenes(tmp_path, [*units], marks=tmp_path / "marks")
-        (steep,), (flat,) = (
-            [line for line in scenes.warnings(unit) if "points of the scan" in line] for unit in ("mm", "nm")
-        )
-        assert not [line for line in scenes.warnings("um") if "points of the scan" in line]
-        assert steep.startswith("rms slope 11.1 between neighbouring points of the scan is above 0.5, too steep")
-        assert flat.startswith("rms slope 1.11e-05 between neighbouring points of the scan is below 0.001")
-
-
-def test_a_file_in_place_of_a_folder_is_named(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("results/smoke/keys").mkdir(parents=True)
-    Path("results/smoke/logs").write_text("in the way")
-    with pytest.raises(InputError, match=r"^results/smoke/logs: cannot be written to$"):
-        Scenes(ROOT, words=["smoke"])
-    names = Names(Scenes(ROOT, words=["given"]), ROOT, writes=True)
-    Path("results/store").mkdir()
-    Path("results/store/cycles").write_text("in the way")
-    with pytest.raises(InputError, match=r"^results/store/cycles/\w+: cannot be written to \("):
-        names.entry("given", "cycles")
-    Path("results").rename("elsewhere")
-    Path("results").symlink_to(tmp_path / "gone")
-    assert not_writable("smoke") == [Path("results")]
+        for unit, text in said.items():
+            lines = [line for line in scenes.warnings(unit) if "points of the scan" in line]
+            assert len(lines) == bool(text)
+            assert all(line.startswith(text) for line in lines)
 
 
 SNAKEFILE = """\
@@ -233,25 +174,14 @@ FAULT, INTERRUPT = "echo 'ZeroDivisionError: x' > {log}; exit 1", "sleep 1; kill
 def test_an_error_of_a_stage_is_one_line_and_a_fault_of_the_code_has_its_log(tmp_path, command):
     """Ctrl-C shows no error of the job that it ends. Snakemake's own log has all."""
     (tmp_path / "Snakefile").write_text(SNAKEFILE.format(root=str(ROOT), command=command))
-    options = ["-j1", "--show-failed-logs", "--quiet", "host", "reason", "--nocolor"]
-    run = subprocess.run(
-        [sys.executable, "-m", "snakemake", *options],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+    words = [sys.executable, "-m", "snakemake", "-j1", "--show-failed-logs", "--quiet", "host", "reason", "--nocolor"]
+    options = {"cwd": tmp_path, "capture_output": True, "text": True}
+    run = subprocess.run(words, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), **options)
     said = (run.stdout + run.stderr).splitlines()
     assert run.returncode == 1
-    if command == STATED:
-        after = said[next(i for i, line in enumerate(said) if "rule broken:" in line) :]
-        shown = [line for line in after if not line.startswith((" ", "local", "rule", "Complete log", "Elapsed"))]
-        assert [line for line in shown if line] == [
-            "a: broken: load.area_m2 = 1: too large [results/a/logs/broken.log]"
-        ]
-    else:
-        assert ("Error in rule broken:" in said) == (command == FAULT)
-        assert ("ZeroDivisionError: x" in said) == (command == FAULT)
+    own = "a: broken: load.area_m2 = 1: too large [results/a/logs/broken.log]"
+    assert (own in said) == (command == STATED)
+    assert ("ZeroDivisionError: x" in said) == ("Error in rule broken:" in said) == (command == FAULT)
     (log,) = (tmp_path / ".snakemake" / "log").glob("*.log")
     assert "Error in rule broken" in log.read_text()
 
@@ -277,18 +207,15 @@ def test_progress_is_one_line_with_the_time_to_go(monkeypatch, stream):
         words = {"msg": text, "levelno": level, "levelname": logging.getLevelName(level)}
         handler.handle(logging.makeLogRecord(words | extra))
 
-    def finish(rule):
-        say(f"Finished jobid: 3 (Rule: {rule})", event=LogEvent.JOB_FINISHED)
-        say("", event=LogEvent.PROGRESS, done=0, total=0)
-
     say("Job stats", event=LogEvent.RUN_INFO, stats={"slow": 2, "fast": 2, "total": 4})
     now[0] += 5.0
-    finish("slow")
-    finish("fast")
-    say("disk is full", logging.ERROR)
-    now[0] += 500.0
-    finish("fast")
-    finish("slow")
+    for rule in ("slow", "fast", "disk is full", "fast", "slow"):
+        if rule == "disk is full":
+            say(rule, logging.ERROR)
+            now[0] += 500.0
+        else:
+            say(f"Finished jobid: 3 (Rule: {rule})", event=LogEvent.JOB_FINISHED)
+            say("", event=LogEvent.PROGRESS, done=0, total=0)
     say("Complete log(s): here")
     shown = handler.stream.getvalue()
     lines = [line.rpartition("\r\033[K")[2] for line in shown.rstrip().split("\n")]
@@ -300,20 +227,17 @@ def test_progress_is_one_line_with_the_time_to_go(monkeypatch, stream):
 def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):
     """At most MOST_WARNINGS, and the number of the others; only of scenes that the run published, with their pages.
     The answer of `a` is from older targets: its costs do not hold that stage."""
-    for name, count in (("b", MOST_WARNINGS), ("a", MOST_WARNINGS + 2), ("c", 0), ("d", 1)):
-        (tmp_path / "results" / name).mkdir(parents=True)
+    folder = tmp_path / "results"
+    for name, count in (("b", 1), ("a", MOST_WARNINGS + 2), ("c", 1)):
+        (folder / name).mkdir(parents=True)
         rows = [{"stage": "answer" if name == "b" else "scan"}]
         rows += [{"stage": "all", "warnings": [f"scan: {number}" for number in range(count)]}]
-        (tmp_path / "results" / name / "costs.json").write_text(json.dumps(rows))
-        (tmp_path / "results" / name / "answer.json").write_text(json.dumps({"summary": ["Certain.", "Below 5 %."]}))
-    folder = tmp_path / "results"
-    files = ("b/published.json", "a/published.json", "c/published.json", "report.html", "store/page/0/report.html")
-    made = [f"{folder}/{file}" for file in files]
+        (folder / name / "costs.json").write_text(json.dumps(rows))
+        (folder / name / "answer.json").write_text(json.dumps({"summary": ["Certain.", "Below 5 %."]}))
+    made = [f"{folder}/{file}" for file in ("b/published.json", "a/published.json", "report.html")]
     assert closing_lines(made) == [
         *(f"a: warning: scan: {number}" for number in range(MOST_WARNINGS)),
         f"a: and 2 more warnings in {folder}/a/report.html",
-        "b: Certain.",
-        "b: Below 5 %.",
-        *(f"b: warning: scan: {number}" for number in range(MOST_WARNINGS)),
-        *(f"page: {folder}/{name}report.html" for name in ("a/", "b/", "c/", "")),
+        *("b: Certain.", "b: Below 5 %.", "b: warning: scan: 0"),
+        *(f"page: {folder}/{name}report.html" for name in ("a/", "b/", "")),
     ]

@@ -1,7 +1,4 @@
-"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, random scenes, shared names, memory.
-
-Names of results: what changes them, what does not, and what is hashed of code and packages.
-"""
+"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, random scenes, shared names, memory."""
 
 from __future__ import annotations
 
@@ -19,7 +16,7 @@ from roughslip.errors import InputError
 from roughslip.study.graph import STAGES
 from tests.scene.shipped import SCENES, overlays
 from workflow.keys import Names, code_hash
-from workflow.study.commands import NODE_MB, asked_mb, machine_mb
+from workflow.study.commands import NODE_MB, asked_mb
 from workflow.study.scenes import Scenes, checked
 from workflow.study.unused import unused
 
@@ -36,12 +33,13 @@ STRIP = {"contact": 1, "chaos_strip": 1, "expansion_strip": 1, "friction": 1}
 OSCILLATOR = {"answer": 1, "cycles": 1}
 MAP = {"answer": 1, "stick_slip_map": 1}
 SCAN = {"scan": 1}
-STATISTICS = "{standard_deviation: 0.05, correlation_length_m: 2.5e-4}"
-GIVEN = f"friction: {{statistics: {STATISTICS}}}"
+GIVEN = "friction: {statistics: {standard_deviation: 0.05, correlation_length_m: 2.5e-4}}"
 GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covariance: best, marginal: gaussian}}"
 PLANNED = {
-    "targets: [figure2]": SQUARE,
-    "targets: [figure2, figure3]": SQUARE | STRIP,
+    "targets: [figure2, figure3]\njobs: 4": {
+        **(SQUARE | {"contact_square": 12}),
+        **(STRIP | {"contact": 4, "expansion_strip": 4}),
+    },
     "targets: [figure5]": STRIP | OSCILLATOR,
     f"targets: [figure5, figure_map]\n{GIVEN}": OSCILLATOR | MAP,
     f"targets: [figure2, figure_scan]\n{GROUND}": SQUARE | SCAN,
@@ -59,8 +57,7 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
         unlike = f"seed: {number}\nsquare: {{modes: {63 - number}}}\noscillator: {{mass_kg: 1.0{number:02}}}"
         project.scene(name, f"extends: tiny\n{unlike}\n{text}\n")
     planned = plan(project.folder, *names, "results/given/figure5.png", "results/tiny/contact/blocks-0-8.nc")
-    of_figure = {"cycles": 1, "figures": 1, "one_file": 1}
-    assert planned.pop("given") == of_figure
+    assert planned.pop("given") == {"cycles": 1, "figures": 1, "one_file": 1}
     assert planned.pop("tiny") == {"contact": 1, "one_file": 1}
     for name, stages in zip(names, PLANNED.values(), strict=True):
         assert planned[name] == stages | (PAGE if stages == {"answer": 1} else END)
@@ -73,26 +70,21 @@ def test_a_scene_runs_the_stages_that_its_targets_need(empty, tmp_path, plan):
 # Jobs that an edit repeats.
 CYCLES = {"cycles": 1, **END}
 FRICTION = {"answer": 1, "stick_slip_map": 1, **CYCLES}  # a scene that names no targets has the map with figure5
-CENTRE = {"chaos_square": 1, **END}
-CONTACT = {"contact_square": 3, **CENTRE, **STRIP, **FRICTION}
+CONTACT = {"contact_square": 3, "chaos_square": 1, **STRIP, **FRICTION}
 SCENE = "config/scenes/tiny.yaml"
 ACTS = ("\n\n\n", "\n\n_EDITED = 1\n\n\n")
 EDITS = [
     (SCENE, "[0.17, 0.34]", "[0.17, 0.30]", CYCLES),
     (SCENE, "square:", "seed: 1\nsquare:", CONTACT),
     (SCENE, "Every stage", "Each stage", END),
-    (SCENE, "square:", "targets: [figure2, figure3]\nsquare:", END),
     (SCENE, "samples: 8\n", "samples: 8  # few\n", {}),
     ("requirements.lock", "\nnumpy==", "\nnumpy==99.", {"karhunen_loeve": 1, **CONTACT}),
-    ("requirements.lock", "\nnumpy==", "\n# arrays\nnumpy==", {}),
     ("src/roughslip/figures/style.py", *ACTS, END),
     ("src/roughslip/surface/modes.py", *ACTS, {**SQUARE, **END}),
     ("src/roughslip/contact/solve.py", *ACTS, CONTACT),
     ("src/roughslip/contact/solve.py", '"""', '"""Edited: ', {}),
-    ("src/roughslip/scan/covariance_fit.py", *ACTS, {}),
-    ("src/roughslip/study/graph.py", "memory_mb=900", "memory_mb=910", {}),
     ("Snakefile", "rule all:", "# By default:\nrule all:", {}),
-]  # fmt: skip
+]
 
 
 def state(folder: Path) -> dict[str, tuple[int, bytes]]:
@@ -103,7 +95,8 @@ def state(folder: Path) -> dict[str, tuple[int, bytes]]:
 
 @pytest.mark.slow
 def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
-    """Each edit is planned and taken back, all by dry runs, which change no file."""
+    """Each edit is planned and taken back, all by dry runs, which change no file. Scenes share what has one name: from
+    disk, and in a run of several new scenes, of which the first computes for all."""
     before = state(project.folder)
     for name, old, new, jobs in EDITS:
         file = project.path(name)
@@ -116,9 +109,15 @@ def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
     shutil.rmtree(project.path(".snakemake"))
     assert plan(project.folder, "tiny") == {}
     assert state(project.folder) == before
+    project.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
+    assert plan(project.folder, "variant") == {"variant": OSCILLATOR | END}
+    project.scene("new", "extends: variant\ntargets: [figure5]\nseed: 7\n")
+    project.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")
+    planned = plan(project.folder, "newer", "new")
+    assert planned == {"new": STRIP | OSCILLATOR | END, "newer": OSCILLATOR | END}
 
 
-CASES = int(os.environ.get("SCENE_CASES", "60"))
+CASES = int(os.environ.get("SCENE_CASES", "30"))
 TOGETHER = 60  # scenes in one graph: starting Snakemake costs more than planning a scene
 
 
@@ -148,21 +147,15 @@ def random_scenes(folder: Path, count: int) -> list[str]:
     return names
 
 
-def refused(folder: Path, names: list[str]) -> dict[str, str]:
-    """Scenes that no surface or load fits, with the line that says so."""
-    try:
-        Scenes(folder, names)
-    except InputError as error:
-        return {Path(line.partition(": ")[0]).stem: line for line in error.lines}
-    return {}
-
-
 @pytest.mark.slow
 def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
     """Those that no surface or load fits are named first, in one line each."""
-    project = empty.copy(tmp_path / "copy")
+    project, misfits = empty.copy(tmp_path / "copy"), {}
     names = random_scenes(project.path("config/scenes"), CASES)
-    misfits = refused(project.folder, names)
+    try:
+        Scenes(project.folder, names)
+    except InputError as error:
+        misfits = {Path(line.partition(": ")[0]).stem: line for line in error.lines}
     assert all(re.search(r"(roughness|load)[.\w]* ?[:=]", line) for line in misfits.values())
     names = [name for name in names if name not in misfits]
     assert len(names) > CASES / 10
@@ -176,7 +169,6 @@ def test_memory_grows_at_each_attempt_up_to_that_of_a_node():
     once = STAGES["contact_square"].memory_mb + NODE_MB
     assert [asked_mb("contact_square", attempt, 4000) for attempt in (1, 2, 3)] == [once, 4 * once, 4000]
     assert asked_mb("contact_square", 1, None) == once - NODE_MB
-    assert 500 < machine_mb() < 10_000_000
     for name in ("paper", "resolved"):
         for row in json.loads((ROOT / f"results/reference/{name}/costs.json").read_text()):
             if row["stage"] in STAGES and not STAGES[row["stage"]].caption:
@@ -186,12 +178,6 @@ def test_memory_grows_at_each_attempt_up_to_that_of_a_node():
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios
 OF_SQUARE = {"contact_square", "chaos_square"}
 ALL_FRICTION = {*STRIP, "cycles"} | OF_POINT
-
-
-def names_of(folder: Path, *words: str) -> Names:
-    return Names(Scenes(folder, [*words]), folder, writes=False)
-
-
 # Of each overlay on `tiny` the stages that have another name.
 OVERLAYS = {
     "oscillator: {damping_ratio: 0.2}": {"cycles"} | OF_POINT,
@@ -203,10 +189,17 @@ OVERLAYS = {
 }
 
 
-def test_names_differ_from_the_first_change_on(empty, tmp_path):
-    """A stage has a new name where its own part changed, or that of any stage before it; all others are shared. In
-    another order keys of a scene are the same."""
+def names_of(folder: Path, *words: str) -> Names:
+    return Names(Scenes(folder, [*words]), folder, writes=False)
+
+
+def test_names_differ_from_the_first_change_on_and_only_results_of_no_scene_are_unused(empty, tmp_path, monkeypatch):
+    """A stage has a new name where its own part changed, or that of any stage before it. The order of keys is free.
+    While a scene has a mistake nothing is unused, because what it names is not known."""
     project = empty.copy(tmp_path / "copy")
+    for file in project.path("config/scenes").glob("*.yaml"):
+        if file.stem not in ("paper", "tiny"):
+            file.unlink()
     variants = {f"variant-of-{number}": overlay for number, overlay in enumerate(OVERLAYS)}
     for name, overlay in variants.items():
         project.scene(name, f"extends: tiny\n{overlay}\n")
@@ -218,31 +211,11 @@ def test_names_differ_from_the_first_change_on(empty, tmp_path):
         changed = {stage for stage in stages if names.entry("tiny", stage).key != names.entry(name, stage).key}
         assert changed == OVERLAYS[overlay], overlay
     assert names.entry("one", "cycles") == names.entry("other", "cycles")
-
-
-@pytest.mark.slow
-def test_scenes_share_what_has_one_name(shared, plan):
-    """From disk, and in a run of several new scenes, of which the first computes for all."""
-    shared.scene("variant", "extends: tiny\ntargets: [figure5]\noscillator: {damping_ratio: 0.2}\n")
-    oscillator = OSCILLATOR | END
-    assert plan(shared.folder, "variant") == {"variant": oscillator}
-    shared.scene("new", "extends: variant\ntargets: [figure5]\nseed: 7\n")
-    shared.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")
-    assert plan(shared.folder, "newer", "new") == {"new": STRIP | oscillator, "newer": oscillator}
-
-
-def test_only_results_of_no_scene_are_unused(empty, tmp_path, monkeypatch):
-    """While a scene has a mistake nothing is removed, because what it names is not known."""
-    project = empty.copy(tmp_path / "copy")
-    for file in project.path("config/scenes").glob("*.yaml"):
-        if file.stem not in ("paper", "tiny"):
-            file.unlink()
     monkeypatch.chdir(project.folder)
-    used = names_of(project.folder, "tiny").entry("tiny", "friction").folder
-    for folder in (used, "results/store/friction/0123456789abcdef", "results/gone", "results/benchmarks"):
+    gone, used = "results/store/friction/0123456789abcdef", names.entry("tiny", "friction").folder
+    for folder in (used, gone, "results/gone", "results/benchmarks"):
         Path(folder).mkdir(parents=True)
-    found = {path.as_posix() for path in unused(names_of(project.folder, "tiny"))}
-    assert found == {"results/gone", "results/store/friction/0123456789abcdef"}
+    assert {path.as_posix() for path in unused(names_of(project.folder, "tiny"))} == {"results/gone", gone}
     project.scene("wrong", "extends: nothing\n")
     with pytest.raises(InputError, match="nothing is removed while scenes have mistakes: wrong"):
         unused(names_of(project.folder))
@@ -261,17 +234,3 @@ def test_code_lock_and_installed_packages_change_the_hash_and_comments_do_not(tm
         (tmp_path / name).write_text(text)
     monkeypatch.setattr("workflow.keys.installed", lambda: ["numpy==0.1"])
     assert code_hash("stage", tmp_path, tmp_path / "lock") != before
-
-
-def test_a_key_file_says_what_was_hashed(empty, tmp_path, monkeypatch):
-    """With the files that a job reads."""
-    project = empty.copy(tmp_path / "copy")
-    monkeypatch.chdir(project.folder)
-    names = Names(Scenes(project.folder, ["tiny"]), project.folder, writes=True)
-    entry = names.entry("tiny", "friction")
-    stored = json.loads(Path(entry.folder, "key.json").read_text())
-    assert entry.made_of.items() <= stored.items()
-    assert any(stored["before"]["contact"] in file for files in stored["inputs"].values() for file in files)
-    assert names_of(project.folder).at(entry.folder) == entry
-    with pytest.raises(InputError, match="no key file"):
-        names.at("results/store/friction/0123456789abcdef")

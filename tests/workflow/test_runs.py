@@ -1,0 +1,237 @@
+"""Whole runs: as a module of another workflow, from a read-only tree, with a stage of the user's, from a scan, and the
+five cases of engineering. Results hold what made them. What git keeps of campaigns can be drawn."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import os
+import re
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from roughslip import store
+from roughslip.report.page import MEASURED
+from roughslip.scene.types import scene_of
+from roughslip.study.from_scene.machine import friction_of
+from roughslip.study.graph import STAGES
+from roughslip.study.page import read_evidence
+from tests.scene.shipped import CASES, CONFIG, shipped_scene
+from tests.workflow.project import Project, as_a_user, copy_project
+from workflow.benchmarks.plot import FIGURES
+
+ROOT = Path(__file__).resolve().parents[2]
+MODULE = """\
+module roughslip:
+    snakefile: {snakefile}
+    config: {config}
+
+use rule * from roughslip as roughslip_*
+
+rule mine:
+    default_target: True
+    input: "results/mine/surface/modes.nc"
+    output: "copied.nc"
+    shell: "cp {{input}} {{output}}"
+"""
+
+
+@pytest.mark.slow
+def test_a_module_makes_the_scenes_of_its_caller(empty, tmp_path):
+    """A folder with a workflow and a scene of its own, which extends one of the project."""
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases/mine.yaml").write_text("extends: tiny\nseed: 5\n")
+    text = MODULE.format(snakefile=repr(str(empty.path("Snakefile"))), config={"scenes_folder": "cases"})
+    (tmp_path / "Snakefile").write_text(text)
+
+    def snakemake(*words: str) -> subprocess.CompletedProcess:
+        profile = ("--workflow-profile", str(empty.path("profiles/default")))
+        command = [sys.executable, "-m", "snakemake", "-j1", *profile, *words]
+        return subprocess.run(command, capture_output=True, **{**empty.options, "cwd": tmp_path})
+
+    made = snakemake()
+    assert made.returncode == 0, made.stderr
+    assert "modes" in store.read(tmp_path / "copied.nc")
+    whole = snakemake("roughslip_mine", "-n").stdout  # the rule of the scene itself
+    jobs = dict(re.findall(r"^roughslip_(\w+) +(\d+)$", whole, re.MULTILINE))
+    assert (jobs["page"], jobs["publish"], "karhunen_loeve" in jobs) == ("1", "1", False)
+
+
+WORK = '''"""Stage slopes: slopes of the square along the sliding direction."""
+
+import numpy as np
+
+from roughslip import store
+
+
+def work(scene, job):
+    """Write the slopes of all modes."""
+    slope = np.diff(store.read(job.path("modes"))["modes"], axis=1) / (scene.square.edge_m / scene.square.nodes)
+    store.write(job.output, {"slope": store.Variable(("mode", "x", "y"), slope, "1", "slope of a mode")}, job.key)
+'''
+ROW = """_ROWS = (
+    Stage(
+        name="slopes",
+        reads="square.edge_m square.nodes",
+        takes={"modes": "karhunen_loeve"},
+        makes="slopes.nc",
+        target="slopes",
+    ),
+"""
+
+
+@pytest.mark.slow
+def test_a_stage_is_a_row_and_its_work(empty, tmp_path):
+    """As CONTRIBUTING.md says. Another scene shares what its stages take."""
+    copy = empty.copy(tmp_path / "copy")
+    copy.path("src/roughslip/study/slopes.py").write_text(WORK)
+    copy.edit("src/roughslip/study/graph.py", "_ROWS = (\n", ROW)
+    copy.scene("steep", "extends: tiny\ntargets: [slopes]\n")
+    copy.make("-j1", "results/steep/slopes.nc")
+    assert {path.parent.name for path in copy.path("results/store").glob("*/*")} == {"karhunen_loeve", "slopes"}
+    (modes,) = copy.path("results/store").glob("karhunen_loeve/*/surface/modes.nc")
+    rise = np.diff(store.read(modes)["modes"], axis=1)
+    np.testing.assert_allclose(store.read(copy.path("results/steep/slopes.nc"))["slope"], rise / (6e-4 / 8))
+
+
+@pytest.mark.slow
+def test_every_result_carries_what_made_it(finished):
+    folder, stored = finished.path("results/tiny"), set()
+    for file in folder.glob("keys/*.json"):
+        key, row = json.loads(file.read_text()), STAGES[file.stem]
+        files = (
+            ["figure*.nc"] if row.name == "figures" else [re.sub(r"\{.*\}", "*", name) for name in row.results.values()]
+        )
+        for path in (path for name in files for path in folder.glob(name) if path.suffix == ".nc"):
+            stored.add(path)
+            with netCDF4.Dataset(path) as result:
+                assert json.loads(result.configuration) == key["configuration"]
+                assert result.code_hash == key["code"]
+                assert result.seed == str(key["configuration"].get("seed", "none used"))
+                assert {"python", "numpy", "scipy", "numba"} <= set(json.loads(result.versions))
+                labels = [variable.ncattrs() for variable in result.variables.values()]
+                assert all({"units", "long_name"} <= set(names) for names in labels)
+    assert stored == set(folder.rglob("*.nc"))
+
+
+@pytest.mark.slow
+def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(tmp_path):
+    """The project lies in a folder whose name has spaces and letters beyond ASCII."""
+    source, home, elsewhere = tmp_path / "read only é β", tmp_path / "home", tmp_path / "results é"
+    copy_project(source)
+    home.mkdir(mode=0o555)
+    elsewhere.mkdir()
+    paths = [source, *source.rglob("*")]
+    for path in paths:
+        path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "NUMBA_", "MPL"))}
+    own = {"HOME": str(home), "PYTHONPATH": str(source / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    own["XDG_CACHE_HOME"] = str(elsewhere / ".cache")  # as the Makefile sets it
+    command = [sys.executable, "-m", "snakemake", "-j1", "-s", str(source / "Snakefile")]
+    options = {"cwd": elsewhere, "env": kept | own, "capture_output": True, "text": True, "preexec_fn": as_a_user()}
+    made = subprocess.run([*command, "results/tiny/surface/modes.nc"], **options)
+    for path in paths:
+        path.chmod(path.stat().st_mode | stat.S_IWUSR)
+    assert made.returncode == 0, made.stdout[-3000:] + made.stderr[-3000:]
+    assert "modes" in store.read(elsewhere / "results/tiny/surface/modes.nc")
+    assert list(home.iterdir()) == []
+    assert not (source / "results").exists()
+
+
+GROUND = """\
+extends: tiny
+targets: [figure3]
+roughness:
+  scan: {form: plane, covariance: measured, marginal: empirical, file: config/scans/ground.nc}
+  correct_correlation: true
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("SurfaceTopography") is None, reason="needs the extra `scans`")
+@pytest.mark.filterwarnings("default")  # Snakemake runs in this process, and its warnings are its own
+def test_a_ground_surface_goes_from_its_scan_to_figure_3(project, plan):
+    """The median of 19 twins, which scatters by a quarter of one of them, lies within the intervals of the scan. Other
+    contents of the file of the scan repeat all that depends on it."""
+    project.scene("ground", GROUND)
+    project.make("-j2", "ground")
+    results = project.path("results/ground")
+    drawn = ("figure_scan.png", "figure_scan.svg", "figure3.png", "report.html")
+    assert all((results / name).is_file() for name in drawn)
+    result = store.read(results / "surface/synthetic_surfaces.nc")
+    assert result["sufficient"] == 1
+    for name in ("rms_height", "skewness", "kurtosis", "length_x", "length_y"):
+        assert result[f"{name}_low"] < sorted(result[f"twin_{name}"])[9] < result[f"{name}_high"], name
+    assert result["skewness_high"] < 0  # grains leave valleys
+    assert result["length_x_low"] > 2 * result["length_y_high"]  # along the belt
+    file = project.path("config/scans/ground.nc")
+    file.write_bytes(file.read_bytes() + b" ")
+    strip = ("contact", "chaos_strip", "expansion_strip", "friction")
+    again = ("scan", "synthetic_surfaces", *strip, "figures", "page", "publish")
+    assert plan(project.folder, "ground") == {"ground": dict.fromkeys(again, 1)}
+
+
+DOCUMENT = (CONFIG.parent / "docs" / "cases.md").read_text()
+PARAMETERS = {"D": "damping", "v0": "belt_velocity", "N": "load"}
+UNITS = {"": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N": 1.0}
+
+
+@pytest.fixture(scope="module")
+def cases(empty, tmp_path_factory) -> Project:
+    """The project after a run of all cases."""
+    project = empty.copy(tmp_path_factory.mktemp("cases") / "project")
+    project.make("-j2", *CASES)
+    return project
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", CASES)
+def test_a_case_has_the_answer_of_the_document_and_the_contact_of_theory(cases, name):
+    """Each limit that the document states lies in the interval of the run, or rounds to it.
+
+    Real area over the apparent one is above Persson's erf(sqrt(2) x), x = p / (E* h'), with h' from the index, and
+    below sqrt(2 pi) x of elastic contact and the p / H of what yields.
+
+    Persson, J. Chem. Phys. 115 (2001) 3840, and Bush et al., Wear 35 (1975) 87. Solutions lie between (Hyun et al.,
+    Phys. Rev. E 70 (2004) 026117). A pad of n correlation areas, of which the load touches the share A / A0, scatters
+    as some n A / A0 contacts do.
+    """
+    scene, folder = shipped_scene(name), cases.path(f"results/{name}")
+    path, load, hardness = folder / "friction/statistics.nc", scene["load"], scene["material"]["hardness_pa"]
+    result, friction = store.read(path), friction_of(scene_of(scene), path)
+    x = load["nominal_pressure_pa"] / (result["plasticity_index"] * hardness)
+    assert result["real_area_high"] > math.erf(math.sqrt(2.0) * x)
+    assert result["real_area_low"] < math.sqrt(2.0 * math.pi) * x + load["nominal_pressure_pa"] / hardness
+    scatter = friction.pad_deviation / friction.mean
+    assert scatter == pytest.approx(result["load_std"] / scene["friction"]["mean"], rel=1e-9)
+    length = scene["roughness"].get("correlation_length_m") or store.read(folder / "surface/scan.nc")["length_x"]
+    contacts = load["force_n"] / load["nominal_pressure_pa"] / length**2 * float(result["real_area"])
+    assert 0.05 < scatter * math.sqrt(contacts) < 2.0
+    answer = json.loads((folder / "answer.json").read_text())
+    row = next(line for line in DOCUMENT.splitlines() if line.startswith(f"| [`{name}`]("))
+    stated = re.findall(r"\b(D|v0|N) [<>] ([\d.]+) ?(m/s|mm/s|N|)", row)
+    assert stated
+    for symbol, number, unit in stated:
+        value, limits = float(number) * UNITS[unit], answer["limits"][PARAMETERS[symbol]]
+        nearest = [limits[side]["0.05"] for side in ("below", "above") if limits[side]["0.05"]]
+        assert any(0.995 * one["interval"][0] <= value <= 1.005 * one["interval"][1] for one in nearest)
+    assert f"| {100 * answer['probability']['value']:.0f} % [" in row
+    assert f"| {answer['decides']['by']} |" in row
+
+
+def test_the_kept_evidence_can_be_drawn_and_shown():
+    """Of `make benchmark` and `make stress`, of which no problem failed."""
+    kept = ROOT / "results/reference/evidence"
+    assert set(FIGURES) == set(MEASURED) == {path.stem for path in kept.glob("*.svg")}
+    for name, figure in FIGURES.items():
+        assert figure(json.loads((kept / f"{name}.json").read_text())["rows"]).axes
+    shown = read_evidence(kept)
+    assert set(shown.pictures) == set(FIGURES)
+    assert all(row["failures"] == 0 for row in shown.stress)

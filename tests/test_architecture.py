@@ -7,11 +7,7 @@ import ast
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
-
-import pytest
 
 import roughslip
 from roughslip.compilation.source_hash import absolute_imports
@@ -34,19 +30,7 @@ ALLOWED = {
     "record": (),
     "scan": ("surface",),
     "verdicts": ("chaos", "friction"),
-    "study": (
-        "surface",
-        "scan",
-        "record",
-        "contact",
-        "chaos",
-        "friction",
-        "oscillator",
-        "figures",
-        "verdicts",
-        "report",
-        "scene",
-    ),
+    "study": (*SUBJECTS, "scan", "record", "figures", "verdicts", "report", "scene"),
 }
 # Lists of names that import nothing, for the sections of a scene.
 LIGHT = ("roughslip.oscillator.friction_laws", "roughslip.study.graph", "roughslip.study.plan")
@@ -99,24 +83,15 @@ def test_arrows_point_downwards_only():
     assert wrong == set()
 
 
-def test_the_root_of_the_package_holds_the_ground_floor_and_what_is_for_users():
+def test_the_root_holds_the_ground_floor_and_each_format_has_one_reader():
+    """What is for users alone stands there too. An import of plotting costs a second, which no other stage pays."""
     loose = {file.stem for file in MODULES.values() if file.parent == SOURCE / "roughslip"}
     assert loose <= {*GROUND, "__init__", "__main__", "datasets", "plot"}
-
-
-def test_each_file_format_has_one_reader():
     of_xarray = {module for module in importers_of("xarray") if room(module) != "figures"}  # which take Datasets
     assert of_xarray == {"roughslip.store", "roughslip.datasets"}
     assert importers_of("netCDF4") <= {"roughslip.store", "roughslip.scan.instrument_file"}
     assert {room(module) for module in importers_of("SurfaceTopography")} == {"scan"}
-
-
-def test_only_figures_know_plotting():
-    """Importing it costs more than a second, which no other stage should pay."""
     assert {room(module) for module in importers_of("seaborn", "matplotlib")} == {"figures", "plot"}
-
-
-def test_the_package_does_not_know_the_workflow():
     assert importers_of("snakemake", "workflow") == set()
 
 
@@ -157,11 +132,6 @@ def test_what_is_imported_is_declared():
     assert {PACKAGES.get(name, name) for name in tops} - declared == set()
 
 
-@cache
-def nodes(file: Path) -> list[ast.AST]:
-    return list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
-
-
 def test_pieces_stay_small_and_named_by_their_subject():
     functions = (ast.FunctionDef, ast.AsyncFunctionDef)
     wrong = []
@@ -171,33 +141,21 @@ def test_pieces_stay_small_and_named_by_their_subject():
             len(source.splitlines()) > MODULE_LINES and file.name not in TABLES
         ):
             wrong.append(file.name)
-        for node in nodes(file):
+        for node in ast.walk(ast.parse(source)):
             if isinstance(node, functions) and node.end_lineno - node.lineno >= FUNCTION_LINES:
                 wrong.append(f"{file.name}: {node.name}")
     assert wrong == []
 
 
-KEYS = set(dict(keys()))
-ANNOUNCED = re.compile(r"scene keys?: ([^;]*)")
 KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 
 
-def texts() -> Iterator[str]:
-    """Every string of the sources, of an f-string what does not depend on values."""
-    for source in MODULES.values():
-        for node in nodes(source):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                yield node.value
-            elif isinstance(node, ast.JoinedStr):
-                yield "".join(str(part.value) for part in node.values if isinstance(part, ast.Constant))
-
-
-NAMED = sorted({key for text in texts() for keys in ANNOUNCED.findall(text) for key in KEY.findall(keys)})
-
-
 def test_an_error_names_keys_that_a_scene_has():
-    assert set(NAMED) <= KEYS
-    assert {key.partition(".")[0] for key in NAMED} >= {"expansion", "oscillator", "roughness", "square", "strip"}
+    """Where a text of the sources announces scene keys."""
+    source = "".join(file.read_text(encoding="utf-8") for file in MODULES.values())
+    named = {key for text in re.findall(r"scene keys?: ([^;}\n]*)", source) for key in KEY.findall(text)}
+    assert named <= set(dict(keys()))
+    assert {key.partition(".")[0] for key in named} >= {"expansion", "roughness", "strip"}
 
 
 LOCKS = {path.name: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("requirements*.lock"))}
@@ -205,9 +163,9 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
 
 
-def normal(name: str) -> str:
-    """The name of a package as registries compare it (PEP 503)."""
-    return re.sub(r"[-_.]+", "-", name).lower()
+def names(requirements: list[str]) -> set[str]:
+    """Of packages, as registries compare them (PEP 503)."""
+    return {re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", line).group()).lower() for line in requirements}
 
 
 def pins(name: str) -> dict[str, set[str]]:
@@ -217,37 +175,28 @@ def pins(name: str) -> dict[str, set[str]]:
         if block.strip() and not block.startswith("#"):
             package, pin = re.fullmatch(r"([\w.-]+)==([^\\]+?) \\", block.splitlines()[0]).groups()
             assert "--hash=sha256:" in block, f"{package} in {name} has no hash"
-            pinned.setdefault(normal(package), set()).add(pin)
+            pinned.setdefault(*names([package]), set()).add(pin)
     return pinned
 
 
-def names(requirements: list[str]) -> set[str]:
-    return {normal(re.match(r"[\w.-]+", requirement).group()) for requirement in requirements}
-
-
-@pytest.mark.parametrize("name", sorted(LOCKS.keys() - {"requirements.lock"}))
-def test_another_lock_holds_what_a_run_needs_alike(name):
+def test_locks_agree_hold_what_is_declared_and_have_no_address():
     """Else the tools for checks, or the public solvers, would change what computes."""
-    run, other = pins("requirements.lock"), pins(name)
-    shared = run.keys() & other.keys()
-    assert {package: other[package] for package in shared} == {package: run[package] for package in shared}
-    assert name == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
-
-
-def test_every_declared_dependency_is_locked_and_no_lock_has_an_address():
+    groups, run = PROJECT["dependency-groups"], pins("requirements.lock")
     declared = {
         "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"],
         "requirements-cluster.lock": EXTRAS["cluster"],
         "requirements-peers.lock": EXTRAS["peers"],
-        "requirements-dev.lock": PROJECT["dependency-groups"]["dev"],
-        "requirements-docs.lock": PROJECT["dependency-groups"]["docs"],
+        "requirements-dev.lock": groups["dev"],
+        "requirements-docs.lock": groups["docs"],
     }
     assert declared.keys() == LOCKS.keys()
-    assert {name for lock, needed in declared.items() for name in names(needed) - pins(lock).keys()} == set()
-    others = names(PROJECT["dependency-groups"]["dev"]) | names(EXTRAS["peers"])
-    assert others & pins("requirements.lock").keys() == set()
-    for text in LOCKS.values():
-        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", text) == []
+    for lock, needed in declared.items():
+        assert names(needed) <= pins(lock).keys()
+        shared = run.keys() & pins(lock).keys()
+        assert {package: pins(lock)[package] for package in shared} == {package: run[package] for package in shared}
+        assert lock == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
+        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", LOCKS[lock]) == []
+    assert (names(groups["dev"]) | names(EXTRAS["peers"])) & run.keys() == set()
 
 
 def test_the_version_is_the_same_everywhere():

@@ -1,24 +1,14 @@
-"""Each example runs as it stands, and its numbers are right: next to the closed form or number that it prints.
+"""Each example runs as it stands, and its numbers are right: next to the closed form or number that it prints."""
 
-The README agrees with the kept results; the scenes in the documents are valid.
-"""
-
-import json
 import math
-import re
 import runpy
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
-
-from roughslip.report.sections import by_chance, holding
-from roughslip.scene.schema import keys
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
@@ -101,18 +91,8 @@ def test_own_law_and_trace():
     assert example["hopf_damping"](example["belt"], example["law"]) == pytest.approx(example["by_hand"], rel=1e-9)
     assert example["ended"].cycles == 2
     for counts in example["counts"].values():
-        assert counts.shape == (8, 9)
         assert counts[:, 0].min() > 20
         assert counts[:, -1].max() == 0
-
-
-@pytest.mark.slow
-def test_examples_have_types():
-    """As strictly as mypy can, for those who copy them."""
-    command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "examples"]
-    command += ["--disable-error-code=import-not-found"]  # of a public solver, where it is not installed
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
 
 
 @pytest.mark.slow
@@ -135,90 +115,10 @@ def test_whole_study(finished, tmp_path):
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": friction coefficient ") == 2  # levels of the scene
     assert f"{'undecided':22} The friction coefficient is leptokurtic" in done.stdout  # on so few strips
-    assert copy.path("results/tiny/report.html").is_file()
 
 
-def test_every_example_is_tested_short_and_listed():
+def test_every_example_is_tested_and_listed():
     names = {file.stem for file in EXAMPLES.glob("*.py")}
     assert {f"test_{name}" for name in names} <= globals().keys()
     listed = (ROOT / "docs/library.md").read_text(encoding="utf-8")
     assert [name for name in names if f"(../examples/{name}.py)" not in listed] == []
-
-
-SCENES = ("paper", "resolved")
-
-
-def row(pair):
-    """The headlines of both scenes, and how many readings hold."""
-    hold = "; ".join(map(holding, pair))
-    return f"| {pair[0]['statement']} | {' | '.join(claim['headline'] for claim in pair)} | {hold} |"
-
-
-def kept_claims():
-    return {scene: json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text()) for scene in SCENES}
-
-
-def test_the_table_of_verdicts_is_that_of_the_kept_results():
-    rows = [row(pair) for pair in zip(*kept_claims().values(), strict=True)]
-    shown = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith("| ")]
-    assert [line for line in shown if line in rows] == rows
-
-
-def test_the_results_say_how_many_verdicts_would_be_wrong_by_chance():
-    text = " ".join((ROOT / "docs/results.md").read_text().split())
-    said = {scene: re.findall(r"[\d.]+", by_chance(claims)) for scene, claims in kept_claims().items()}
-    (decided, chance), (others, other) = ((numbers[0], numbers[2]) for numbers in said.values())
-    assert f"{decided} verdicts on readings are decided in `paper` and {others} in `resolved`" in text
-    assert f"{chance} and {other} of them would be wrong by chance" in text
-
-
-def test_it_is_short_and_every_picture_and_page_that_it_links_exists():
-    text = (ROOT / "README.md").read_text()
-    links = [part.partition(")")[0] for part in text.split("](")[1:]]
-    assert len(links) >= 6
-    assert len(text.encode()) <= 8000  # read at a sitting; more is in docs/
-    assert [link for link in links if not (ROOT / link).is_file()] == []
-
-
-def shown_scenes() -> list[str]:
-    """Every scene in a block of the README or the manual."""
-    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
-    return [part.partition("```")[0] for page in pages for part in page.read_text().split("```yaml\n")[1:]]
-
-
-def test_every_key_is_used_by_a_shipped_scene_or_one_that_the_manual_shows():
-    """So each has an example that loads."""
-    texts = [scene.read_text() for scene in (ROOT / "config/scenes").glob("*.yaml")] + shown_scenes()
-    used = {key for text in texts for key in dotted(yaml.safe_load(text))}
-    values = {key for key, part in keys() if not has_keys(part)}
-    assert sorted(values - used) == []
-
-
-def dotted(scene: dict, prefix: str = "") -> Iterator[str]:
-    """Every key of a scene by its dotted name, sections among them."""
-    for key, value in scene.items():
-        yield prefix + key
-        if isinstance(value, dict):
-            yield from dotted(value, f"{prefix}{key}.")
-
-
-def has_keys(part: dict) -> bool:
-    """Whether a part of the schema is a section."""
-    return "properties" in part or any("properties" in one for one in part.get("anyOf", ()))
-
-
-def test_the_scenes_that_it_shows_are_valid(tmp_path):
-    from roughslip.scene.loader import load
-
-    shown = shown_scenes()
-    for scene in (ROOT / "config/scenes").glob("*.yaml"):
-        (tmp_path / scene.name).write_text(scene.read_text())
-    loaded = {}
-    for text in shown:
-        (tmp_path / "mine.yaml").write_text(text)
-        scene = load("mine", tmp_path)
-        loaded[scene["description"]] = scene
-    assert len(loaded) >= 8
-    assert loaded["A softer pad on the same disc"]["oscillator"]["normal_force_n"] == 1200.0
-    assert set(loaded["Our disc, after its scan"]["roughness"]) == {"scan"}
-    assert loaded["Which change ends the squeal?"]["targets"][-1] == "figure_map"

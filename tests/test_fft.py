@@ -8,7 +8,7 @@ import pytest
 
 from roughslip import fft
 
-SHAPES = [((12, 10), (1,)), ((12, 10), (0, 1)), ((7, 9), (1,)), ((1, 8), None), ((24,), None)]
+SHAPES = [((12, 10), (0, 1)), ((7, 9), (1,)), ((24,), None)]
 
 
 @pytest.mark.parametrize(("shape", "axes"), SHAPES)
@@ -34,27 +34,21 @@ def test_scipy_does_what_ducc0_does(shape, axes, precision):
     assert [fft._good_size(n, True) for n in range(1, 400)] == [ducc0.good_size(n, True) for n in range(1, 400)]
 
 
-WITHOUT = """\
-import sys
-sys.modules["ducc0"] = None
+SOLVE = """\
 import numpy as np
 from roughslip import Grid
 from roughslip.contact import Influence, solve_load
 grid = Grid(64, 48, 1e-6, 1e-6)
 heights = 1e-7 * np.random.default_rng(2).standard_normal(grid.shape)
-solution = solve_load(Influence(grid, 1e11), heights, 2e8, tolerance=1e-12)
-assert "ducc0.fft" not in sys.modules
-print(repr(float(solution.plane)), solution.residual < 1e-12)
+plane = float(solve_load(Influence(grid, 1e11), heights, 2e8, tolerance=1e-12).plane)
 """
 
 
 @pytest.mark.slow  # another process
 def test_contact_without_ducc0():
     """The plane of a load, an iteration to 1e-12, with either."""
-    planes = []
-    for script in (WITHOUT, WITHOUT.replace('sys.modules["ducc0"] = None\n', "").replace("assert", "#")):
-        run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-        plane, solved = run.stdout.split()
-        assert solved == "True"
-        planes.append(float(plane))
-    assert planes[0] == pytest.approx(planes[1], rel=1e-10)
+    own: dict = {}
+    exec(SOLVE, own)  # noqa: S102
+    script = f"import sys; sys.modules['ducc0'] = None\n{SOLVE}assert 'ducc0.fft' not in sys.modules\nprint(plane)"
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert float(run.stdout) == pytest.approx(own["plane"], rel=1e-10)

@@ -1,9 +1,7 @@
 """What a user of the package relies on: public names, results as Datasets, paths of n values, pictures."""
 
-import os
 import subprocess
 import sys
-import sysconfig
 from importlib import import_module
 from pathlib import Path
 
@@ -39,8 +37,9 @@ def test_public_names_are_found_and_explained(package):
         _ = module.solv
 
 
-def test_no_module_hides_a_public_name():
-    """An import of a module binds its name in the package; the function of that name must be there before."""
+def test_modules_hide_no_public_name_and_are_imported_at_first_use():
+    """An import of a module binds its name in the package; the function of that name must be there before. A stage
+    starts fast, and re-runs only after an edit of what it uses."""
     clashes = [
         f"roughslip.{subject}.{name}"
         for subject in SUBJECTS
@@ -48,32 +47,13 @@ def test_no_module_hides_a_public_name():
         if (Path(roughslip.__file__).parent / subject / f"{name}.py").is_file()
     ]
     assert clashes == ["roughslip.contact.solve"]
-    code = "import roughslip.contact.solve; from roughslip.contact import solve; print(solve.__name__)"
+    code = (
+        "import sys, roughslip.surface.covariance; print(*(m for m in sys.modules if m.startswith('roughslip.s')))\n"
+        "import roughslip.contact.solve; from roughslip.contact import solve; print(solve.__name__)\n"
+        "print(roughslip.friction.strip_weights.__name__)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "solve"
-
-
-def test_the_package_has_its_subjects():
-    code = "import roughslip; print(roughslip.contact.Influence.__name__)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "Influence"
-
-
-def test_an_import_of_one_module_imports_no_other():
-    """So that a stage starts fast and re-runs only after an edit of what it uses."""
-    code = "import sys, roughslip.surface.covariance; print(*(m for m in sys.modules if m.startswith('roughslip.s')))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["roughslip.surface", "roughslip.surface.covariance"]
-
-
-def test_the_environment_of_the_study_finds_the_package(tmp_path):
-    """Without PYTHONPATH and outside of the project, where `make setup` made the environment."""
-    if not Path(sysconfig.get_path("purelib"), "roughslip.pth").is_file():
-        pytest.skip("this environment is not of make setup")
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    command = [sys.executable, "-c", "import roughslip; print(roughslip.__file__)"]
-    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert Path(done.stdout.strip()) == Path(__file__).resolve().parents[1] / "src/roughslip/__init__.py"
+    assert done.stdout.split("\n")[:3] == ["roughslip.surface roughslip.surface.covariance", "solve", "strip_weights"]
 
 
 def test_results_become_datasets_with_coordinates_and_units():
@@ -107,14 +87,8 @@ def test_results_show_shapes_of_arrays():
     """And numbers, statistics and parts as they are, in some lines."""
     influence, heights = Influence(GRID, 1e11), np.random.default_rng(1).standard_normal(GRID.shape) * 1e-9
     curve = solve_loads(influence, heights, [1e6] * 5)
-    one = repr(curve.solutions[0])
-    assert one.startswith(
-        "ContactSolution(pressure=array(8, 6), gap=array(8, 6), plastic_displacement=array(8, 6), plane="
-    )
+    assert repr(curve.solutions[0]).startswith("ContactSolution(pressure=array(8, 6), gap=array(8, 6), plastic_dis")
     assert repr(curve).endswith("residual=array(5,), solutions=tuple of 5 ContactSolution)")
-    counts = ensemble(Machine(BELT, StribeckLaw(0.3)), [None], duration_periods=3.0, over={"damping": [0.1, 0.2]})
-    assert repr(counts).startswith("Counts(cycles=array(1, 2)")
-    assert repr(counts).endswith("over={'damping': array(2,)})")
 
 
 def test_pictures_show_the_numbers():
@@ -144,6 +118,5 @@ def test_a_path_of_n_values_is_the_beginning_of_that_without_end():
     endless = path_sampler(process, 1e-4, 1.0).realisation([5])
     expected = np.concatenate([piece for piece, _ in zip(endless, range(2), strict=False)])[:5000]
     np.testing.assert_array_equal(sample_path(process, spacing_m=1e-4, nodes=5000, seed=[5]), expected)
-    assert sample_path(process, spacing_m=1e-4, nodes=300, seed=[5], method="spectral").shape == (300,)
     with pytest.raises(ParameterError, match="at least 2 nodes"):
         sample_path(process, spacing_m=1e-4, nodes=1, seed=[5])

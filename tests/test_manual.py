@@ -1,14 +1,77 @@
-"""The pages of the reference: all public names are on them, and docstrings come out as they are meant."""
+"""The README agrees with the kept results, the scenes that documents show are valid and use every key, all public names
+are on their pages, and snippets and tutorials run."""
 
 import ast
+import json
 import re
 import sys
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+import yaml
+
+from roughslip.report.sections import by_chance, holding
+from roughslip.scene.loader import load
+from roughslip.scene.schema import keys
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def kept_claims() -> dict[str, list]:
+    scenes = ("paper", "resolved")
+    return {scene: json.loads((ROOT / f"results/reference/{scene}/claims.json").read_text()) for scene in scenes}
+
+
+def test_the_table_of_verdicts_and_their_chance_are_those_of_the_kept_results():
+    """The headlines of both scenes, and how many readings hold."""
+    rows = []
+    for pair in zip(*kept_claims().values(), strict=True):
+        headlines = " | ".join(claim["headline"] for claim in pair)
+        rows.append(f"| {pair[0]['statement']} | {headlines} | {'; '.join(map(holding, pair))} |")
+    assert [line for line in (ROOT / "README.md").read_text().splitlines() if line in rows] == rows
+    text = " ".join((ROOT / "docs/results.md").read_text().split())
+    said = {scene: re.findall(r"[\d.]+", by_chance(claims)) for scene, claims in kept_claims().items()}
+    (decided, chance), (others, other) = ((numbers[0], numbers[2]) for numbers in said.values())
+    assert f"{decided} verdicts on readings are decided in `paper` and {others} in `resolved`" in text
+    assert f"{chance} and {other} of them would be wrong by chance" in text
+
+
+def test_it_is_short_and_every_picture_and_page_that_it_links_exists():
+    text = (ROOT / "README.md").read_text()
+    links = [part.partition(")")[0] for part in text.split("](")[1:]]
+    assert len(links) >= 6
+    assert len(text.encode()) <= 8000  # read at a sitting; more is in docs/
+    assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+def dotted(scene: dict, prefix: str = "") -> Iterator[str]:
+    """Every key of a scene by its dotted name, sections among them."""
+    for key, value in scene.items():
+        yield prefix + key
+        if isinstance(value, dict):
+            yield from dotted(value, f"{prefix}{key}.")
+
+
+def test_scenes_that_documents_show_are_valid_and_with_the_shipped_ones_use_every_key(tmp_path):
+    """So each has an example that loads."""
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    shown = [part.partition("```")[0] for page in pages for part in page.read_text().split("```yaml\n")[1:]]
+    shipped = {scene.name: scene.read_text() for scene in (ROOT / "config/scenes").glob("*.yaml")}
+    for name, text in shipped.items():
+        (tmp_path / name).write_text(text)
+    loaded = {}
+    for text in shown:
+        (tmp_path / "mine.yaml").write_text(text)
+        scene = load("mine", tmp_path)
+        loaded[scene["description"]] = scene
+    assert len(loaded) >= 8
+    assert loaded["A softer pad on the same disc"]["oscillator"]["normal_force_n"] == 1200.0
+    assert set(loaded["Our disc, after its scan"]["roughness"]) == {"scan"}
+    used = {key for text in (*shipped.values(), *shown) for key in dotted(yaml.safe_load(text))}
+    sections = {key for key, part in keys() if "properties" in json.dumps(part)}
+    assert sorted(set(dict(keys())) - sections - used) == []
 
 
 @pytest.fixture(scope="module")
@@ -19,12 +82,19 @@ def api_pages():
 
 
 def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
+    """A docstring becomes text: one mark of a formula, a list of arguments, errors in a paragraph of their own."""
     api_pages.write(tmp_path / "api")
     for package in api_pages.PACKAGES:
         text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
         assert [name for name in import_module(package).__all__ if f"{package}.{name}" not in text] == []
     page = (tmp_path / "api/roughslip.contact.md").read_text(encoding="utf-8")
     assert "Called in {download}`contact_hertz.py <../../../examples/contact_hertz.py>`" in page
+    text = "Solve it.\n\nFind p such that::\n\n    B p = u\n\ntolerance : [-] largest residual\n    that is accepted"
+    lines = f"{text}\n\nReturns p. Raises ParameterError for others.".split("\n")
+    api_pages.as_restructured_text(None, "", "", None, None, lines)
+    assert sum("::" in line for line in lines) == 1
+    assert {"    B p = u", "- **tolerance** – [-] largest residual"} <= set(lines)
+    assert lines[-3:] == ["**Returns** p.", "", "**Raises** ParameterError for others."]
 
 
 @pytest.mark.slow  # compiles contact and motion, and searches limits
@@ -37,19 +107,6 @@ def test_each_snippet_runs_by_itself(api_pages):
         assert name not in api_pages.calls()
         exec(compile(code, name, "exec"), {"__name__": name})  # noqa: S102 - our own examples
     assert shown
-
-
-def test_a_docstring_becomes_text(api_pages):
-    """One mark of a formula, a list of arguments, and errors in a paragraph of their own."""
-    lines = [
-        *("Solve it.", "", "Find p such that::", "", "    B p = u", "", "tolerance : [-] largest residual"),
-        *("    that is accepted", "", "Returns p. Raises ParameterError for others."),
-    ]
-    api_pages.as_restructured_text(None, "", "", None, None, lines)
-    assert sum("::" in line for line in lines) == 1
-    assert "    B p = u" in lines
-    assert "- **tolerance** – [-] largest residual" in lines
-    assert lines[-3:] == ["**Returns** p.", "", "**Raises** ParameterError for others."]
 
 
 @pytest.mark.parametrize("name", ["chain", "disc", "tribometer"])
@@ -65,4 +122,3 @@ def test_a_tutorial_runs_where_there_is_only_the_library(name):
     for file in (text for text in texts if re.fullmatch(r"\S+\.(nc|csv)", text)):
         assert f"{{download}}`{file}`" in page
         assert (ROOT / "docs/tutorials" / file).is_file()
-    assert f"<{name}.ipynb>" in page

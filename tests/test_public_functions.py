@@ -1,24 +1,32 @@
-"""What users hand to public functions: the right thing, or one error of the package before anything is done."""
+"""What users hand to public functions: the right thing, or one error of the package before anything is done.
+
+Also of a good call, each argument in turn is replaced by what is no such value. Only a ParameterError may answer.
+"""
 
 import inspect
+import math
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from functools import partial
 from importlib import import_module
 from inspect import getattr_static
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughslip import Grid, MissingPackageError, ParameterError
+from roughslip import Grid, ParameterError
 from roughslip.chaos import hermite_basis, least_squares, multi_indices
-from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_at, solve_load
+from roughslip.contact import Influence, contact_shares, point_pressures, solve, solve_load
 from roughslip.friction import FrictionProcess, sample_path, strip_weights, window_statistics
 from roughslip.oscillator import Machine, Oscillator, StribeckLaw, ensemble, simulate
-from roughslip.probability import BetaDistribution, empirical_distribution
+from roughslip.probability import BetaDistribution
 from roughslip.probability.estimate import wilson_interval
+from roughslip.surface import covariance_of
 
 MODULES = ("", "surface", "scan", "contact", "chaos", "friction", "oscillator", "probability", "plot")
 GRID = Grid(8, 6, 1e-6, 1e-6)
@@ -89,26 +97,6 @@ def test_every_public_function_refuses_what_it_cannot_take():
                 if not line.startswith((argument, name)):
                     wrong.append(f"{name}({argument}: {hint} = {kind}): {line}")
     assert not wrong, "\n".join(wrong)
-
-
-def test_named_mistakes_end_in_one_line():
-    """The law, the marginal, the seed and a result in place of another."""
-    mu = empirical_distribution(np.random.default_rng(1).normal(0.3, 0.03, 500))
-    process = FrictionProcess(BetaDistribution(2.1, 5.0, 0.2, 0.5), 1e-4)
-    motion = simulate(BELT, StribeckLaw(0.3), duration_periods=3.0)
-    cases = (
-        (lambda: contact_shares(np.zeros(3)), r"pressure must have 2 dimensions, not the shape \(3,\)"),
-        (lambda: sample_path(process, spacing_m=1e-5, nodes=9, seed=3), "seed must be a sequence, not 3"),
-        (lambda: simulate(BELT, lambda v: 0.3), "law must be a FrictionLaw, not function"),
-        (lambda: FrictionProcess(mu, 1e-4), "BetaDistribution or a QuantileDistribution, not EmpiricalDistribution"),
-        (lambda: import_module("roughslip.plot").limit_cycle(motion, BELT), "motion must be a Trajectory, not Motion"),
-        (lambda: window_statistics(MU, np.ones((9, 12), bool), WEIGHTS), r"mu and valid must be \(strips, windows\)"),
-        (lambda: solve_at(INFLUENCE, FIELD, (np.array([8]), np.array([0]))), "nodes must lie on the mesh of 8 x 6"),
-        (lambda: simulate(BELT, StribeckLaw(0.3), [np.ma.masked_less(MU[0], 0.3)], 1e-4), "path has masked entries"),
-    )
-    for call, line in cases:
-        with pytest.raises(ParameterError, match=line):
-            call()
 
 
 def test_arrays_of_other_kinds_give_the_same():
@@ -182,4 +170,83 @@ def test_pictures_without_matplotlib_name_what_installs_it():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stderr.splitlines()[-1].startswith("roughslip.errors.MissingPackageError: pictures need matplotlib")
     assert "pip install 'roughslip[plot]'" in done.stderr
-    assert issubclass(MissingPackageError, ImportError)
+
+
+OF_BELT = {
+    "mass_kg": 1.0,
+    "natural_frequency_rad_per_s": 316.0,
+    "damping_ratio": 0.17,
+    "belt_velocity_m_per_s": 0.948,
+    "normal_force_n": 2500.0,
+    "excitation_force_n": 1.0,
+    "excitation_frequency_rad_per_s": 316.0,
+}
+BETA = BetaDistribution(2.1, 5.0, 0.2, 0.6)
+HEIGHTS, POINTS = 1e-9 * np.arange(48.0).reshape(GRID.shape), np.random.default_rng(1).uniform(-1, 1, (60, 2))
+GOOD = {
+    "contact": [
+        partial(Grid, nx=4, ny=3, dx=1e-6, dy=1e-6),
+        partial(Influence, grid=GRID, plane_strain_modulus_pa=2e11),
+        partial(solve, INFLUENCE, HEIGHTS, tolerance=1e-6),
+        partial(solve_load, INFLUENCE, heights=HEIGHTS, mean_pressure_pa=5e5),
+    ],
+    "surface": [
+        partial(covariance_of, "gaussian", rms_height_m=1.0, correlation_length_m=1.0, lay_rad=0.1),
+        partial(covariance_of, "self_affine", 1e-7, 1e-5, hurst=0.8, bandwidth=1e5),
+        partial(covariance_of, "matern", 1.0, 1.0, smoothness=1.5),
+    ],
+    "chaos": [
+        partial(hermite_basis, xi=POINTS, indices=multi_indices(2, 2)),
+        partial(least_squares, basis=hermite_basis(POINTS, multi_indices(2, 2)), target=POINTS[:, 0]),
+        partial(multi_indices, variables=2, degree=2),
+    ],
+    "friction": [
+        partial(window_statistics, mu=MU, valid=np.ones(MU.shape, bool), weights=WEIGHTS),
+        partial(BetaDistribution, a=2.1, b=5.0, lower=0.0, upper=1.0),
+        partial(FrictionProcess, BETA, correlation_length_m=1e-4),
+        partial(sample_path, FrictionProcess(BETA, 1e-4), spacing_m=1e-5, nodes=9, seed=[3]),
+    ],
+    "oscillator": [
+        partial(Oscillator, **OF_BELT),
+        partial(StribeckLaw, fit=0.3, static=0.4, decay_s_per_m=1.42, quadratic_s2_per_m2=0.01),
+        partial(simulate, Oscillator(**OF_BELT), StribeckLaw(0.3), 1e-3 * MU[0], spacing_m=1.0, duration_periods=3.0),
+    ],
+}
+SIGNED = {"lower", "upper", "poisson_ratio", "lay_rad"}  # numbers of either sign
+ZERO = {"damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s", "degree"}
+ZERO |= {"fit", "static", "kinetic", "decay_s_per_m", "quadratic_s2_per_m2"}  # numbers that may be zero
+
+
+def bad_values(name: str, good: Any) -> Iterator[Any]:
+    """What may not stand in place of a good value of that name."""
+    if isinstance(good, np.ndarray) and good.dtype.kind == "f":
+        for value in (math.nan, math.inf):
+            spoilt = good.copy()
+            spoilt.flat[0] = value
+            yield spoilt
+        yield from (good[None, None], good + 1e-9j, np.full(good.shape, "high"), "high", None, [[1.0, 2.0], [3.0]])
+    elif isinstance(good, np.ndarray):
+        yield from (good[..., None, None], np.full(good.shape, None), "often", None)
+    elif isinstance(good, (int, float)):
+        yield from (math.nan, math.inf, "four", *([2.5] if isinstance(good, int) else []))
+        yield from ([] if name in SIGNED else [-1] if name in ZERO else [-1, 0])
+    elif isinstance(good, tuple):
+        yield from ((*good[:-1], math.nan), (*good[:-1], -1.0), (*good, 1.0), good[0], "often")
+
+
+@pytest.mark.parametrize("subject", GOOD)
+def test_bad_input_is_refused(subject):
+    """By a ParameterError alone, and without a warning. The good call itself passes."""
+    wrong = []
+    for good in GOOD[subject]:
+        good()
+        for name, value in good.keywords.items():
+            for bad in bad_values(name, value):
+                try:
+                    good(**{name: bad})
+                    wrong.append(f"{good.func.__name__}({name}={bad}) is accepted")
+                except ParameterError:
+                    pass
+                except Exception as error:
+                    wrong.append(f"{good.func.__name__}({name}={bad}): {error!r}")
+    assert not wrong, "\n".join(wrong)

@@ -43,8 +43,7 @@ def test_what_is_written_is_read_back_with_what_made_it_and_has_the_same_bytes_a
 
 
 def test_xarray_selects_by_coordinates(tmp_path):
-    """Of a dimension whose coordinates have another name; one that is named like its dimension stays, as does a file
-    without them."""
+    """Of a dimension whose coordinates have another name; one that is named like its dimension stays."""
     cycles = store.Variable(("damping", "lag"), np.arange(6.0).reshape(3, 2), "1", "cycles")
     damping = store.Variable(("damping",), np.array([0.05, 0.1, 0.3]), "1", "damping ratio D")
     lag = store.Variable(("lag",), np.array([0.0, 2e-5]), "m", "lag")
@@ -53,26 +52,22 @@ def test_xarray_selects_by_coordinates(tmp_path):
         one = dataset.sel(damping=0.1)
         assert (float(one.cycles.sel(lag=2e-5)), float(one.damping_ratio), dataset.damping.units) == (3.0, 0.1, "1")
     assert float(store.read(tmp_path / "a.nc").dataset().sel(damping=0.29, method="nearest").cycles[0]) == 4.0
-    store.write(tmp_path / "b.nc", {"cycles": cycles}, KEY)
-    assert set(store.read(tmp_path / "b.nc")) == {"cycles"}
 
 
-@pytest.mark.parametrize("what", ["model", "configuration", "units", "added"])
-def test_an_altered_added_or_removed_attribute_is_noticed(tmp_path, what):
+@pytest.mark.parametrize(("what", "new"), [("model", "other"), ("units", "m"), ("added", "x"), ("model", None)])
+def test_an_altered_added_or_removed_attribute_is_noticed(tmp_path, what, new):
     """Stages read some of them back, such as the model of a scan; none may change unnoticed."""
     path = tmp_path / "a.nc"
-    for is_removed in (False, True):
-        store.write(path, example(), KEY, {"first": 4, "model": '{"marginal": null}'})
+    store.write(path, example(), KEY, {"first": 4, "model": '{"marginal": null}'})
+    store.read(path)
+    with netCDF4.Dataset(path, "a") as file:
+        owner = file["pressure"] if what == "units" else file
+        if new is None:
+            owner.delncattr(what)
+        else:
+            owner.setncattr(what, new)
+    with pytest.raises(StoreError, match=r"rebuild it with: rm -f .*a\.nc && snakemake"):
         store.read(path)
-        with netCDF4.Dataset(path, "a") as file:
-            owner = file["pressure"] if what in ("units", "long_name") else file
-            value = owner.getncattr(what) if what != "added" else "x"
-            if is_removed and what != "added":
-                owner.delncattr(what)
-            else:
-                owner.setncattr(what, value.swapcase() if isinstance(value, str) else value + 1)
-        with pytest.raises(StoreError, match=r"rebuild it with: rm -f .*a\.nc && snakemake"):
-            store.read(path)
 
 
 def test_missing_file_variable_and_key_are_named(tmp_path):
@@ -107,47 +102,30 @@ def test_infinity_is_refused_and_leaves_the_old_file(tmp_path):
 
 def test_batches_come_in_the_order_of_their_samples(tmp_path):
     for first in (100, 20, 3):
-        store.write(
-            tmp_path / f"{first}.nc", {"n": store.Variable(("s",), np.array([first]), "1", "n")}, KEY, {"first": first}
-        )
-    batches = store.read_all(sorted(tmp_path.glob("*.nc")))
-    np.testing.assert_array_equal(store.join(batches, "n"), [3, 20, 100])
-
-
-DAMAGES = 100
-
-
-def damaged(content: bytes, random: Random) -> bytes:
-    """With flipped bits, cut short, or with a piece overwritten."""
-    damaged = bytearray(content)
-    for _ in range(random.choice([1, 1, 3, 30])):
-        damaged[random.randrange(len(damaged))] ^= 1 << random.randrange(8)
-    if random.random() < 0.2:
-        del damaged[random.randrange(len(damaged)) :]
-    if random.random() < 0.2 and damaged:
-        start = random.randrange(len(damaged))
-        damaged[start : start + 8] = random.choice([b"\xff" * 8, b"\x00" * 8, b"\x7f" + b"\xff" * 7])
-    return bytes(damaged)
+        number = {"n": store.Variable(("s",), np.array([first]), "1", "n")}
+        store.write(tmp_path / f"{first}.nc", number, KEY, {"first": first})
+    np.testing.assert_array_equal(store.join(store.read_all(sorted(tmp_path.glob("*.nc"))), "n"), [3, 20, 100])
 
 
 def test_a_damaged_result_is_never_taken_for_another(tmp_path):
-    """Never with a traceback."""
-    path = tmp_path / "a.nc"
-    values = np.random.default_rng(1).normal(size=(30, 5))
-    labels = store.Variable(("node",), np.array(list("abcde")), "1", "label")
-    pressure = store.Variable(("sample", "node"), values, "Pa", "pressure")
-    store.write(path, {"pressure": pressure, "label": labels}, KEY, {"first": 0})
-    content, was = path.read_bytes(), store.read(path)
-    refused: list[str] = []
-    for number in range(DAMAGES):
-        path.write_bytes(damaged(content, Random(number)))
+    """Flipped bits, cut short, or with a piece overwritten; never with a traceback."""
+    path, random = tmp_path / "a.nc", Random(1)
+    store.write(path, example(), KEY, {"first": 0})
+    content, was, refused = path.read_bytes(), store.read(path), []
+    for number in range(100):
+        damaged = bytearray(content)
+        for _ in range(random.choice([1, 3, 30])):
+            damaged[random.randrange(len(damaged))] ^= 1 << random.randrange(8)
+        start = random.randrange(len(damaged))
+        damaged[start:] = random.choice([damaged[start:], b"", random.randbytes(8) + damaged[start + 8 :]])
+        path.write_bytes(damaged)
         try:
             result = store.read(path)
         except StoreError as error:
             refused.append(str(error))
         else:
             assert result.attributes == was.attributes, number
-            assert result["pressure"].tobytes() == values.tobytes(), number
-            assert list(result["label"]) == list("abcde"), number
-    assert len(refused) > DAMAGES / 2  # the rest hit what the file does not use
+            assert result["pressure"].tobytes() == was["pressure"].tobytes(), number
+            assert list(result["label"]) == ["a", "bc"], number
+    assert len(refused) > 25  # the rest hit what the file does not use
     assert all("rebuild it with: rm -f" in line and "\n" not in line for line in refused)

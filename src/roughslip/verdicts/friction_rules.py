@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from roughslip.friction.marginal import SAME_SKEWNESS, SET_WINDOWS
 from roughslip.probability import beta_moments
-from roughslip.verdicts.found import VISIBLE, Arrays, Found, Judge, Place, inside, lies, number, row_of, shown
+from roughslip.verdicts.reading import (
+    VISIBLE,
+    Arrays,
+    Found,
+    Judge,
+    Place,
+    Rule,
+    Stored,
+    inside,
+    lies,
+    number,
+    row_of,
+    rule,
+    shown,
+    within,
+)
 
 PAPER_LENGTH = 250e-6  # m
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
@@ -16,29 +33,12 @@ SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_
 SAME_SHAPE = 0.2  # relative difference of the shapes of two Beta distributions that would be reported as one
 MEDIAN: Place = ("percentile", 50.0)
 ONE_LEVEL = "the scene has one penetration only"
-FALLS = (
-    "the intervals of the change along a straight line over penetration and of the last less the first level both lie "
-    "below zero"
-)
-EVERY_STEP = "the interval of every change from a level to the next lies below zero"
-SUMS_FALL = (
-    "sum of the areas over sum of the forces of all windows: the interval of the last less the first level lies below "
-    "zero"
-)
-NEARER = (
-    "at median penetration the mean square distance to the fitted exponential is less than that to the triangle of the "
-    "window itself: the interval of their difference lies below zero"
-)
-CLOSE = f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}"
 AT_LENGTH = f"at median penetration the interval of the length lies within {SAME_LENGTH:.0%} of 250 µm"
-STEADY = (
-    "the interval of the change from the first to the last level, along a straight line through all, lies within "
-    f"{SAME_LENGTH:.0%} of the mean length"
-)
 LIKE_BETA = (
     f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
     f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
 )
+BY_SETS = f"scaled by the extremes of sets of {SET_WINDOWS} windows, at"
 IN_SETS = (
     "contradicted where a shape of the paper lies outside the 5 to 95 % of the shapes of such sets, reproduced where "
     f"also both medians lie within {SAME_SHAPE:.0%} of the paper's, else undecided"
@@ -46,51 +46,61 @@ IN_SETS = (
 OF_KURTOSIS = f"excess kurtosis at median penetration; the paper's own Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
 
 
-def several_levels(judge: Judge) -> Judge:
+def over_levels(text: str) -> Callable[[Judge], Rule]:
     """The rule, where the scene has several penetrations."""
-    return lambda friction: ONE_LEVEL if len(friction["percentile"]) == 1 else judge(friction)
+    return lambda judge: Rule(text, lambda friction: ONE_LEVEL if len(friction["percentile"]) == 1 else judge(friction))
 
 
-@several_levels
-def by_sums(friction: Arrays) -> Found:
+def difference(friction: Arrays, name: str, first: int, last: int) -> Stored:
     """The last less the first level; their errors are taken as independent, so this is wide."""
-    value, low, high = (friction[f"ratio_of_sums{end}"] for end in ("", "_low", "_high"))
-    change = float(value[-1] - value[0])
-    below = float(np.hypot(value[-1] - low[-1], high[0] - value[0]))
-    above = float(np.hypot(high[-1] - value[-1], value[0] - low[0]))
+    value, low, high = (friction[name + end] for end in ("", "_low", "_high"))
+    change = float(value[last] - value[first])
+    below = float(np.hypot(value[last] - low[last], high[first] - value[first]))
+    above = float(np.hypot(high[last] - value[last], value[first] - low[first]))
+    return change, (change - below, change + above)
+
+
+@over_levels(
+    "sum of the areas over sum of the forces of all windows: the interval of the last less the first level lies below "
+    "zero"
+)
+def sums_fall(friction: Arrays) -> Found:
+    """Mean friction by sums, where windows weigh as their force."""
+    value = friction["ratio_of_sums"]
     note = (
         f"change of all areas over all forces from the first to the last level, from {value[0]:.3g} to {value[-1]:.3g}"
     )
-    return lies((change, (change - below, change + above)), note, high=0.0)
+    return lies(difference(friction, "ratio_of_sums", 0, -1), note, high=0.0)
 
 
-def falls(key: str, title: str) -> Judge:
+def falls(key: str, title: str) -> Rule:
     """A statistic falls from the first to the last level, and along a straight line through all."""
 
+    @over_levels(
+        "the intervals of the change along a straight line over penetration and of the last less the first level both "
+        "lie below zero"
+    )
     def judge(friction: Arrays) -> Found:
         values = friction[f"combined_{key}"]
         note = f"change of the {title} from the first to the last level, from {values[0]:.3g} to {values[-1]:.3g}"
         change, line = (number(friction, f"trend_combined_{key}_{part}") for part in ("change", "line"))
         return Found(*change, min(inside(change[1], high=0.0), inside(line[1], high=0.0)), note)
 
-    return several_levels(judge)
+    return judge
 
 
-def falls_at_every_step(key: str, title: str) -> Judge:
-    """Errors of neighbouring levels are taken as independent; they rise and fall together, so this is wide."""
+def falls_at_every_step(key: str, title: str) -> Rule:
+    """The same from each level to the next."""
 
+    @over_levels("the interval of every change from a level to the next lies below zero")
     def judge(friction: Arrays) -> Found:
-        value, low, high = (friction[f"combined_{key}{end}"] for end in ("", "_low", "_high"))
-        steps = np.diff(value)
-        below = np.hypot(value[1:] - low[1:], high[:-1] - value[:-1])
-        above = np.hypot(high[1:] - value[1:], value[:-1] - low[:-1])
-        ends = list(zip((steps - below).tolist(), (steps + above).tolist(), strict=True))
-        worst = int(np.argmax(steps + above))
-        first, second = friction["percentile"][worst : worst + 2]
-        note = f"largest change of the {title} in a step, from percentile {first:g} to {second:g}"
-        return Found(float(steps[worst]), ends[worst], min(inside(step, high=0.0) for step in ends), note)
+        levels = friction["percentile"]
+        steps = [difference(friction, f"combined_{key}", level, level + 1) for level in range(len(levels) - 1)]
+        worst = int(np.argmax([high for _, (_, high) in steps]))
+        note = f"largest change of the {title} in a step, from percentile {levels[worst]:g} to {levels[worst + 1]:g}"
+        return Found(*steps[worst], min(inside(step, high=0.0) for _, step in steps), note)
 
-    return several_levels(judge)
+    return judge
 
 
 def of_misfits(friction: Arrays) -> str:
@@ -101,31 +111,45 @@ def of_misfits(friction: Arrays) -> str:
     return f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
 
 
-def window(friction: Arrays) -> float:
-    """Length of a window [m], at which its own triangle ends."""
-    return float(friction["lag"][1] / (1.0 - friction["triangle"][1]))
+NEARER_THAN_THE_WINDOW = within(
+    "at median penetration the mean square distance to the fitted exponential is less than that to the triangle of the "
+    "window itself: the interval of their difference lies below zero",
+    "combined_misfit_difference",
+    of_misfits,
+    MEDIAN,
+    high=0.0,
+)
+CLOSE_TO_THE_EYE = within(
+    f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}",
+    "misfit_exponential",
+    "rms distance to lags of three windows",
+    MEDIAN,
+    high=VISIBLE,
+)
 
 
-def length(name: str, by: str) -> Judge:
-    """A correlation length against that of the paper."""
+def length(name: str, how: str, by: str) -> Rule:
+    """A correlation length against that of the paper. how, by : it is fitted, in the rule and in the note"""
     low, high = PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH)
 
+    @rule(f"{how}: {AT_LENGTH}")
     def judge(friction: Arrays) -> Found:
         own = float(friction["triangle_length"][row_of(friction, ("length_name", name))])
         stored, lengths = number(friction, f"combined_length_{name}", MEDIAN), 1e6 * friction[f"combined_length_{name}"]
         passes = ", which passes the rule too: then it says nothing of friction" if low < own < high else ""
-        shorter = 1e6 * window(friction) * PAPER_LENGTH / stored[0]
         note = (
             f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
-            f"alone gives {1e6 * own:.0f} µm{passes}. The length goes with the window, and one of {shorter:.0f} µm "
-            "would give the paper's"
+            f"alone gives {1e6 * own:.0f} µm{passes}"
         )
         return lies(stored, note, low, high)
 
     return judge
 
 
-@several_levels
+@over_levels(
+    "the interval of the change from the first to the last level, along a straight line through all, lies within "
+    f"{SAME_LENGTH:.0%} of the mean length"
+)
 def length_at_any_depth(friction: Arrays) -> Found:
     """The change of the length along a straight line through all levels."""
     lengths = friction["combined_length_least_squares"]
@@ -143,9 +167,16 @@ def of_skewness(friction: Arrays) -> str:
     return f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
 
 
-def positive_at_every_level(name: str, title: str) -> Judge:
+def positive(name: str, title: str, note: str | Callable[[Arrays], str]) -> Rule:
+    """A moment at median penetration."""
+    text = f"the interval of the {title} at median penetration lies above zero"
+    return within(text, f"combined_{name}", note, MEDIAN, low=0.0)
+
+
+def positive_at_every_level(name: str, title: str) -> Rule:
     """A moment of every level; shown is the level whose lower end is least."""
 
+    @over_levels(f"the interval of the {title} at every level lies above zero")
     def judge(friction: Arrays) -> Found:
         value, low, high = (friction[f"combined_{name}{end}"] for end in ("", "_low", "_high"))
         worst = int(np.argmin(low))
@@ -153,7 +184,7 @@ def positive_at_every_level(name: str, title: str) -> Judge:
         note = f"{title} at percentile {friction['percentile'][worst]:g}, of the least lower end"
         return Found(float(value[worst]), (float(low[worst]), float(high[worst])), says, note)
 
-    return several_levels(judge)
+    return judge
 
 
 def like_beta(friction: Arrays, level: int) -> int:
@@ -163,6 +194,7 @@ def like_beta(friction: Arrays, level: int) -> int:
     return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
 
 
+@rule(f"with free ends of the scaling, at median penetration {LIKE_BETA}")
 def beta_at_the_median(friction: Arrays) -> Found:
     """The shape of the distribution at median penetration."""
     middle = row_of(friction, MEDIAN)
@@ -170,16 +202,11 @@ def beta_at_the_median(friction: Arrays) -> Found:
     fitted = ", ".join(f"{friction[f'beta_{shape}'][middle]:.3g}" for shape in "ab")
     at_bound = friction["beta_at_bound"][middle]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
-    root = skewness[0] / BETA_SKEWNESS  # the skewness of a mean falls with the root of its window
-    size = f"a window of {1e6 * window(friction) * root**2:.0f} µm" if root > 0 else "no window"
-    note = (
-        f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}; "
-        f"{size} would have the skewness of Beta(2.1, 5), {BETA_SKEWNESS:.2f}"
-    )
+    note = f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}"
     return Found(*number(friction, "beta_distance_standardised", middle), like_beta(friction, middle), note)
 
 
-@several_levels
+@over_levels(f"with free ends of the scaling, at every level {LIKE_BETA}")
 def beta_at_any_depth(friction: Arrays) -> Found:
     """The same at every level; shown is the level whose distance has the largest upper end."""
     says = [like_beta(friction, level) for level in range(len(friction["percentile"]))]
@@ -212,12 +239,13 @@ def shapes_of_sets(friction: Arrays, levels: list[int]) -> Found:
     return Found(*number(friction, "set_beta_b", level), says(level), note)
 
 
+@rule(f"{BY_SETS} median penetration: {IN_SETS}")
 def sets_at_the_median(friction: Arrays) -> Found:
     """Shapes of small sets at median penetration."""
     return shapes_of_sets(friction, [row_of(friction, MEDIAN)])
 
 
-@several_levels
+@over_levels(f"{BY_SETS} every level: {IN_SETS}")
 def sets_at_any_depth(friction: Arrays) -> Found:
     """Shapes of small sets at every penetration."""
     return shapes_of_sets(friction, list(range(len(friction["percentile"]))))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from roughslip.friction.penetration import between
-from roughslip.verdicts.found import VISIBLE, Arrays, Found, Judge, inside, lies, number, shown
+from roughslip.verdicts.reading import VISIBLE, Arrays, Found, Rule, inside, lies, number, rule, shown, within
 
 NON_NORMAL = 0.1  # skewness or excess kurtosis
 CYCLING = 0.95  # share of the runs
@@ -18,52 +18,26 @@ NO_LIMIT = "the oscillator has no limit of its own: it is excited, or has no cyc
 NO_END = "the list of damping ratios does not reach surely beyond the range, or its runs are too few"
 ONE_SIDE = "the list of damping ratios does not reach both sides of the limit {:.4f}"
 OF_LOAD = "penetration and windows follow from the load, so the runs have its scatter already"
-CYCLE_TO_THE_END = (
+ABOVE = "at some damping of the list above the deterministic limit the interval of the"
+
+
+def with_limit(text: str) -> Callable[[Callable[[Arrays, float], Found | str]], Rule]:
+    """The rule, where the oscillator has a limit of damping."""
+
+    def ruled(judge: Callable[[Arrays, float], Found | str]) -> Rule:
+        def limited(oscillator: Arrays) -> Found | str:
+            limit = float(oscillator["deterministic_existence_limit"])
+            return judge(oscillator, limit) if np.isfinite(limit) else NO_LIMIT
+
+        return Rule(text, limited)
+
+    return ruled
+
+
+@with_limit(
     "the damping of the paper lies below the deterministic limit, and there the interval of the share of runs with a "
     f"cycle in the last ten natural periods lies above {CYCLING}"
 )
-STAY_ON_THE_CYCLE = (
-    f"at the damping of the paper the interval of the share of the time in stick-slip lies above {CYCLING}"
-)
-BEYOND_NORMAL = (
-    f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero"
-)
-SHARP = (
-    "every damping of the list below the limit gives at least half the cycles of the least damping, and every one "
-    "above it gives at most one. It is not tested if the list has only one side"
-)
-_ABOVE = "at some damping of the list above the deterministic limit the interval of the"
-TIME_BEYOND = (
-    f"{_ABOVE} share of the time in stick-slip lies above {SEEN_SHARE:.0%}; that of the undisturbed cycle is 1. It is "
-    "not tested if the list has none"
-)
-RUNS_BEYOND = (
-    f"{_ABOVE} share of runs with a cycle in the last ten natural periods lies above {CAN_CYCLE}. It is not tested if "
-    "the list has none"
-)
-RETURNS_BEYOND = (
-    "every return to the belt is a cycle, without backward motion too: "
-    f"{_ABOVE} mean returns, over the cycles at the last damping below it, lies above {SEEN_SHARE:.0%}"
-)
-ON_THE_PAD = (
-    "the range ends between the last damping of the list where the interval of the share of runs with a cycle in the "
-    f"closing periods lies above {CAN_CYCLE} and the next where it lies below. To first order it is in proportion to "
-    "the scatter of friction, times a response to its autocorrelation. Scaled to the windows that bear the force, its "
-    f"interval lies above {SEEN_RANGE} of the limit"
-)
-
-
-def with_limit(judge: Callable[[Arrays, float], Found | str]) -> Judge:
-    """The rule, where the oscillator has a limit of damping."""
-
-    def limited(oscillator: Arrays) -> Found | str:
-        limit = float(oscillator["deterministic_existence_limit"])
-        return judge(oscillator, limit) if np.isfinite(limit) else NO_LIMIT
-
-    return limited
-
-
-@with_limit
 def cycling_at_the_end(oscillator: Arrays, limit: float) -> Found:
     """Runs with a cycle in the closing periods, at a damping below the limit."""
     nominal, share = float(oscillator["nominal_damping"]), number(oscillator, "cycling_share")
@@ -74,7 +48,7 @@ def cycling_at_the_end(oscillator: Arrays, limit: float) -> Found:
     return Found(*share, min(inside(share[1], low=CYCLING), inside((nominal, nominal), high=limit)), note)
 
 
-@with_limit
+@with_limit(f"at the damping of the paper the interval of the share of the time in stick-slip lies above {CYCLING}")
 def time_on_the_cycle(oscillator: Arrays, limit: float) -> Found | str:
     """The share of the time in stick-slip at the damping of the scene."""
     nominal, damping = float(oscillator["nominal_damping"]), oscillator["damping_ratio"]
@@ -85,7 +59,10 @@ def time_on_the_cycle(oscillator: Arrays, limit: float) -> Found | str:
     return lies(number(oscillator, "stick_slip_share", int(rows[0])), note, low=CYCLING)
 
 
-@with_limit
+@with_limit(
+    "every damping of the list below the limit gives at least half the cycles of the least damping, and every one "
+    "above it gives at most one. It is not tested if the list has only one side"
+)
 def sharp_limit(oscillator: Arrays, limit: float) -> Found | str:
     """Cycles without scatter on both sides of the limit."""
     damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
@@ -97,25 +74,45 @@ def sharp_limit(oscillator: Arrays, limit: float) -> Found | str:
     return Found(limit, (limit - 1e-8, limit + 1e-8), 1 if is_sharp else -1, note)
 
 
-@with_limit
-def time_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
-    """Share of the time in stick-slip, and M_diff, at the damping above the limit where the share is surest."""
-    damping = oscillator["damping_ratio"]
-    rows = np.flatnonzero(damping > limit)
-    if not rows.size or len(rows) == len(damping):
-        return ONE_SIDE.format(limit)
-    low = np.nan_to_num(oscillator["stick_slip_share_low"][rows], nan=-1.0)  # where no run reaches a state
-    row, seen = int(rows[np.argmax(low)]), damping[rows[low > SEEN_SHARE]]
-    value, (least, most) = number(oscillator, "difference", row)
-    reach = f"; above {SEEN_SHARE:.0%} up to D = {seen[-1]:g}" if seen.size else ""
-    note = (
-        f"share of the time in stick-slip at D = {damping[row]:g}, where M_diff = {value:.2f} ({least:.2f} to "
-        f"{most:.2f}){reach}. A run may leave the cycle and come back to it"
-    )
-    return lies(number(oscillator, "stick_slip_share", row), note, low=SEEN_SHARE)
+def share_beyond(text: str, name: str, what: str, least: float) -> Rule:
+    """A share at the damping above the limit where it is surest, and M_diff there."""
+
+    @with_limit(text)
+    def judge(oscillator: Arrays, limit: float) -> Found | str:
+        damping = oscillator["damping_ratio"]
+        if not (np.any(damping > limit) and np.any(damping < limit)):
+            return ONE_SIDE.format(limit)
+        low = np.nan_to_num(oscillator[f"{name}_low"], nan=-1.0)  # where no run reaches a state
+        low = np.where(damping > limit, low, -np.inf)
+        row, seen = int(np.argmax(low)), damping[low > least]
+        lost = shown(number(oscillator, "difference", row))
+        reach = f"; above {least:.0%} up to D = {seen[-1]:g}" if seen.size else ""
+        note = f"share of the {what} at D = {damping[row]:g}, where M_diff = {lost}{reach}"
+        return lies(number(oscillator, name, row), note, low=least)
+
+    return judge
 
 
-@with_limit
+TIME_BEYOND = share_beyond(
+    f"{ABOVE} share of the time in stick-slip lies above {SEEN_SHARE:.0%}; that of the undisturbed cycle is 1. It is "
+    "not tested if the list has none",
+    "stick_slip_share",
+    "time in stick-slip, which a run may leave and come back to,",
+    SEEN_SHARE,
+)
+RUNS_BEYOND = share_beyond(
+    f"{ABOVE} share of runs with a cycle in the last ten natural periods lies above {CAN_CYCLE}. It is not tested if "
+    "the list has none",
+    "still_cycling",
+    "runs with a cycle in the closing periods",
+    CAN_CYCLE,
+)
+
+
+@with_limit(
+    f"every return to the belt is a cycle, without backward motion too: {ABOVE} mean returns, over the cycles at the "
+    f"last damping below it, lies above {SEEN_SHARE:.0%}"
+)
 def returns_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
     """Returns to the belt beyond the limit, over the cycles without scatter at the last damping below it."""
     damping = oscillator["damping_ratio"]
@@ -130,22 +127,7 @@ def returns_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
     return lies((value / cycles, (low / cycles, high / cycles)), note, low=SEEN_SHARE)
 
 
-@with_limit
-def runs_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
-    """The share of runs with a cycle in the closing periods at the damping above the limit where it is largest."""
-    damping, cycles = oscillator["damping_ratio"], oscillator["deterministic_cycles"]
-    if not np.any(damping > limit):
-        return ONE_SIDE.format(limit)
-    low = np.where(damping > limit, oscillator["still_cycling_low"], -np.inf)
-    surest, cycling = int(np.argmax(low)), damping[low > CAN_CYCLE]
-    reach = f"; above {CAN_CYCLE:g} up to D = {cycling[-1]:g}" if cycling.size else ""
-    note = (
-        f"share of the runs with a cycle in the closing periods at D = {damping[surest]:g}, where M_d = "
-        f"{int(cycles[surest])} and E[M_S] = {oscillator['mean_cycles'][surest]:.1f}{reach}"
-    )
-    return lies(number(oscillator, "still_cycling", surest), note, low=CAN_CYCLE)
-
-
+@rule(f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero")
 def moments(oscillator: Arrays) -> Found:
     """Skewness and excess kurtosis of the reattachment point: one of them differs from zero by an effect size."""
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
@@ -160,12 +142,26 @@ def moments(oscillator: Arrays) -> Found:
     return Found(*skewness, says, note)
 
 
-def under_load(kind: str) -> Judge:
+FAR_FROM_NORMAL = within(
+    f"the interval of the Kolmogorov distance to the normal of equal moments lies above {VISIBLE}",
+    "reattachment_distance_to_normal",
+    "Kolmogorov distance to the normal",
+    low=VISIBLE,
+)
+
+
+def under_load(kind: str, of: str = "") -> Rule:
     """The range of damping beyond the limit, scaled from the friction of the runs to that of the load's windows.
 
-    kind : of scatter, additive or multiplicative
+    kind : of scatter, additive or multiplicative; of : which scatter, before the words of the rule
     """
 
+    @with_limit(
+        f"{of}the range ends between the last damping of the list where the interval of the share of runs with a cycle "
+        f"in the closing periods lies above {CAN_CYCLE} and the next where it lies below. To first order it is in "
+        "proportion to the scatter of friction, times a response to its autocorrelation. Scaled to the windows that "
+        f"bear the force, its interval lies above {SEEN_RANGE} of the limit"
+    )
     def judge(both: Arrays, limit: float) -> Found | str:
         damping = both["damping_ratio"]
         still = damping[(damping > limit) & (both["still_cycling_low"] > CAN_CYCLE)]
@@ -188,4 +184,4 @@ def under_load(kind: str) -> Judge:
         )
         return lies((ours, (ends[0], ends[1])), note, low=SEEN_RANGE)
 
-    return with_limit(judge)
+    return judge

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.verdicts.found import VISIBLE, Arrays, Found, Judge, lies, number, row_of, shown, within
+from roughslip.verdicts.reading import VISIBLE, Arrays, Found, Place, Rule, lies, number, row_of, rule, shown, within
 
 FACTOR = 2.0  # between small probabilities that still match
+DECADES = float(np.log10(FACTOR))
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
-
-
 IN_CONTACT = "at variables of solved surfaces in contact that no fit has seen"
 OVER_ALL = "at Gaussian variables, drawn over all surfaces; pressures above zero count"
 COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
-WITH_ZEROS = f"of all samples, zero out of contact: the interval of the Kolmogorov distance lies below {VISIBLE}"
-_RATIO = f"the interval of the largest |log10| of their ratio lies below {np.log10(FACTOR):.3f}, a factor of {FACTOR:g}"
-OF_DESIGN = f"where the samples of the design lie between the probability that five of them give and 0.1, {_RATIO}"
-OF_SAMPLES = f"where the solved samples lie between 0.001, or the least that they resolve, and 0.1, {_RATIO}"
+RATIO = f"the interval of the largest |log10| of their ratio lies below {DECADES:.3f}, a factor of {FACTOR:g}"
+OF_DESIGN = f"where the samples of the design lie between the probability that five of them give and 0.1, {RATIO}"
+OF_SAMPLES = f"where the solved samples lie between 0.001, or the least that they resolve, and 0.1, {RATIO}"
 
 
 def distance_note(square: Arrays) -> str:
@@ -26,6 +24,12 @@ def distance_note(square: Arrays) -> str:
     return f"{truncated}Kolmogorov distance given contact"
 
 
+def coincide(name: str, of: str = "", place: Place | None = None) -> Rule:
+    """Two distributions given contact coincide for the eye. of : which, before the words of the rule"""
+    return within(of + COINCIDE, name, distance_note, place, high=VISIBLE)
+
+
+@rule(f"of all samples, zero out of contact: the interval of the Kolmogorov distance lies below {VISIBLE}")
 def latin_hypercube_with_zeros(square: Arrays) -> Found:
     """The error of a probability of contact below one half is at least that of the distribution at any pressure."""
     methods = [("method", name) for name in ("monte_carlo", "latin_hypercube")]
@@ -37,17 +41,22 @@ def latin_hypercube_with_zeros(square: Arrays) -> Found:
     return lies((value, (max(value - half, 0.0), value + half)), note, high=VISIBLE)
 
 
-def given_contact(square: Arrays, equation: str) -> Found:
-    """An expansion at surfaces in contact that no fit has seen, against the samples."""
-    variant = ("variant", equation)
-    row = row_of(square, variant)
-    note = (
-        f"{distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "
-        f"{square['given_positive_share'][row]:.1%} of them the expansion is positive"
-    )
-    return lies(number(square, "given_distance", variant), note, high=VISIBLE)
+def given_contact(equation: str) -> Rule:
+    """An expansion at surfaces in contact that no fit has seen, against the samples. equation : 8 or 9"""
+    variant = ("variant", f"equation_{equation}")
+
+    @rule(f"eq. ({equation}), {IN_CONTACT}: {COINCIDE}")
+    def judge(square: Arrays) -> Found:
+        note = (
+            f"{distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "
+            f"{square['given_positive_share'][row_of(square, variant)]:.1%} of them the expansion is positive"
+        )
+        return lies(number(square, "given_distance", variant), note, high=VISIBLE)
+
+    return judge
 
 
+@rule(f"eq. (8), {OVER_ALL}: {COINCIDE}")
 def over_all_surfaces(square: Arrays) -> Found:
     """Eq. (8) at variables drawn over all surfaces."""
     first, second, ours = (
@@ -63,17 +72,20 @@ def over_all_surfaces(square: Arrays) -> Found:
     return lies(first, note, high=VISIBLE)
 
 
-def tail(equation: str) -> Judge:
-    """The largest ratio of small probabilities given contact."""
+def tail(equation: str) -> Rule:
+    """The largest ratio of small probabilities given contact. equation : 8 or 9"""
+    return within(
+        f"eq. ({equation}) against the design that was fitted, {IN_CONTACT}: {OF_DESIGN}",
+        "given_tail_error_of_design",
+        lambda square: f"largest |log10| of the ratio at probabilities from {square['given_tail_from']:.2g} to 0.1",
+        ("variant", f"equation_{equation}"),
+        high=DECADES,
+    )
 
-    def note(square: Arrays) -> str:
-        return f"largest |log10| of the ratio at probabilities from {float(square['given_tail_from']):.2g} to 0.1"
 
-    return within("given_tail_error_of_design", note, ("variant", equation), high=float(np.log10(FACTOR)))
-
-
+@rule(f"eq. (8) against all solved samples, {OVER_ALL}: {OF_SAMPLES}")
 def tail_over_all_surfaces(square: Arrays) -> Found:
     """The same of eq. (8) at variables drawn over all surfaces."""
     ours = shown(number(square, "tail_error", ("method", "roughslip")))
     note = f"largest |log10| of the ratio to the solved samples; that of the expansion of all samples {ours}"
-    return lies(number(square, "tail_error", ("method", "equation_8")), note, high=float(np.log10(FACTOR)))
+    return lies(number(square, "tail_error", ("method", "equation_8")), note, high=DECADES)

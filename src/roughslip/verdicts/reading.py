@@ -8,18 +8,95 @@ numbers. The headline of a statement is the verdict of its natural reading, and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughslip.verdicts.found import Arrays, Judge
-
+Arrays = Mapping[str, np.ndarray]
+Interval = tuple[float, float]
+Stored = tuple[float, Interval]
+Place = tuple[str, object]
+"""A coordinate and its value."""
+VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print, in every family
 REPRODUCED, CONTRADICTED, UNDECIDED, NOT_TESTED = "reproduced", "contradicted", "undecided", "not tested"
 VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
 NO_STAGE = "the scene does not run this stage"
 NO_NUMBER = "the number does not exist in this scene: a fit was refused, or no run sticks again; the logs say why"
+
+
+class Found(NamedTuple):
+    """Our number with its 95 % interval, what the rule says of it (1, 0 or -1, as `inside`), and a note."""
+
+    ours: float
+    interval: Interval
+    says: int
+    note: str
+
+
+Judge = Callable[[Arrays], Found | str]
+"""Our number and what the rule says of it, or the reason why there is none."""
+
+
+class Rule(NamedTuple):
+    """What the 95 % interval of our number must satisfy, in words, and the function that judges it."""
+
+    text: str
+    judge: Judge
+
+
+def rule(text: str) -> Callable[[Judge], Rule]:
+    """The rule of these words that a function judges."""
+    return lambda judge: Rule(text, judge)
+
+
+def inside(interval: Interval, low: float = -np.inf, high: float = np.inf) -> int:
+    """1 for an interval inside [low, high], -1 for one outside, 0 for one that reaches both sides and decides nothing.
+
+    The least of several such numbers is their conjunction, the largest their disjunction (Kleene's logic).
+    """
+    if low < interval[0] and interval[1] < high:
+        return 1
+    return -1 if interval[1] <= low or high <= interval[0] else 0
+
+
+def row_of(arrays: Arrays, place: Place) -> int:
+    """The number of a value of a coordinate."""
+    return [str(value) for value in arrays[place[0]]].index(str(place[1]))
+
+
+def number(arrays: Arrays, name: str, place: Place | int | None = None) -> Stored:
+    """A stored number with its interval, at a value of a coordinate or at its number."""
+    index = () if place is None else place if isinstance(place, int) else row_of(arrays, place)
+    value, low, high = (float(arrays[name + end][index]) for end in ("", "_low", "_high"))
+    return value, (low, high)
+
+
+def shown(stored: Stored, digits: int = 2) -> str:
+    """`0.12 (0.10 to 0.14)`."""
+    value, (low, high) = stored
+    return f"{value:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"
+
+
+def lies(stored: Stored, note: str, low: float = -np.inf, high: float = np.inf) -> Found:
+    """What the rule says that wants the interval of a number between low and high."""
+    return Found(*stored, inside(stored[1], low, high), note)
+
+
+def within(
+    text: str,
+    name: str,
+    note: str | Callable[[Arrays], str],
+    place: Place | None = None,
+    low: float = -np.inf,
+    high: float = np.inf,
+) -> Rule:
+    """The rule that wants the same of one stored number, at a value of a coordinate."""
+    return Rule(
+        text,
+        lambda arrays: lies(number(arrays, name, place), note if isinstance(note, str) else note(arrays), low, high),
+    )
 
 
 class Unit(NamedTuple):
@@ -43,19 +120,15 @@ class Reading:
     """One way to take a statement.
 
     id : of the reading, unique within its statement
-    rule : what is taken how, and what the 95 % interval of our number must satisfy, in words
+    rule : what is taken how, and what the 95 % interval of our number must satisfy
     place : where in the paper or in common practice it comes from
-    judge : our number and what the rule says of it, or the reason why there is none
-    unit : of our number
     natural : why it is the natural reading; when : of another one, the condition behind "holds if"
     apart : why it is a trap, or was chosen with its number known; it is shown and supports no headline
     """
 
     id: str
-    rule: str
+    rule: Rule
     place: str
-    judge: Judge
-    unit: Unit = UNITLESS
     natural: str = ""
     when: str = ""
     apart: str = ""
@@ -65,7 +138,7 @@ class Reading:
 class Statement:
     """What the paper states, and its readings.
 
-    id, text : of the statement; paper : its number or word; number : what our number is, in words
+    id, text : of the statement; paper : its number or word; number, unit : what our number is
     readings : one of them natural, at most two others, and those that stand apart
     """
 
@@ -73,6 +146,7 @@ class Statement:
     text: str
     paper: str
     number: str
+    unit: Unit
     readings: tuple[Reading, ...]
 
     def claim(self, arrays: Arrays | None) -> dict[str, Any]:
@@ -80,16 +154,15 @@ class Statement:
 
         arrays : results of the branch; None where the scene does not run it
         """
-        judged = [_judged(reading, arrays) for reading in self.readings]
         head = {"id": self.id, "statement": self.text, "paper": self.paper}
         readings: list[dict[str, Any]] = [
-            {**head, "id": one.id, "rule": one.rule, "place": one.place, "natural": bool(one.natural)}
-            | {"why": one.natural, "apart": one.apart, "unit": one.unit.name, **found}
-            for one, found in zip(self.readings, judged, strict=True)
+            {**head, "id": one.id, "rule": one.rule.text, "place": one.place, "natural": bool(one.natural)}
+            | {"why": one.natural, "apart": one.apart, "unit": self.unit.name, **self._judged(one.rule, arrays)}
+            for one in self.readings
         ]
         (own,) = (reading for reading in readings if reading["natural"])
         counted = [reading["verdict"] for reading in readings if not reading["apart"]]
-        others = {one.when: found["verdict"] for one, found in zip(self.readings, judged, strict=True) if one.when}
+        others = {one.when: of["verdict"] for one, of in zip(self.readings, readings, strict=True) if one.when}
         natural = {name: own[name] for name in ("unit", "ours", "interval", "shown", "verdict", "note", "rule")}
         return {
             **head,
@@ -100,6 +173,26 @@ class Statement:
             "hold": counted.count(REPRODUCED),
             "readings": readings,
         }
+
+    def _judged(self, rule: Rule, arrays: Arrays | None) -> dict[str, Any]:
+        """The verdict by a rule with its number, or the reason why there is none."""
+        found = NO_STAGE if arrays is None else rule.judge(arrays)
+        if isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
+            note = found if isinstance(found, str) else NO_NUMBER
+            return {"ours": None, "interval": None, "shown": None, "verdict": NOT_TESTED, "note": note}
+        value, low, high = map(self.unit.shown, (found.ours, *found.interval))
+        return {
+            "ours": found.ours,
+            "interval": found.interval,
+            "shown": f"{value} ({low} to {high})",
+            "verdict": VERDICTS[found.says],
+            "note": found.note,
+        }
+
+
+def statement(id: str, text: str, paper: str, number: str, unit: Unit, *readings: Reading) -> Statement:
+    """A statement with its readings behind it."""
+    return Statement(id, text, paper, number, unit, readings)
 
 
 def headline(natural: str, others: Mapping[str, str]) -> str:
@@ -112,19 +205,3 @@ def headline(natural: str, others: Mapping[str, str]) -> str:
         if conditions and natural != verdict:
             return f"{natural}; {word} if {' or '.join(conditions)}"
     return f"{natural}; others open" if natural != UNDECIDED and UNDECIDED in others.values() else natural
-
-
-def _judged(reading: Reading, arrays: Arrays | None) -> dict[str, Any]:
-    """The verdict of a reading with its number, or the reason why there is none."""
-    found = NO_STAGE if arrays is None else reading.judge(arrays)
-    if isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
-        note = found if isinstance(found, str) else NO_NUMBER
-        return {"ours": None, "interval": None, "shown": None, "verdict": NOT_TESTED, "note": note}
-    shown, low, high = map(reading.unit.shown, (found.ours, *found.interval))
-    return {
-        "ours": found.ours,
-        "interval": found.interval,
-        "shown": f"{shown} ({low} to {high})",
-        "verdict": VERDICTS[found.says],
-        "note": found.note,
-    }

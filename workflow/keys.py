@@ -99,15 +99,14 @@ class Names:
             made_of["jobs"] = self.scenes.jobs(scene, stage)
         return self._known(row, Entry(self._code(row) | made_of, inputs, awaited, files, scene=scene))
 
-    def joint_page(self, scenes: Iterable[str], kept: list[Path]) -> Entry:
-        """The page on several scenes. kept : files of evidence"""
+    def joint_page(self, scenes: Iterable[str]) -> Entry:
+        """The page on several scenes."""
         row, names = STAGES["joint_page"], list(scenes)
-        part = {"captions": plan.captions(), "folder": "results", "evidence": [*map(_content, kept)]}
+        part = {"captions": plan.captions(), "folder": "results"}
         made_of = {"configuration": part, "before": {name: self.entry(name, "page").key for name in names}}
         awaited = [record for name in names for record in self.awaited(name)]
         files = {name: self.published(name) for name in names}
-        inputs = {"evidence": [str(file.parent) for file in kept[:1]]}
-        return self._known(row, Entry(self._code(row) | made_of, inputs, awaited, files))
+        return self._known(row, Entry(self._code(row) | made_of, {}, awaited, files))
 
     def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
         """A stage that reads and writes published files of these scenes: `verify` and `reference`."""

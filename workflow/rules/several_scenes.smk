@@ -4,20 +4,19 @@
 #      results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
 #      scene uses.
 KEPT = ROOT / "results" / "reference"
-EVIDENCE = sorted(Path("results/reference/evidence").glob("*"))  # by `make benchmark` and `make stress`
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 
 rule page_of_scenes:
     input:
-        lambda _: inputs.of_joint_page(names.joint_page(scenes.default, EVIDENCE)),
+        lambda _: inputs.of_joint_page(names.joint_page(scenes.default)),
     output:
         "results/report.html",
     log:
         "results/logs/publish-report.log",
     localrule: True
     params:
-        source=lambda _: f"{names.joint_page(scenes.default, EVIDENCE).folder}/report.html",
+        source=lambda _: f"{names.joint_page(scenes.default).folder}/report.html",
     shell:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.source} {output:q} 2> {log:q}'
 

@@ -1,20 +1,20 @@
-"""One page, readable without a network, of what scenes found: figures, verdicts, costs and how to repeat the run.
-
-The joint page also shows the kept benchmarks and stress campaigns, which a run of the study does not repeat.
-"""
+"""One page, readable without a network, of what scenes found: figures, verdicts, costs and how to repeat the run."""
 
 from __future__ import annotations
 
+import base64
 import json
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
+from html import escape
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report.drawing import element, plots, thumbnail
+from roughslip.report import words
 from roughslip.report.sections import (
     MARKS,
     SECTIONS,
@@ -26,54 +26,12 @@ from roughslip.report.sections import (
     rows,
     section,
 )
-from roughslip.report.words import (
-    amount,
-    bars,
-    change_rows,
-    decision,
-    digits,
-    ends,
-    facts,
-    friction_curve,
-    percent,
-    verdict,
-)
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
-MEASURED = {
-    "surface": "Surfaces: error of the covariance of samples against time.",
-    "contact": "Contact: error of the pressure against time, and time at equal independent residual by mesh.",
-    "chaos": "Pressure at the centre: distance of the distribution from its Monte Carlo reference against contact "
-    "solves.",
-    "oscillator": "Oscillator: error of the point where the mass sticks again against the time of a cycle.",
-}
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """Kept benchmarks and stress campaigns.
-
-    pictures : SVG or PNG bytes by benchmark
-    stress : rows with stage, problems, outcomes, worst residual over tolerance
-    machine : on which the benchmarks ran, by benchmark
-    """
-
-    pictures: Mapping[str, bytes] = field(default_factory=dict)
-    stress: Sequence[Mapping[str, Any]] = ()
-    machine: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def measured(self) -> dict[str, bytes]:
-        """Pictures of the benchmarks, in their order on the page."""
-        return {name: self.pictures[name] for name in MEASURED if name in self.pictures}
-
-    def caption(self, name: str) -> str:
-        """Caption of the picture of a benchmark."""
-        machine = f" Measured on: {self.machine[name]}." if name in self.machine else ""
-        return f"{MEASURED[name]}{machine} To repeat it: make benchmark."
+READABLE = 1.15  # pixels a point on a narrow screen: text of 9 points has 10 pixels; a wider picture then scrolls
 
 
 @dataclass(frozen=True)
@@ -81,7 +39,7 @@ class SceneReport:
     """What the page shows of a scene.
 
     name, description : of the scene
-    figures : bytes of a PNG, or of an SVG that drawing.reduced made, by the name of the figure
+    figures : bytes of an SVG by the name of the figure
     captions : by the name of the figure
     surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
@@ -133,23 +91,9 @@ class SceneReport:
         """On the scene and of its stages; the last row of the costs holds them."""
         return self.costs[-1].get("warnings", ()) if self.costs else ()
 
-    @property
-    def curve_warnings(self) -> list[str]:
-        """Those on a friction curve or a spring of another scene, which decide the answer."""
-        return [text for text in self.warnings if text.startswith("oscillator.")]
 
-    @property
-    def other_warnings(self) -> list[str]:
-        """All others."""
-        return [text for text in self.warnings if not text.startswith("oscillator.")]
-
-
-def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: Evidence | None = None) -> str:
-    """The page as HTML, with its pictures inside.
-
-    versions : of the packages that made the results
-    evidence : benchmarks and stress campaigns, on the joint page
-    """
+def page(scenes: Sequence[SceneReport], versions: Mapping[str, str]) -> str:
+    """The page as HTML, with its pictures inside. versions : of the packages that made the results"""
     readings = {scene.name: scene.claims for scene in scenes if scene.is_reading}
     shown = {name for scene in scenes for name in scene.figures}
     shown |= {"figure2", "figure3", "figure3_law", "figure5"} if readings else set()
@@ -166,7 +110,6 @@ def page(scenes: Sequence[SceneReport], versions: Mapping[str, str], evidence: E
         answers=answers(readings),
         marks=MARKS,
         versions=versions,
-        evidence=evidence or Evidence(),
     )
 
 
@@ -177,21 +120,21 @@ def environment() -> Environment:
         loader=PackageLoader("roughslip.report"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters |= {
-        "digits": digits,
+        "digits": words.digits,
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
-        "amount": amount,
-        "bars": bars,
-        "ends": lambda number, like: "" if None in number["interval"] else ends(number, like),
-        "change_rows": change_rows,
-        "curve": lambda scene: friction_curve(json.loads(scene.configuration)),
-        "decision": decision,
-        "facts": facts,
-        "percent": percent,
+        "amount": words.amount,
+        "aim": words.aim,
+        "bars": words.bars,
+        "chance": words.chance,
+        "change_rows": words.change_rows,
+        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration)),
+        "decision": words.decision,
+        "facts": words.facts,
+        "smallest_change": words.smallest_change,
         "plots": plots,
-        "verdict": verdict,
+        "verdict": words.verdict,
         "counts": _counts,
         "verdicts": lambda claims: Counter(claim["verdict"] for claim in claims).most_common(),
-        "stages_by_reason": _stages_by_reason,
         "section": section,
         "in_brackets": in_brackets,
         "number": our_number,
@@ -209,9 +152,63 @@ def _counts(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in counts.items() if count)
 
 
-def _stages_by_reason(costs: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
-    """Stages that did not run, by the reason; the last row of the costs holds them."""
-    reasons: dict[str, list[str]] = {}
-    for stage, reason in (costs[-1].get("not_needed", {}) if costs else {}).items():
-        reasons.setdefault(reason, []).append(stage)
-    return reasons
+def box(svg: bytes) -> tuple[float, float]:
+    """Width and height of a drawing [points]."""
+    found = re.search(rb'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
+    if found is None:
+        raise ValueError("a drawing has no viewBox at the origin; write it with roughslip.figures.style.save")
+    return float(found[1]), float(found[2])
+
+
+def element(svg: bytes, name: str, seen: str) -> str:
+    """The drawing as an element of the page. name : of its id, unique on the page; seen : what it shows, in words"""
+    width, height = box(svg)
+    picture = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
+    look = f'class="drawing" style="--readable: {READABLE * width:.0f}px" viewBox="0 0 {width:g} {height:g}"'
+    return (
+        f'<div class="wide" tabindex="0"><svg {look} role="img" aria-label="{escape(seen)}"><g id="{name}-drawing">'
+        f'<image href="{picture}" width="{width:g}" height="{height:g}"/></g></svg></div>'
+    )
+
+
+def thumbnail(svg: bytes, name: str) -> str:
+    """The drawing again, small; the link around it says what it is."""
+    width, height = box(svg)
+    size = f'class="drawing" viewBox="0 0 {width:g} {height:g}"'
+    return f'<svg {size} aria-hidden="true"><use href="#{name}-drawing"/></svg>'
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Curves in a box of 100 by 100, as points of SVG, by `with_scatter` and `without_scatter`.
+
+    across, along : lengths of the axes in words
+    """
+
+    lines: Mapping[str, str]
+    across: str
+    along: str
+
+
+def plots(motion: Mapping[str, Any]) -> dict[str, Plot]:
+    """Displacement and speed against time, and the cycle: speed against displacement."""
+    units, ends = {"time_s": "s", "displacement_m": "m", "velocity_m_per_s": "m s-1"}, {}
+    for name in units:
+        values = [value for curve in motion.values() for value in curve[name]]
+        ends[name] = min(values), max(max(values) - min(values), 1e-300)
+
+    def plot(x: str, y: str) -> Plot:
+        lines = {
+            kind: " ".join(
+                f"{100 * (a - ends[x][0]) / ends[x][1]:.4g},{100 - 100 * (b - ends[y][0]) / ends[y][1]:.4g}"
+                for a, b in zip(curve[x], curve[y], strict=True)
+            )
+            for kind, curve in motion.items()
+        }
+        return Plot(lines, *(words.amount(ends[axis][1], units[axis], words.SURE) for axis in (x, y)))
+
+    return {
+        "displacement": plot("time_s", "displacement_m"),
+        "speed": plot("time_s", "velocity_m_per_s"),
+        "cycle": plot("displacement_m", "velocity_m_per_s"),
+    }

@@ -19,91 +19,48 @@ BY_CHANCE = 0.025  # of verdicts by one end of a 95 % interval
 class Section:
     """A section of the page.
 
-    title : its heading; seen : what the figure shows to the eye, for readers who do not see it
-    paper : what the paper shows; why : where a difference comes from
+    title : its heading; paper : what the paper shows; why : where a difference comes from
     """
 
     title: str
-    seen: str
     paper: str = ""
     why: str = ""
 
 
 SECTIONS = {
-    "figure_chain": Section(
-        "From the rough surface to stick-slip",
-        "Four panels in the order of the computation: a map of a rough surface, the contact pressure on it in a few "
-        "spots, the friction coefficient along paths around its mean, and loops of displacement and velocity, one "
-        "without scatter and many around it.",
-    ),
-    "figure_scan": Section(
-        "The scan and its models",
-        "Maps of the scan and of its autocorrelation, then curves of the scan with bands, and the model as dashed "
-        "lines: density of heights, autocorrelation, power spectrum. The last panel lists numbers.",
-    ),
-    "figure_record": Section(
-        "The friction record, its curve and its scatter",
-        "Six panels: friction over time; friction over speed with a curve and its band; what is left around the curve; "
-        "its autocovariance, falling with distance; and two synthetic records that look like the measured one.",
-    ),
+    "figure_chain": Section("From the rough surface to stick-slip"),
+    "figure_scan": Section("The scan and its models"),
+    "figure_record": Section("The friction record, its curve and its scatter"),
     "figure2": Section(
         "Figure 2: pressure at the centre",
-        "Panel a, as in the paper: distribution functions of the pressure given contact, a line for each method. "
-        "Beyond the paper, b has logarithmic axes, and c a dot for the probability of contact by each method.",
         "Monte Carlo, Latin hypercube and both polynomial chaos variants, eqs. (8) and (9), lie on one curve.",
         "Eqs. (8) and (9) stand for the pressure when contact occurs, so they are evaluated at surfaces in contact. "
         "Few samples in contact remain for 165 terms, and most of the error is at low probabilities.",
     ),
-    "figure2_traps": Section(
-        "Figure 2, drawn over all surfaces",
-        "Panels a and b: distribution functions of the pressure, the two expansions of the paper far from the sampled "
-        "curves. Panel c: a histogram of the first variable of surfaces in contact, to the right of a normal curve.",
-    ),
+    "figure2_traps": Section("Figure 2, drawn over all surfaces"),
     "figure3": Section(
         "Figure 3: friction against penetration",
-        "Panels a and b, as in the paper: mean and standard deviation of the friction coefficient against penetration, "
-        "as markers with bars for solved contact, expansion and both combined. A curve runs through the means. Beyond "
-        "the paper, c shows the coefficient of variation.",
         "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",
         "The paper's text gives no material, no roughness height and no values of the figure. So only the trends are "
         "compared. The shear strength is set for a mean of 0.3 at median penetration.",
     ),
     "figure3_law": Section(
         "Distribution and correlation of friction",
-        "Eight panels. Of correlation: autocorrelation against distance, fitted lengths against penetration, and "
-        "against the largest lag of a straight line. Of the distribution: histograms with densities, at the median "
-        "and where the paper's Beta lies nearest; distances to families of distributions; skewness; excess kurtosis.",
         "The friction coefficient is correlated exponentially over 250 µm, right skewed and leptokurtic. Scaled to "
         "(0, 1) it follows Beta(2.1, 5) at every penetration.",
-        "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of white "
-        "noise, and draws the distribution towards the normal one. Beta(2.1, 5) has negative excess kurtosis.",
+        "Friction is an average over a window of 600 µm. The average alone makes a triangular autocorrelation of "
+        "white noise, and draws the distribution towards the normal one. Beta(2.1, 5) has negative excess kurtosis.",
     ),
-    "friction_against_load": Section(
-        "Friction against load",
-        "Four panels over the nominal pressure, with the load of the scene as a line: the real area of contact rises "
-        "nearly in proportion; mean friction, its scatter and the share of windows without contact fall.",
-    ),
+    "friction_against_load": Section("Friction against load"),
     "figure5": Section(
         "Figure 5: the mass on the belt",
-        "Panels a to c are those of the paper. In a, loops of displacement and velocity: a black one without scatter, "
-        "and many blue ones around it. In b, a histogram of the point where the mass sticks again, with a normal "
-        "curve. In c, the cycles lost to the scatter against damping. Beyond the paper, d has the cycles with scatter "
-        "and without.",
         "With and without scatter the mass moves on a stick-slip limit cycle. Without scatter the cycle ceases at a "
         "sharp limit of damping, and with scatter there is a range where the mass can still move on it.",
         "With scatter the mass changes between stick-slip and sliding, on both sides of the limit. How much of the "
         "time it spends in stick-slip follows from the scatter of friction, which the paper does not give.",
     ),
-    "figure_map": Section(
-        "Where stick-slip occurs",
-        "A map over two parameters, coloured by the probability of stick-slip, with dots where it was computed and "
-        "lines of the limits without scatter.",
-    ),
-    "figure_budget": Section(
-        "What is worth measuring",
-        "A panel of bars by source of uncertainty: their parts in the variance of stick-slip or not, with the scatter "
-        "of friction. Then a panel for each limit of the cycle, of damping, belt velocity and normal force.",
-    ),
+    "figure_map": Section("Where stick-slip occurs"),
+    "figure_budget": Section("What is worth measuring"),
 }
 
 # The statements that answer the question of the study, in words that need no context.
@@ -117,7 +74,7 @@ ASKED = {
 
 def section(figure: str) -> Section:
     """The section of a figure; one without texts has the name of the figure as its title."""
-    return SECTIONS.get(figure, Section(figure.replace("_", " "), "A figure of the scene."))
+    return SECTIONS.get(figure, Section(figure.replace("_", " ")))
 
 
 def in_brackets(shown: str | None) -> str:

@@ -1,4 +1,4 @@
-"""Answer and budget in words, in units and digits that a reader takes in: sentences, and what the page shows."""
+"""Answer and budget in words, in units and digits that a reader takes in: one set for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -23,8 +23,6 @@ SCALES = {
 }
 SIDES = ("below", "above")
 CERTAIN, EXCLUDED = 0.95, 0.05  # probabilities from which stick-slip is said to occur, or not to
-LABELS = {"0.05": "It is below 5 %", "0.95": "above 95 %"}
-OUTSIDE = " (not identified: outside the measured speeds)"
 DECIDES = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
 STATES = {"stick-slip": "stick_slip", "steady sliding": "sliding"}
 SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs
@@ -69,22 +67,11 @@ def ends(number: Number, like: float, places: int = 3) -> str:
     return "" if set(shown) == {digits(number["value"] / size, places)} else " to ".join(shown)
 
 
-def shown(number: Number) -> str:
-    """`20 mm/s [19, 21]` in three digits at most; the word `open` for an end of the interval beyond the search."""
-    interval = ends(number, number["value"]).replace(" to ", ", ")
-    return f"{amount(number['value'], number['unit'])}{f' [{interval}]' if interval else ''}"
-
-
 def percent(number: Number) -> str:
     """A probability or a relative change as `98 % [93, 99]`."""
     inner = ["open" if end is None else f"{100 * end:.0f}" for end in number["interval"]]
     value = f"{100 * number['value']:.0f}"
     return f"{value} %" if set(inner) == {value} else f"{value} % [{', '.join(inner)}]"
-
-
-def symbol(limits: Mapping[str, Any], name: str) -> str:
-    """The last word of a parameter's title."""
-    return str(limits[name]["title"].rpartition(" ")[2])
 
 
 def likely(probability: Number) -> str:
@@ -93,93 +80,37 @@ def likely(probability: Number) -> str:
     return "Yes" if value >= CERTAIN else "No" if value <= EXCLUDED else "At times"
 
 
-def regions(parameter: Mapping[str, Any], label: str) -> list[str]:
-    """Where, along one parameter, the probability lies below 5 % (label 0.05) or above 95 % (label 0.95)."""
-    limits = []
-    for side in SIDES:
-        if (limit := parameter[side][label]) is not None:
-            beyond = limit["change"] == ("falls below" if label == "0.05" else "rises above")
-            word = side if beyond else {"above": "up to", "below": "down to"}[side]
-            outside = OUTSIDE if limit.get("outside_measured_speeds") else ""
-            limits.append(f"{word} {shown(limit)}{outside}")
-    return limits
-
-
 def answer_summary(answer: Mapping[str, Any]) -> list[str]:
-    """Three lines: how likely stick-slip is, how the mass moves; its limits; the smallest change and what decides."""
-    return [_probability(answer), _limits(answer), f"{_change(answer)} {decision(answer['decides'])}"]
+    """Three lines: whether it stick-slips and how it moves; what would change that; what decides."""
+    found = verdict(answer)
+    moves = "; ".join(f"{title} {number}{f' ({note})' if note else ''}" for title, number, note in facts(answer))
+    others = "; ".join(f"{row.name}, {row.change}, to {row.there}" for row in change_rows(answer)[1:] if row.needed)
+    return [
+        f"Stick-slip: {found['word'].lower()}, {chance(answer)}. {found['text']} {moves[0].upper()}{moves[1:]}.",
+        f"{smallest_change(answer)}{f' Others: {others}.' if others else ''}",
+        decision(answer["decides"]),
+    ]
 
 
-def _probability(answer: Mapping[str, Any]) -> str:
-    number = answer["probability"]
-    word = {"Yes": "practically certain", "No": "practically excluded"}.get(likely(number), "possible")
-    values = [f"{symbol(answer['limits'], name)} = {shown(parameter)}" for name, parameter in answer["limits"].items()]
-    line = f"Stick-slip is {word} ({percent(number)}) at {joined(values)}"
-    slid = percent(answer["probability_from_sliding"])
-    line += OUTSIDE if answer.get("outside_measured_speeds") else ""
-    line += f"; {slid} if the mass slides steadily at first.{_memory_of_the_start(answer)}"
-    if answer["amplitude"]["value"] is None:
-        return line
-    size, rate = (amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency"))
-    spread = f"{scatter(answer, 'amplitude')} and {scatter(answer, 'frequency')}"
-    return (
-        f"{line} Its cycle has an amplitude, half of peak to peak, of {size} and a frequency of {rate}; these scatter "
-        f"by {spread}."
-    )
+def chance(answer: Mapping[str, Any]) -> str:
+    """The probability of stick-slip, of both starts where they differ."""
+    text = percent(answer["probability"])
+    if answer["starts_differ"]:
+        text += f" from rest, {percent(answer['probability_from_sliding'])} from sliding"
+    return f"{text}, outside the measured speeds" if answer.get("outside_measured_speeds") else text
 
 
-def scatter(answer: Mapping[str, Any], name: str) -> str:
-    """Standard deviation of amplitude or frequency over its mean: `0.3 %`."""
-    return f"{digits(100 * answer[f'{name}_scatter']['value'] / answer[name]['value'], 1)} %"
+def aim(answer: Mapping[str, Any]) -> str:
+    """What a change would do to stick-slip: end it where it is likely, or else begin it."""
+    return "ends" if answer["probability"]["value"] > 0.5 else "begins"
 
 
-def _memory_of_the_start(answer: Mapping[str, Any]) -> str:
-    """What a difference between runs from rest and from steady sliding says."""
-    if not answer["starts_differ"]:
-        return ""
-    if not answer["decided"]:
-        needed = answer["needs"]["value"]
-        time = (
-            f"set answer.duration_periods to {digits(needed)}, the time of its {answer['needs']['scale']}"
-            if needed
-            else ""
-        )
-        longer = time or "no damping ends its transients"
-        periods = digits(answer["periods"]["value"])
-        return f" Not decided: a run of {periods} natural periods still depends on its start; {longer}."
-    minimum = {word: answer["states"][f"mean_{name}_s"][1] for word, name in STATES.items()}
-    bounds = joined(
-        [f"{word} at least {amount(time, 's', SURE)}" for word, time in minimum.items() if time is not None]
-    )
-    return f" The start decides, because both states live longer than a run: {bounds} in the mean."
-
-
-def _holds(answer: Mapping[str, Any], label: str) -> bool:
-    """Whether the probability at the scene's point is below 5 % (label 0.05) or above 95 % (label 0.95)."""
-    return likely(answer["probability"]) == ("No" if label == "0.05" else "Yes")
-
-
-def _limits(answer: Mapping[str, Any]) -> str:
-    limits, parts = answer["limits"], []
-    for label, text in LABELS.items():
-        ranges = [f"{symbol(limits, name)} {region}" for name in limits for region in regions(limits[name], label)]
-        none = [symbol(limits, name) for name in limits if not regions(limits[name], label)]
-        if not ranges:
-            parts.append(f"{text} {'everywhere' if _holds(answer, label) else 'nowhere'} in the search")
-            continue
-        rest = f" (no limit of {joined(none, ' or ')} within the search)" if none else ""
-        parts.append(f"{text} for {joined(ranges, ' or ')}{rest}")
-    return f"{'; '.join(parts)}."
-
-
-def _change(answer: Mapping[str, Any]) -> str:
-    change = answer["smallest_change"]
-    if change is None:
-        aim = "ends" if answer["probability"]["value"] > 0.5 else "begins"
-        return f"No change of one parameter within the search {aim} stick-slip."
-    title = answer["limits"][change["parameter"]]["title"]
-    sign = "+" if change["value"] > 0 else ""
-    return f"The smallest relative change that {change['aim']}s stick-slip is {sign}{percent(change)} of the {title}."
+def smallest_change(answer: Mapping[str, Any]) -> str:
+    """The smallest change of one parameter that ends stick-slip or begins it."""
+    row = change_rows(answer)[0]
+    if not row.needed:
+        return f"No change of one parameter within a factor of 100 {aim(answer)} it."
+    return f"The smallest change that {aim(answer)} it: {row.name}, {row.change}, from {row.now} to {row.there}."
 
 
 def decision(decides: Mapping[str, Any]) -> str:
@@ -218,10 +149,16 @@ class Row:
     is_smallest: bool = False
     outside: bool = False
 
+    @property
+    def there(self) -> str:
+        """The needed value with its interval."""
+        notes = [part for part in (self.interval, "beyond the measured speeds" if self.outside else "") if part]
+        return f"{self.needed} ({', '.join(notes)})" if notes else self.needed
+
 
 def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """Where along a parameter stick-slip ends, where it is likely, or else begins, nearest to the scene's value."""
-    label = "0.05" if answer["probability"]["value"] > 0.5 else "0.95"
+    label = "0.05" if aim(answer) == "ends" else "0.95"
     near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
     own = parameter["value"] or 1.0
     return min(near, key=lambda limit: abs(math.log(limit["value"] / own)), default=None)
@@ -263,7 +200,12 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     """The verdict as a word, its kind (bad, good or odd), and a sentence."""
     rest, sliding = (answer[name]["value"] for name in ("probability", "probability_from_sliding"))
     if answer["starts_differ"] and not answer["decided"]:
-        text = "The runs are too short to tell: they still depend on how they start."
+        needed = answer["needs"]["value"]
+        text = "The runs are too short to tell: they still depend on how they start. " + (
+            f"Set answer.duration_periods to {digits(needed)}, the time of its {answer['needs']['scale']}."
+            if needed
+            else "No damping ends its transients."
+        )
         return {"word": "Not decided", "kind": "odd", "text": text}
     if answer["starts_differ"]:
         text = "It stick-slips once it has been at rest, and goes on sliding where it slides at first."
@@ -283,11 +225,11 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     own = amount(math.sqrt(stiffness / mass) / (2 * math.pi), "Hz", SURE)
     lines = []
     if answer["amplitude"]["value"] is not None:
-        sizes = {name: amount(answer[name]["value"], answer[name]["unit"], SURE) for name in ("amplitude", "frequency")}
-        lines.append(("half of peak to peak", sizes["amplitude"], f"scatters by {scatter(answer, 'amplitude')}"))
-        lines.append(
-            ("frequency", sizes["frequency"], f"scatters by {scatter(answer, 'frequency')}; own frequency {own}")
-        )
+        for title, name in (("half of peak to peak", "amplitude"), ("frequency", "frequency")):
+            size, part = answer[name], answer[f"{name}_scatter"]["value"] / answer[name]["value"]
+            more = f"; own frequency {own}" if name == "frequency" else ""
+            note = f"scatters by {digits(100 * part, 1)} %{more}"
+            lines.append((title, amount(size["value"], size["unit"], SURE), note))
     else:
         lines.append(("own frequency", own, "there is no cycle of stick-slip"))
     return [*lines, _states(answer), ("mean friction", *_friction(answer))]

@@ -8,8 +8,7 @@ from typing import Any
 
 from roughslip import store
 from roughslip.errors import StoreError
-from roughslip.report.drawing import chosen, reduced
-from roughslip.report.page import MEASURED, Evidence, SceneReport, page
+from roughslip.report.page import SceneReport, page
 from roughslip.scene.types import Scene, scene_of, without_nulls
 from roughslip.study.costs import total
 from roughslip.study.from_scene.periodic_cell import yielding
@@ -112,10 +111,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
     return SceneReport(
         name=name,
         description=configuration["description"],
-        figures={
-            figure: chosen(picture(files[f"{figure}.svg"]).decode(), picture(files[f"{figure}.png"]))
-            for figure in drawn
-        },
+        figures={figure: picture(files[f"{figure}.svg"]) for figure in drawn},
         captions=captions,
         surfaces=represented(files, stages, scene_of(configuration)),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
@@ -125,20 +121,6 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         folder="" if folder == "." else f"{folder}/",
         file=os.path.relpath(file, page_folder) if file.is_file() else "",
         configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),
-    )
-
-
-def read_evidence(kept: Path | None) -> Evidence | None:
-    """What is kept of benchmarks and stress, with pictures of the former. Raises StoreError where one is damaged."""
-    if kept is None:
-        return None
-    benchmarks = {
-        name: store.read_json(kept / f"{name}.json") for name in MEASURED if (kept / f"{name}.json").is_file()
-    }
-    return Evidence(
-        pictures={name: reduced(picture(kept / f"{name}.svg").decode()).encode() for name in benchmarks},
-        stress=store.read_json(kept / "stress.json")["stages"] if (kept / "stress.json").is_file() else (),
-        machine={name: str(benchmark["machine"]["processor"]) for name, benchmark in benchmarks.items()},
     )
 
 
@@ -162,4 +144,4 @@ def work(scene: Scene, job: Job) -> None:
         own |= {f"{name}.json": job.outputs[name] for name in ("claims", "costs")}
         own["keys/page.json"] = job.output.parent / "key.json"
     scenes = [read_scene(name, own, part["captions"], Path(part["folder"])) for name, own in files.items()]
-    store.write_text(job.output, page(scenes, store.versions(), read_evidence(job.optional("evidence"))))
+    store.write_text(job.output, page(scenes, store.versions()))

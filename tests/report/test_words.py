@@ -1,22 +1,13 @@
-"""The answer in words: digits that the interval justifies, both sides of a limit, and what could not be found.
-
-Drawings inside the page: reduced without a visible change, with ids that no other drawing has.
-"""
+"""Answer and budget in words: digits that the interval justifies, both sides of a limit, what could not be found."""
 
 import copy
 import json
-import re
-import xml.etree.ElementTree as ET
 from dataclasses import asdict
-from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-import pytest
-
-from roughslip.figures.style import draw_map, panels, save
-from roughslip.report.drawing import chosen, element, plots, reduced, size, thumbnail
+from roughslip.report.page import plots
 from roughslip.report.words import (
+    amount,
     answer_summary,
     bars,
     budget_summary,
@@ -25,10 +16,8 @@ from roughslip.report.words import (
     factor,
     facts,
     friction_curve,
-    shown,
     verdict,
 )
-from tests.report.test_report import parsed, scene
 
 
 def number(value, low=None, high=None, unit="1", **more):
@@ -165,7 +154,7 @@ def words():
 
 
 def test_words_are_those_that_are_kept():
-    """Read words.json: it is what a user reads. `python -m tests.report.test_report_answer` writes it."""
+    """Read words.json: it is what a user reads. `python -m tests.report.test_words` writes it."""
     kept, said = json.loads(FROZEN.read_text(encoding="utf-8")), json.loads(json.dumps(words()))
     for name, expected in kept.items():
         assert said[name] == expected, name
@@ -187,140 +176,18 @@ def test_the_curves_fill_their_boxes():
     assert (drawn["displacement"].along, drawn["displacement"].across) == ("2 mm", "0.5 s")
 
 
-@pytest.mark.parametrize(
-    ("value", "places", "text"),
-    [
-        (99856.0, 3, "99,900"),
-        (0.0, 3, "0"),
-        (26.8061, 2, "27"),
-        (5e-4, 3, "0.0005"),
-    ],
-)
-def test_digits(value, places, text):
-    assert digits(value, places) == text
-
-
-def test_units_are_those_of_readers():
-    """One below the SI unit from a tenth on, one above it from the whole on; beyond the smallest that one."""
-    texts = [shown(number(value, unit="m")) for value in (2.0, 2e-2, 1.3e-4, 2e-5, 2e-8, 2e-12)]
+def test_digits_and_units_are_those_of_readers():
+    """A unit below the SI unit from a tenth on, one above it from the whole on; beyond the smallest that one."""
+    texts = [digits(*one) for one in ((99856.0, 3), (0.0, 3), (26.8061, 2), (5e-4, 3))]
+    assert texts == ["99,900", "0", "27", "0.0005"]
+    texts = [amount(value, "m") for value in (2.0, 2e-2, 1.3e-4, 2e-5, 2e-8, 2e-12)]
     assert texts == ["2 m", "20 mm", "0.13 mm", "20 µm", "20 nm", "0.002 nm"]
-    assert [shown(number(value, unit="N")) for value in (0.0, 500.0, 2000.0)] == ["0 N", "500 N", "2 kN"]
-
-
-OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction_table": [[0, 0.45], [0.5, 0.38]]}}'
-
-
-def machine_scene(answer=MACHINE, **changes):
-    return scene(answer=answer | {"summary": answer_summary(answer)}, configuration=OSCILLATOR, **changes)
+    assert [amount(value, "N") for value in (0.0, 500.0, 2000.0)] == ["0 N", "500 N", "2 kN"]
 
 
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
-    of_record = json.loads(OSCILLATOR) | {"friction": {"record": {"file": ["up.csv", "down.csv"]}}}
+    of_record = {"oscillator": {}, "friction": {"record": {"file": ["up.csv", "down.csv"]}}}
     assert friction_curve(of_record) == "The curve is that of the records up.csv, down.csv."
-
-
-def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():
-    content = parsed(machine_scene(description="A brake <of mine>."))
-    text = " ".join(" ".join(content.text).split())
-    places = [
-        text.index(part) for part in ("A brake <of mine>", "Yes", "What would end it", "The machine", "Pressure.")
-    ]
-    assert places == sorted(places)
-    assert "The smallest change that ends it: more damping, D , +17 %, from 0.17 to 0.199." in text
-    assert "The curve is the friction_table of the scene: 0.45 at rest, 0.38 at 0.5 m/s." in text
-    assert "Figures behind the answer" in text
-    assert len(content.all("polyline")) == 6
-    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
-    assert all(after <= before + 1 for before, after in pairwise(levels))
-    other = " ".join(parsed(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR)).text)
-    assert "Figures behind the answer" not in other
-
-
-@pytest.mark.parametrize(("cycles", "title"), [(4, "The cycle, speed"), (0, "Speed against displacement; no cycle")])
-def test_motion_without_stick_slip_is_not_called_a_cycle(cycles, title):
-    motion = {name: curve | {"cycles": cycles} for name, curve in MOTION.items()}
-    text = " ".join(parsed(machine_scene(answer=MACHINE | {"motion": motion})).text)
-    assert title in text
-    assert ("The cycle" in text) == (cycles > 0)
-
-
-def test_a_question_without_an_answer_says_why():
-    refused = parsed(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
-    assert "Stick-slip: no answer, because <it>." in refused.text
-
-
-def test_a_machine_with_uncertain_numbers_says_what_is_worth_measuring():
-    text = " ".join(" ".join(parsed(machine_scene(budget=BUDGET | {"summary": ["What matters."]})).text).split())
-    places = [
-        text.index(part)
-        for part in ("What is worth measuring What matters.", "damping 50 %", "scatter of friction 40 %")
-    ]
-    assert places == sorted(places)
-    assert "; 62 % over what is uncertain" in text
-    assert "how sure the inputs are; that is above" in text
-    assert "What is worth measuring" not in " ".join(parsed(machine_scene()).text)
-
-
-NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
-
-
-@pytest.fixture(scope="module")
-def svg(tmp_path_factory):
-    """A curve with markers, text that looks like markup, and a map twice, whose images have the same id."""
-    figure, (curve, *fields) = panels(3, 1, 4.0)
-    curve.plot(np.linspace(0, 1, 50), np.sin(np.linspace(0, 7, 50)), "o-", label="<script>-->")
-    curve.legend()
-    for field in fields:
-        draw_map(field, np.arange(5.0), np.arange(5.0), np.random.default_rng(1).random((5, 5)), "viridis", (0, 1))
-    path = tmp_path_factory.mktemp("drawing") / "figure.svg"
-    save(figure, path)
-    return path.read_text()
-
-
-def paths(text):
-    return [one.get("d") for one in ET.fromstring(text).iter() if one.tag.endswith("path") and one.get("d")]
-
-
-def test_coordinates_keep_a_hundredth_of_a_point(svg):
-    """Digits are cut, not rounded: less than 0.01 point is lost, and neither a path nor the scale of a text."""
-    small = reduced(svg)
-    assert len(small) < 0.8 * len(svg)
-    assert "script" not in small
-    before, after = paths(svg), paths(small)
-    assert len(before) == len(after) > 40
-    for old, new in zip(before, after, strict=True):
-        a, b = (np.array([float(number) for number in NUMBER.findall(text)]) for text in (old, new))
-        assert np.abs(a - b).max(initial=0.0) < 0.01
-    assert re.findall(r"scale\([^)]*\)", small) == re.findall(r"scale\([^)]*\)", svg)
-
-
-def test_ids_are_those_of_one_drawing_and_every_reference_is_met(svg):
-    small = reduced(svg).encode()
-    page = f"<body>{element(small, 'a', 'one')}{element(small, 'b', 'two')}{thumbnail(small, 'a')}</body>"
-    elements = list(ET.fromstring(page).iter())
-    ids = [one.get("id") for one in elements if one.get("id")]
-    assert len(ids) == len(set(ids)) > 20
-    links = {one.get("href")[1:] for one in elements if (one.get("href") or "").startswith("#")}
-    clips = set(re.findall(r"url\(#([^)]*)\)", page))
-    assert "a-drawing" in links
-    assert clips
-    assert links | clips <= set(ids)
-
-
-def test_what_a_picture_shows_is_text(svg):
-    assert 'aria-label="&lt;b&gt; &amp; &quot;"' in element(reduced(svg).encode(), "a", '<b> & "')
-
-
-def test_a_png_takes_the_place_of_a_large_drawing(svg, tmp_path):
-    figure, _ = panels(1, 1, 3.0)
-    save(figure, tmp_path / "figure.png")
-    png = (tmp_path / "figure.png").read_bytes()
-    assert size(png) == (480, 560)  # 3.0 and 3.5 inches at 160 dots
-    assert size(reduced(svg).encode()) == pytest.approx((864, 252))  # points, three panels of 4 inches
-    assert chosen(svg, png) == reduced(svg).encode()
-    long = svg.replace("</svg>", '<path d="M 0 0"/>' * 20_000 + "</svg>")
-    assert chosen(long, png) == png
-    assert "data:image/png;base64," in element(png, "a", "one")
 
 
 if __name__ == "__main__":

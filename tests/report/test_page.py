@@ -1,0 +1,382 @@
+"""The report is one valid page that needs no network and shows text as text; any browser draws it, light and dark."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+from html import unescape
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from roughslip import store
+from roughslip.report.page import SceneReport, page
+from roughslip.report.sections import MARKS, SECTIONS, answers, in_brackets
+from roughslip.report.words import answer_summary
+from roughslip.study.plan import captions
+from tests.report.test_words import BUDGET, MACHINE, MOTION
+
+VOID = {"meta", "img", "br", "hr", "link", "input"}
+PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 864 252"><path d="M0 0L9 9"/></svg>'
+CAPTIONS = {"figure2": "Pressure.", "figure3": "Friction.", "figure5": "Cycles."}
+
+
+class Page(HTMLParser):
+    """Elements and text of a page; an end tag that does not close the last open element is an error."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.elements, self.text, self.mistakes = [], [], [], []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        names = [name for name, _ in attrs]
+        if len(names) != len(set(names)):
+            self.mistakes.append(f"attribute twice in {tag}")
+        self.elements.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.mistakes.append(f"</{tag}> closes nothing")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] != "style":
+            self.text.append(data)
+
+    def all(self, tag):
+        return [attrs for name, attrs in self.elements if name == tag]
+
+
+def claim(**changes):
+    """A claim with its natural reading and another one, which is contradicted."""
+    judged = {
+        "statement": "The mean decreases",
+        "paper": "decreases",
+        "rule": "the interval lies below zero",
+        "unit": "1",
+        "ours": -0.08912,
+        "interval": [-0.0942, -0.0839],
+        "shown": "-0.0891 (-0.0942 to -0.0839)",
+        "verdict": "reproduced",
+        "note": "change of the mean",
+    }
+    judged |= {name: value for name, value in changes.items() if name in judged}
+    natural = judged | {"id": "over-all", "place": "section 4", "natural": True, "why": "the range", "apart": ""}
+    other = {"id": "every-step", "verdict": "contradicted", "natural": False, "why": ""}
+    of_statement = {"id": "fig3-mean-decreases", "figure": "figure3", "number": "change of the mean"}
+    of_statement |= {"headline": judged["verdict"], "tried": 2, "hold": 1}
+    return judged | of_statement | changes | {"readings": [natural, natural | other]}
+
+
+def cost(**changes):
+    return {
+        "stage": "contact",
+        "jobs": 2,
+        "cpu_seconds": 10.71,
+        "wall_seconds": 33.0,
+        "peak_memory_mib": 284.1,
+        "did": {"convolutions": 80400, "field_fits": 3},
+    } | changes
+
+
+def scene(**changes):
+    return SceneReport(
+        **{
+            "name": "mine",
+            "description": "A scan of my own",
+            "figures": dict.fromkeys(CAPTIONS, PICTURE),
+            "captions": CAPTIONS,
+            "surfaces": {},
+            "claims": [claim()],
+            "costs": [cost(), cost(stage="all", did={"everything": 1})],
+            "configuration": '{"seed": 1}',
+        }
+        | changes
+    )
+
+
+def parsed(*scenes):
+    content = Page(page(scenes, {"numpy": "2.0", "python": "3.11"}))
+    assert content.mistakes == []
+    assert content.open == []
+    return content
+
+
+def test_one_page_without_a_network():
+    """Its pictures are inside once, thumbnails show them again; each link inside leads to an element with that id."""
+    text = page([scene(), scene(name="yours")], {"numpy": "2.0"})
+    assert text.startswith("<!DOCTYPE html>")
+    content = parsed(scene(), scene(name="yours"))
+    assert not re.search(r"https?:|//[a-z]|url\(|@import|<script|<link|<iframe", text)
+    sources = [value for _, attrs in content.elements for name, value in attrs.items() if name in ("src", "href")]
+    pictures = [source for source in sources if source.startswith("data:image/svg+xml;base64,")]
+    assert len(pictures) == 2 * len(CAPTIONS)
+    assert base64.b64decode(pictures[0].partition(",")[2]) == PICTURE
+    ids = [attrs["id"] for _, attrs in content.elements if "id" in attrs]
+    assert len(ids) == len(set(ids))
+    places = {source[1:] for source in sources if source.startswith("#")}
+    assert {"main", "mine", "yours", *CAPTIONS, *(f"yours-{name}-drawing" for name in CAPTIONS)} <= places
+    assert places <= set(ids)
+    assert {"mine-fig3-mean-decreases", "yours-fig3-mean-decreases"} <= set(ids)
+    labels = [attrs["aria-label"] for attrs in content.all("svg") if "aria-label" in attrs]
+    assert labels[0] == "figure2 of the scene mine. Pressure."
+    files = {source for source in sources if not source.startswith(("#", "data:"))}
+    kept = {"claims.json", "costs.json", "summary.csv"}
+    assert files == kept | {f"{name}.{kind}" for name in CAPTIONS for kind in ("svg", "nc")}
+
+
+def test_the_page_of_a_scene_that_does_not_read_the_paper_begins_with_itself():
+    """The paper stands in its folded statements alone; on a reading its statements and numbers come first."""
+    own = "\n".join(parsed(scene()).text)
+    assert "paper" not in own[: own.index("Statements of the paper")].lower()
+    text = "\n".join(parsed(scene(name="paper")).text)
+    assert text.index("The paper's statements: 1 reproduced in scene paper.") < text.index("Pressure.")
+
+
+def test_the_answer_of_the_study_is_at_most_five_sentences_from_its_verdicts():
+    rows = answers(
+        {
+            "paper": [claim()],
+            "resolved": [
+                claim(id="mu-correlation-250um", number="correlation length", shown="296 µm (282 µm to 312 µm)")
+            ],
+        }
+    )
+    assert rows == [
+        "The paper's statements: 1 reproduced in scene paper; 1 reproduced in scene resolved.",
+        "Along the path friction is correlated over 250 µm: reproduced in resolved (correlation length 296 µm [282, "
+        "312]).",
+    ]
+    assert answers({}) == []
+
+
+def test_every_figure_has_its_texts():
+    assert set(SECTIONS) == set(captions())
+    assert all(text.rstrip(".").count(". ") <= 2 for text in captions().values())  # with "Figure 2." two sentences
+
+
+def test_numbers_are_written_with_their_unit_once():
+    shown = ["-0.0891 (-0.0942 to -0.0839)", "18.4 µm (-23.4 µm to 58.5 µm)", "100 % (98.4 % to 100 %)", None]
+    assert [in_brackets(text) for text in shown] == [
+        "-0.0891 [-0.0942, -0.0839]",
+        "18.4 µm [-23.4, 58.5]",
+        "100 % [98.4, 100]",
+        "",
+    ]
+
+
+NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
+
+
+def test_what_a_user_wrote_is_text():
+    changes = {key: f"{key} {NASTY}" for key in ("description", "configuration")}
+    of_claim = {key: f"{key} {NASTY}" for key in ("statement", "paper", "note", "rule")}
+    asked = scene(**changes, claims=[claim(**of_claim)], surfaces={"figure2": [f"surface {NASTY}"]})
+    content = parsed(asked)
+    assert content.all("script") == []
+    text = " ".join(content.text)
+    assert [one for one in (*changes.values(), *of_claim.values(), f"surface {NASTY}") if one not in text] == []
+
+
+def test_numbers_verdicts_and_what_has_none():
+    absent = claim(ours=None, interval=None, verdict="not tested", note="the scene does not run this stage")
+    second, absent = claim(id="fig3-std-decreases"), absent | {"id": "fig3-cov-decreases"}
+    content = parsed(scene(name="paper", claims=[claim(), second, absent]))
+    text = " ".join(content.text)
+    assert "change of the mean -0.0891 [-0.0942, -0.0839]" in text
+    assert "None" not in text
+    for verdict, count in (("reproduced", 2), ("not-tested", 1)):
+        assert [attrs.get("class") for attrs in content.all("a")].count(verdict) == count
+    assert text.count(MARKS["not tested"]) == 4  # in the matrix, in its key, with the figure and its natural reading
+
+
+def test_the_natural_reading_is_shown_and_the_others_are_folded():
+    """Each with its rule; next to the headline how many hold of those tried; a trap says why it stands apart."""
+    one = claim(headline="reproduced; contradicted if it rains")
+    one["readings"][1]["apart"] = "a trap"
+    text = " ".join(" ".join(parsed(scene(name="paper", claims=[one])).text).split())
+    for part in (
+        *("Natural reading: ✓ reproduced , ours with", "Natural: the range.", "Other readings: 1", "1 of 2"),
+        *("reproduced; contradicted if it rains", "Shown apart: ✗ contradicted", "It supports no headline: a trap."),
+        "2 verdicts on readings are decided by 95 % intervals",
+    ):
+        assert part in text, part
+
+
+def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_readings():
+    """There those on the paper's own numbers, and those that are not tested, are left out; a scene may have none."""
+    claims = [claim(), claim(id="mu-correlation-250um"), claim(id="fig2-mcs-lhs", verdict="not tested")]
+    for name, count in (("paper", 3), ("resolved", 3), ("mine", 1)):
+        content = parsed(scene(name=name, claims=claims))
+        shown = {attrs["id"] for attrs in content.all("h3") if "id" in attrs}
+        assert shown == {f"{name}-{one['id']}" for one in claims[:count]}
+        summaries = [line for line in content.text if line.startswith("Statements of the paper")]
+        assert len(summaries) == (name == "mine")
+    assert "statements:" not in " ".join(parsed(scene(claims=claims[1:])).text)
+
+
+def test_costs_and_warnings_of_a_run_stand_on_its_page():
+    """Warnings above the figures. A scene without them has no empty place for them."""
+    costs = [cost(stage="contact_square", did={"surfaces": 1000}), cost()]
+    costs.append(cost(stage="all", warnings=["slope of <0.7>", "few strips"]))
+    text = " ".join(" ".join(parsed(scene(costs=costs)).text).split())
+    shown = ("slope of <0.7>", "few strips", "Pressure.", "80,400 convolutions, 3 field fits", "1,000 surfaces")
+    assert [part for part in shown if part not in text] == []
+    assert text.index("A scan of my own") < text.index("slope of <0.7>") < text.index("Pressure.")
+    plain = " ".join(parsed(scene()).text)
+    assert [word for word in ("Warnings", "None", "How its surfaces are made") if word in plain] == []
+
+
+OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction_table": [[0, 0.45], [0.5, 0.38]]}}'
+
+
+def machine_scene(answer=MACHINE, **changes):
+    return scene(answer=answer | {"summary": answer_summary(answer)}, configuration=OSCILLATOR, **changes)
+
+
+def texts(one):
+    return " ".join(" ".join(parsed(one).text).split())
+
+
+def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behind_it():
+    asked = machine_scene(description="A brake <of mine>.", budget=BUDGET | {"summary": ["What matters."]})
+    content, text = parsed(asked), texts(asked)
+    parts = ("A brake <of mine>", "Yes", "What would end it", "The machine", "What is worth measuring What matters.")
+    places = [text.index(part) for part in (*parts, "damping 50 %", "scatter of friction 40 %", "Pressure.")]
+    assert places == sorted(places)
+    for part in (
+        "The smallest change that ends it: more damping, D, +17 %, from 0.17 to 0.199",
+        "The curve is the friction_table of the scene: 0.45 at rest, 0.38 at 0.5 m/s.",
+        *("Figures behind the answer", "; 62 % over what is uncertain", "how sure the inputs are; that is above"),
+    ):
+        assert part in text, part
+    assert len(content.all("polyline")) == 6
+    levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    assert "What is worth measuring" not in texts(machine_scene())
+    other = texts(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR))
+    assert "Figures behind the answer" not in other
+    refused = texts(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
+    assert "Stick-slip: no answer, because <it>." in refused
+
+
+@pytest.mark.parametrize(("cycles", "title"), [(4, "The cycle, speed"), (0, "Speed against displacement; no cycle")])
+def test_motion_without_stick_slip_is_not_called_a_cycle(cycles, title):
+    motion = {name: curve | {"cycles": cycles} for name, curve in MOTION.items()}
+    text = texts(machine_scene(answer=MACHINE | {"motion": motion}))
+    assert title in text
+    assert ("The cycle" in text) == (cycles > 0)
+
+
+REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
+
+LISTEN = """<script>window.wrong = [];
+addEventListener("error", e => wrong.push(String(e.message || e.target.outerHTML.slice(0, 80))), true);
+for (const kind of ["error", "warn"]) console[kind] = (...words) => wrong.push(words.join(" "));</script>"""
+
+# Contrast as the Web Content Accessibility Guidelines 2.1 define it, of every element with text of its own.
+PROBE = """<script>addEventListener("load", () => {
+  const channel = c => { c /= 255; return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4; };
+  const light = ([r, g, b]) => 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b);
+  const numbers = text => text.match(/[0-9.]+/g).map(Number);
+  const behind = element => { for (; element; element = element.parentElement) {
+    const colour = numbers(getComputedStyle(element).backgroundColor);
+    if (colour.length < 4 || colour[3] > 0) return colour.slice(0, 3); } return [255, 255, 255]; };
+  const faint = [], TARGET = "Natural reading";
+  for (const element of document.body.querySelectorAll("*")) {
+    if (![...element.childNodes].some(node => node.nodeType === 3 && node.data.trim())) continue;
+    if (["SCRIPT", "STYLE"].includes(element.tagName)) continue;
+    const [a, b] = [light(numbers(getComputedStyle(element).color).slice(0, 3)), light(behind(element))];
+    const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (ratio < 4.5) faint.push(element.outerHTML.slice(0, 80) + " " + ratio.toFixed(2));
+  }
+  const found = {
+    wrong, faint,
+    pictures: [...document.querySelectorAll("svg[role=img]")].map(
+      svg => [svg.getAttribute("aria-label"), svg.getBoundingClientRect().width / innerWidth]),
+    unfolded: [...document.querySelectorAll("details[open]")].map(details => details.innerText.includes(TARGET)),
+    back: getComputedStyle(document.body).backgroundColor,
+    links: [...document.links].filter(link => link.hash).map(link =>
+      [link.getAttribute("href"), !!document.getElementById(link.hash.slice(1))]),
+    ids: [...document.querySelectorAll("[id]")].map(element => element.id),
+    width: [document.documentElement.scrollWidth, innerWidth],
+  };
+  document.body.innerHTML = "";
+  document.body.appendChild(document.createElement("pre")).textContent = JSON.stringify(found);
+});</script>"""
+
+
+LIGHT, DARK = "rgb(255, 255, 255)", "rgb(22, 24, 28)"
+WINDOWS = {"phone": (390, 844, LIGHT), "desk": (1280, 900, LIGHT), "dark": (1280, 900, DARK)}
+
+
+def probe(text, folder, width, height, back, place=""):
+    """What the browser reports of a page at a place. back : colour of the background that the reader asked for"""
+    (folder / "page.html").write_text(
+        text.replace("<head>", f"<head>{LISTEN}").replace("</body>", f"{PROBE}</body>"), encoding="utf-8"
+    )
+    command = [
+        *(BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"),
+        *(f"--user-data-dir={folder / 'profile'}", f"--window-size={width},{height}"),
+        f"--blink-settings=preferredColorScheme={int(back == LIGHT)}",
+        *("--virtual-time-budget=20000", "--dump-dom", f"{(folder / 'page.html').as_uri()}{place}"),
+    ]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    block = re.search(r"<pre[^>]*>(.*?)</pre>", run.stdout, re.S)
+    assert block, run.stderr[-2000:]
+    return json.loads(unescape(block[1])) | {"asked": back}
+
+
+def study(reference):
+    """The page of the kept results."""
+    picture, scenes = PICTURE.replace(b"252", b"504"), []
+    for name in ("paper", "resolved"):
+        claims, costs = (store.read_json(reference / name / f"{file}.json") for file in ("claims", "costs"))
+        figures = dict.fromkeys(CAPTIONS, picture)
+        scenes.append(SceneReport(name, "Kept", figures, CAPTIONS, {}, claims, costs, "{}"))
+    return page(scenes, store.versions())
+
+
+def machine(probability):
+    """The page of a machine. probability : of stick-slip"""
+    return page(
+        [machine_scene(MACHINE | {"probability": {"value": probability, "interval": [0.0, 1.0], "unit": "1"}})], {}
+    )
+
+
+PAGES = {"study": lambda: study(REFERENCE), "likely": lambda: machine(1.0), "unlikely": lambda: machine(0.0)}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason=f"no browser found: {', '.join(NAMES)}")
+@pytest.mark.parametrize("window", WINDOWS)
+@pytest.mark.parametrize("name", PAGES)
+def test_pages_are_read_anywhere(name, window, tmp_path):
+    """No errors, text stands out, every link has a target, nothing is wider than the window.
+
+    A picture fills the width of a desk; on a phone it scrolls in its frame, so that its text stays readable. A link to
+    a verdict unfolds its details.
+    """
+    seen = probe(PAGES[name](), tmp_path, *WINDOWS[window], "#paper-fig2-pc-lhs")
+    assert seen["wrong"] == seen["faint"] == []
+    assert seen["back"] == seen["asked"]
+    assert seen["links"]
+    assert all(there for _, there in seen["links"])
+    assert len(seen["ids"]) == len(set(seen["ids"]))
+    scroll, width = seen["width"]
+    assert scroll <= width
+    if name == "study":
+        least, most = (1.0, 4.0) if width < 800 else (0.5, 1.0)
+        assert len(seen["pictures"]) == 6
+        assert all(label and least < share <= most for label, share in seen["pictures"])
+        assert seen["unfolded"] == [True]

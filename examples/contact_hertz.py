@@ -5,19 +5,23 @@ import importlib.util
 import numpy as np
 
 from roughslip import Grid
-from roughslip.contact import HertzSphere, Influence, Material, solve, solve_load
+from roughslip.contact import Influence, Material, solve, solve_load
 from roughslip.surface import covariance_of, gaussian_model
 
 steel = Material(young_modulus_pa=2.1e11, poisson_ratio=0.3).plane_strain_modulus_pa
 
 # A ball of 1 mm radius, pushed 0.2 µm into the plane.
-ball = HertzSphere(radius_m=1e-3, penetration_m=2e-7, plane_strain_modulus_pa=steel)
+radius, penetration = 1e-3, 2e-7
+contact_radius = np.sqrt(radius * penetration)
+hertz = 4 / 3 * steel * contact_radius * penetration
 grid = Grid(nx=128, ny=128, dx=2.5e-7, dy=2.5e-7)
 x, y = np.meshgrid(grid.x() - grid.x().mean(), grid.y() - grid.y().mean(), indexing="ij")
-pressed = solve(Influence(grid, steel), interference=ball.penetration_m - (x**2 + y**2) / (2 * ball.radius_m))
+pressed = solve(Influence(grid, steel), interference=penetration - (x**2 + y**2) / (2 * radius))
 force = pressed.pressure.sum() * grid.cell_area
-print(f"ball: force {force:.5f} N, Hertz {ball.force_n:.5f} N")
-print(f"ball: peak {pressed.pressure.max() / 1e6:.1f} MPa, Hertz {ball.peak_pressure_pa / 1e6:.1f} MPa")
+print(f"ball: force {force:.5f} N, Hertz {hertz:.5f} N")
+print(
+    f"ball: peak {pressed.pressure.max() / 1e6:.1f} MPa, Hertz {1.5e-6 * hertz / (np.pi * contact_radius**2):.1f} MPa"
+)
 
 # A wavy surface, one wavelength of it, at half of the pressure that flattens it.
 amplitude, wavelength, share = 2e-7, 3e-5, 0.5

@@ -16,9 +16,9 @@ influence = Influence(Grid.of(heights, dx=1e-6), steel)
 pushed = solve(influence, heights, penetration_m=1e-7)
 pressed = solve_load(influence, heights, mean_pressure_pa=pushed.mean_pressure)
 print(f"100 nm deep: {pushed.mean_pressure / 1e6:.1f} MPa, under which it is {heights.max() - pressed.plane:.4e} m")
-curve = solve_loads(influence, heights, np.geomspace(1e6, 1e9, 7))
-for pressure, area, residual in zip(curve.mean_pressure, curve.area, curve.residual, strict=True):
-    print(f"{pressure / 1e6:7.1f} MPa: {area:.4f} of the area in contact, residual {residual:.0e}")
+for each in solve_loads(influence, heights, np.geomspace(1e6, 1e9, 7)):
+    area = each.shares.mean()
+    print(f"{each.mean_pressure / 1e6:7.1f} MPa: {area:.4f} of the area in contact, residual {each.residual:.0e}")
 
 # The softer the surface, the nearer is its area to the load over the hardness, which no pressure exceeds.
 for hardness in (1e11, 1e10, 2e9):

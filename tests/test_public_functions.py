@@ -39,7 +39,7 @@ RESULTS = {
     *("CensoredFit", "ContactSolution"),
     *("NodePressures", "BetaFit", "CorrelationFit", "WindowStatistics", "Counts", "CycleCounts", "GrazingResponse"),
     *("Durations", "LimitCycle", "Motion", "Reattachment", "States", "Trajectory", "TroughMap"),
-    *("EmpiricalDistribution", "Estimate", "ContactSweep"),
+    *("EmpiricalDistribution", "Estimate"),
     *("Translation", "CovarianceFit", "ScanStatistics", "Topography"),
     "Covariance",
     *("FrictionLaw", "Answer", "Budget", "Uncertain"),

@@ -13,6 +13,14 @@ import numpy as np
 SQUARE_CAPACITANCE = 0.3667874
 
 
+# A paraboloid r^2 / 2 pressed in by 1 has the contact radius 1 (Hertz; Johnson, section 4.2).
+HERTZ_FORCE, HERTZ_PEAK = 4 / 3, 2 / math.pi
+
+
+def hertz_pressure(r: np.ndarray) -> np.ndarray:
+    return HERTZ_PEAK * np.sqrt(np.maximum(1 - r**2, 0.0))
+
+
 @dataclass(frozen=True)
 class SineWave:
     """Heights D cos(2 pi x / l) under a share s of the pressure p* = pi E* D / l at which contact is full.
@@ -69,9 +77,3 @@ def light_area(load: float) -> float:
 def open_area(load: float) -> float:
     """What is not in contact as the share goes to 1: every trough is a penny-shaped crack that closes."""
     return 3 / (2 * math.pi) * (1 - load)
-
-
-def punch_pressure(r: np.ndarray, radius: float, penetration: float) -> np.ndarray:
-    """Under a flat circular punch, d / (pi sqrt(a^2 - r^2)); the force is 2 a d (Boussinesq; Johnson, section 3.4)."""
-    inside = r < radius
-    return np.where(inside, penetration / (math.pi * np.sqrt(np.where(inside, radius**2 - r**2, 1.0))), 0.0)

@@ -1,4 +1,4 @@
-"""Random surfaces, the contact conditions, and an independent influence matrix."""
+"""Random surfaces and the contact conditions."""
 
 import math
 from collections.abc import Callable
@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from roughslip.contact.solve import ContactSolution
-from roughslip.grid import Grid
 
 
 def correlated_heights(shape: tuple[int, int], length: float, seed: int) -> np.ndarray:
@@ -21,24 +20,6 @@ def correlated_heights(shape: tuple[int, int], length: float, seed: int) -> np.n
 @pytest.fixture
 def surface() -> Callable[[tuple[int, int], float, int], np.ndarray]:
     return correlated_heights
-
-
-def textbook_matrix(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
-    """(size, size) [m/Pa] Love's solution as in Johnson, Contact Mechanics, section 3.5, between all nodes of the free
-    half-space: x asinh(y/|x|) + y asinh(x/|y|) at the corners. Far away it loses r^2 / (dx dy) of its accuracy."""
-
-    def primitive(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
-
-    x, y = (position.ravel() for position in np.meshgrid(grid.x(), grid.y(), indexing="ij"))
-    x, y, a, b = x[:, None] - x, y[:, None] - y, grid.dx / 2, grid.dy / 2
-    corners = primitive(x + a, y + b) - primitive(x - a, y + b) - primitive(x + a, y - b) + primitive(x - a, y - b)
-    return corners / (np.pi * plane_strain_modulus_pa)
-
-
-@pytest.fixture(scope="session")
-def dense_matrix() -> Callable[[Grid, float], np.ndarray]:
-    return textbook_matrix
 
 
 def assert_contact_conditions(

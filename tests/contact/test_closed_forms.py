@@ -1,115 +1,33 @@
-"""The closed forms against quadrature, and the free half-space against them: orders of convergence in the mesh."""
+"""The free half-space against closed forms, with orders of convergence; areas of periodic surfaces under a load.
+
+Loads p' = p / (E* h') are over the root mean square slope h'. E* = 1, and so are cells of rough surfaces.
+"""
 
 import math
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+from scipy.special import erf
 
-from roughslip.contact import HertzSphere, Influence, solve, solve_load
-from roughslip.contact.solution import ContactSolution
+from roughslip.contact import ContactSolution, Influence, cell_heights, solve, solve_load
 from roughslip.grid import Grid
-from tests.contact.closed_forms import SQUARE_CAPACITANCE, SineWave, light_area, open_area, punch_pressure
-
-SPHERE = HertzSphere(radius_m=1e-3, penetration_m=1e-7, plane_strain_modulus_pa=1.1e11)
-PUNCH = 2.0, 3e-3  # radius and penetration
+from tests.contact.closed_forms import HERTZ_FORCE, HERTZ_PEAK, SQUARE_CAPACITANCE, SineWave, hertz_pressure
 
 
-@pytest.mark.parametrize(
-    ("pressure", "radius", "force", "penetration"),
-    [
-        (SPHERE.pressure_pa, SPHERE.contact_radius_m, SPHERE.force_n, SPHERE.penetration_m * 1.1e11),
-        (lambda r: punch_pressure(r, *PUNCH), PUNCH[0], 2 * PUNCH[0] * PUNCH[1], PUNCH[1]),
-    ],
-)
-def test_pressure_carries_the_force_and_lifts_the_axis_by_the_penetration(pressure, radius, force, penetration):
-    """u(0) = 1/(pi E*) int p / r dA. With r = a sin t the edge is smooth, and r dr is a^2 sin t cos t dt."""
+def sphere_on(n: int, edge: float, shift: tuple[float, float]) -> tuple[Grid, np.ndarray, np.ndarray]:
+    """n x n cells over an edge of some contact radii, the axis of the sphere a shift [cells] off the middle.
 
-    def over_edge(integrand):
-        return quad(lambda t: integrand(t) * float(pressure(np.array(radius * math.sin(t)))), 0, math.pi / 2)[0]
-
-    carried = over_edge(lambda t: 2 * math.pi * radius**2 * math.sin(t) * math.cos(t))
-    assert carried == pytest.approx(force, rel=1e-8)
-    assert over_edge(lambda t: 2 * radius * math.cos(t)) == pytest.approx(penetration, rel=1e-8)
-    assert np.all(pressure(np.array([1.0, 1.5, 1e3]) * radius) == 0)
-    assert SPHERE.pressure_pa(np.zeros(1)) == pytest.approx(SPHERE.peak_pressure_pa)
-
-
-@pytest.mark.parametrize("load", [0.05, 0.5, 0.9])
-def test_sine_wave_meets_the_plane_all_over_the_contact(load):
-    """Displacement from its mean under one mode exp(i q x) is 2 p / (E* q): height less displacement is the plane in
-    contact and below it outside. The modes of a pressure with a root at its edge fall as k^-3/2 and those of the
-    displacement as k^-5/2. The sum beyond K = 8192 is of the order K^-3/2 = 1.3e-6 (measured 4.3e-6)."""
-    wave, n = SineWave(2.0, 3.0, load), 2**14
-    x = np.arange(n) / n * wave.wavelength
-    pressure = wave.pressure(x)
-    assert np.mean(pressure) == pytest.approx(wave.mean_pressure, rel=1e-5)
-    assert np.mean(pressure > 0) == pytest.approx(wave.area_fraction, abs=2 / n)
-    spectrum = np.fft.rfft(pressure)
-    spectrum[1:] *= wave.wavelength / (np.pi * np.arange(1, spectrum.size))
-    spectrum[0] = 0.0
-    surface = wave.heights(x) - np.fft.irfft(spectrum, n)
-    np.testing.assert_allclose(surface[pressure > 0], wave.plane, rtol=0, atol=2e-5)
-    assert np.all(surface[pressure == 0] < wave.plane + 2e-5)
-    less, more = (SineWave(2.0, 3.0, load + change) for change in (-1e-4, 1e-4))
-    work = wave.mean_pressure * (less.plane - more.plane)  # dW = -p d(plane), by central differences
-    assert more.energy - less.energy == pytest.approx(work, rel=1e-6)
-
-
-def test_limits_of_crossed_waves_and_of_a_square_punch():
-    """A crest is a sphere of radius l^2 / (4 pi^2 D) under half the load of a cell. In full contact the pressure about
-    a trough is p - p* + 2 pi^2 p* (r/l)^2, by u = 2 p / (E* |q|). A crack of radius b removes the tension, and its edge
-    has no stress intensity: int_0^b sigma r / sqrt(b^2 - r^2) dr = 0 (Sneddon). A cell has two troughs. Capacitance
-    grows with the set, and of all plates of one area the disc has the least (Polya and Szego)."""
-    load, full, radius = 1e-4, math.sqrt(2) * math.pi, 1 / (4 * math.pi**2)  # D = l = E* = 1
-    crest = (0.75 * load * full / 2 * radius) ** (1 / 3)
-    assert light_area(load) == pytest.approx(2 * math.pi * crest**2, rel=1e-13)
-    missing = 1e-3
-    b = math.sqrt(open_area(1 - missing) / (2 * math.pi))
-    intensity, _ = quad(
-        lambda t: (missing - 2 * math.pi**2 * (b * math.sin(t)) ** 2) * b * math.sin(t), 0, math.pi / 2, epsabs=1e-12
-    )
-    assert abs(intensity) < 1e-9 * missing * b
-    disc = 2 / math.pi**1.5  # 2 E* a d over pi E* edge d, for the disc of the same area
-    assert disc < SQUARE_CAPACITANCE < math.sqrt(2) * disc * math.sqrt(math.pi) / 2
-
-
-def sphere_on(n: int, edge_in_radii: float, shift: tuple[float, float]) -> tuple[Grid, np.ndarray, np.ndarray]:
-    """n x n cells over some contact radii, the axis of the sphere a shift [cells] off the middle of the mesh.
-
-    Returns the mesh, the interference [m] and the distances of the nodes from the axis [m].
+    Returns the mesh, heights and distances from the axis.
     """
-    h = edge_in_radii * SPHERE.contact_radius_m / n
+    h = edge / n
     grid = Grid(n, n, h, h)
     r = np.hypot(grid.x()[:, None] - (n / 2 + shift[0]) * h, grid.y() - (n / 2 + shift[1]) * h)
-    return grid, SPHERE.penetration_m - r**2 / (2 * SPHERE.radius_m), r
+    return grid, -(r**2) / 2, r
 
 
-def press(n: int, edge_in_radii: float, shift: tuple[float, float]) -> tuple[ContactSolution, Grid, np.ndarray]:
-    grid, interference, r = sphere_on(n, edge_in_radii, shift)
-    return solve(Influence(grid, SPHERE.plane_strain_modulus_pa), interference), grid, r
-
-
-def counted_radius(solution: ContactSolution, grid: Grid) -> float:
-    return float(np.sqrt(np.count_nonzero(solution.contact) * grid.cell_area / np.pi))
-
-
-def test_hertz():
-    """128 x 128 nodes, contact radius a = 25.6 cells, the axis between four nodes.
-
-    Force: off by 0.06 (h/a)^2 = 9e-5 on average over shifts of the mesh (6.7e-5 here).
-    Peak: the nearest nodes lie half a diagonal off the axis, where p is lower by (h/a)^2 / 4 = 3.8e-4 (2.7e-4 here).
-    Pressure: to 5e-3 up to two cells inside the edge, where it turns vertical; none from one cell outside.
-    Radius: a node counts if it has any pressure, so the counted circle is 0.12 cells too large on average (0.47 %).
-    """
-    solution, grid, r = press(128, 5.0, (0.0, 0.0))
-    radius = SPHERE.contact_radius_m
-    assert np.sum(solution.pressure) * grid.cell_area == pytest.approx(SPHERE.force_n, rel=1e-4)
-    assert solution.pressure.max() == pytest.approx(SPHERE.peak_pressure_pa, rel=4e-4)
-    error = np.abs(solution.pressure - SPHERE.pressure_pa(r)) / SPHERE.peak_pressure_pa
-    assert error[r < radius - 2 * grid.dx].max() < 5e-3
-    assert not np.any(solution.contact[r > radius + grid.dx])
-    assert counted_radius(solution, grid) == pytest.approx(radius, rel=6e-3)
+def press(n: int, edge: float, shift: tuple[float, float]) -> tuple[ContactSolution, Grid, np.ndarray]:
+    grid, heights, r = sphere_on(n, edge, shift)
+    return solve(Influence(grid, 1.0), 1.0 + heights), grid, r
 
 
 def test_hertz_orders_of_convergence():
@@ -125,10 +43,10 @@ def test_hertz_orders_of_convergence():
         errors = []
         for shift in shifts:
             solution, grid, r = press(n, 2.5, shift)
-            force, exact = np.sum(solution.pressure) * grid.cell_area, SPHERE.pressure_pa(r)
-            force_error = force / SPHERE.force_n - 1
+            force, exact = np.sum(solution.pressure) * grid.cell_area, hertz_pressure(r)
+            force_error = force / HERTZ_FORCE - 1
             pressure_error = np.linalg.norm(solution.pressure - exact) / np.linalg.norm(exact)
-            area_error = (counted_radius(solution, grid) / SPHERE.contact_radius_m) ** 2 - 1
+            area_error = np.count_nonzero(solution.contact) * grid.cell_area / math.pi - 1
             errors.append((force_error, pressure_error, area_error))
         means.append(np.average(errors, axis=0, weights=weights))
     halvings = np.log2(means)
@@ -139,45 +57,14 @@ def test_hertz_orders_of_convergence():
 
 def test_hertz_under_a_load():
     """The plane stands as deep below the summit as the penetration. F ~ d^(3/2): at a given load the error of d is
-    two thirds of that of the force, 6e-5."""
-    grid, interference, _ = sphere_on(64, 2.5, (0.0, 0.0))
-    influence = Influence(grid, SPHERE.plane_strain_modulus_pa)
-    heights = interference - SPHERE.penetration_m  # the summit at 0
-    solution = solve_load(influence, heights, SPHERE.force_n / (grid.size * grid.cell_area))
-    assert np.sum(solution.pressure) * grid.cell_area == pytest.approx(SPHERE.force_n, rel=1e-8)
-    assert -solution.plane == pytest.approx(SPHERE.penetration_m, rel=1e-4)
-    again = solve(influence, heights - solution.plane)
-    np.testing.assert_allclose(again.pressure, solution.pressure, rtol=0, atol=1e-8 * SPHERE.peak_pressure_pa)
-
-
-def test_sphere_yields_on_its_axis_when_the_peak_pressure_reaches_the_cap():
-    """The node on the axis has p0 less 1e-4 at 25.6 cells a radius: 5e-4 beyond it yields, alone. The pressure falls by
-    (h / a)^2 / 2 = 7.6e-4 to the next nodes."""
-    h = SPHERE.contact_radius_m / 25.6
-    grid, modulus = Grid(65, 65, h, h), SPHERE.plane_strain_modulus_pa
-    r = np.hypot(grid.x()[:, None] - 32.5 * h, grid.y() - 32.5 * h)
-    below = r**2 / (2 * SPHERE.radius_m)
-    before, after = (
-        solve(Influence(grid, modulus), scale**2 * SPHERE.penetration_m - below, hardness_pa=SPHERE.peak_pressure_pa)
-        for scale in (0.9995, 1.0005)
-    )
-    assert not np.any(before.plastic_displacement)
-    assert np.flatnonzero(after.plastic_displacement) == [65 * 32 + 32]
-    assert before.pressure.max() == pytest.approx(SPHERE.peak_pressure_pa, rel=1e-3)
-
-
-@pytest.mark.parametrize("n", [9, 40])
-def test_rigid_flat(n, dense_matrix):
-    """Full contact: the linear system, solved densely with the textbook's coefficients, and the eight symmetries of
-    the square. The condition of B is below 100, the tolerance of the solver 1e-10."""
-    grid = Grid(n, n, 1 / n, 1 / n)
-    solution = solve(Influence(grid, 1.0), np.ones((n, n)))
-    exact = np.linalg.solve(dense_matrix(grid, 1.0), np.ones(n * n)).reshape(n, n)
-    p = solution.pressure
-    assert solution.area_fraction == 1
-    np.testing.assert_allclose(p, exact, rtol=1e-8)
-    for image in (p[::-1], p[:, ::-1], p.T):
-        np.testing.assert_allclose(p, image, rtol=1e-8)
+    two thirds of that of the force, 6e-5. The peak is between four nodes, lower by (h/a)^2 / 4 = 3.8e-4."""
+    grid, heights, _ = sphere_on(64, 2.5, (0.0, 0.0))
+    solution = solve_load(Influence(grid, 1.0), heights, HERTZ_FORCE / (grid.size * grid.cell_area))
+    assert np.sum(solution.pressure) * grid.cell_area == pytest.approx(HERTZ_FORCE, rel=1e-8)
+    assert solution.pressure.max() == pytest.approx(HERTZ_PEAK, rel=4e-4)
+    assert -solution.plane == pytest.approx(1.0, rel=1e-4)
+    again = solve(Influence(grid, 1.0), heights - solution.plane)
+    np.testing.assert_allclose(again.pressure, solution.pressure, rtol=0, atol=1e-8 * HERTZ_PEAK)
 
 
 def test_force_of_a_square_punch():
@@ -190,14 +77,70 @@ def test_force_of_a_square_punch():
     assert 2 * forces[2] - forces[1] == pytest.approx(exact, rel=3e-4)
 
 
-def test_circular_punch():
-    """A disc of nodes, its radius taken from their number. The edge nodes represent the unbounded pressure by its mean
-    only. Measured: the force is low by 0.12 cells in the radius; within 0.8 a the pressure is high by at most 0.43."""
-    grid = Grid(64, 64, 1.0, 1.0)
-    r = np.hypot(grid.x()[:, None] - 32, grid.y() - 32)
-    disc, inside = r < 20.0, r < 16.0
-    a = float(np.sqrt(np.count_nonzero(disc) / np.pi))
-    solution = solve(Influence(grid, 1.0), np.where(disc, 1e-3, -1.0))
-    assert np.array_equal(solution.contact, disc)
-    assert np.sum(solution.pressure) == pytest.approx(2e-3 * a, rel=0.15 / a)
-    np.testing.assert_allclose(solution.pressure[inside], punch_pressure(r[inside], a, 1e-3), rtol=0.5 / a)
+def self_affine(waves: int, longest: float, n: int, hurst: float, seed: int) -> np.ndarray:
+    """(n, n) heights on cells of edge 1, of the same waves for every n, whose root mean square slope is 1.
+
+    waves, longest : shortest and longest waves in the cell; the spectrum falls as q^(-2 - 2 hurst) between them
+    """
+    generator, k = np.random.default_rng(seed), np.arange(-waves, waves + 1)
+    q = np.hypot(k[:, None], k)
+    noise = generator.standard_normal(q.shape) + 1j * generator.standard_normal(q.shape)
+    amplitude = np.where((q >= longest) & (q <= waves), np.maximum(q, 1) ** (-1 - hurst), 0.0) * noise
+    spectrum = np.zeros((n, n), complex)
+    spectrum[np.ix_(k % n, k % n)] = amplitude
+    spectrum = (spectrum + np.conj(spectrum[-np.arange(n)][:, -np.arange(n)])) / 2  # real heights
+    wave_numbers = 2 * np.pi * np.hypot(np.fft.fftfreq(n)[:, None], np.fft.fftfreq(n))
+    slope = math.sqrt(np.sum(np.abs(wave_numbers * spectrum) ** 2))
+    return np.fft.ifft2(spectrum).real * n**2 / slope
+
+
+def areas(heights: np.ndarray, loads: list[float]) -> np.ndarray:
+    """(loads,) real over nominal area, of heights lowered for cells."""
+    grid = Grid(*heights.shape, 1.0, 1.0)
+    influence, heights = Influence(grid, 1.0, periodic=True), cell_heights(heights, grid)
+    return np.array([solve_load(influence, heights, load, 1e-6).shares.mean() for load in loads])
+
+
+def test_tilted_waves_have_the_area_of_westergaard() -> None:
+    """At every load and on three meshes, over phases that pass all positions of an edge between nodes. Nodes give 0.08
+    to 0.15 cells an edge too much at any mesh: order one. Shares leave 0.03."""
+    for n in (32, 48, 64):
+        grid, wavelength, phase = Grid(n, n, 1.0, 1.0), n / math.hypot(3, 1), 2 * np.pi * np.arange(n) / n
+        influence = Influence(grid, 1.0, periodic=True)
+        for load in (0.1, 0.4, 0.8):
+            wave = SineWave(1.0, wavelength, load)
+            errors = []
+            for shift in 2 * np.pi * (np.arange(4) + 0.5) / (4 * n):
+                heights = cell_heights(np.cos(3 * phase[:, None] + phase + shift), grid)
+                found = solve_load(influence, heights, wave.mean_pressure, 1e-6)
+                errors.append((found.area_fraction - wave.area_fraction, found.shares.mean() - wave.area_fraction))
+            nodes, shares = np.mean(errors, axis=0) * wavelength / 2  # of the two edges of a wave
+            assert 0.07 < nodes < 0.17
+            assert abs(shares) < 0.04
+
+
+@pytest.mark.nightly
+def test_light_load_has_the_area_of_bush_gibson_and_thomas() -> None:
+    """A / p' = sqrt(2 pi) as p' goes to 0: the highest summits are Hertz contacts on spheres. At p' = 1e-3 the summits
+    of this surface (Nayak's parameter 1.77), taken alone, have 2.45; 3 % are allowed for that. The ratio falls with the
+    load, but far less than Persson's sqrt(8 / pi) is below it."""
+    loads = [1e-3, 1e-2, 1e-1]
+    ratios = [areas(self_affine(24, 12, 384, 0.8, seed), loads) / loads for seed in range(12)]
+    mean, error = np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / math.sqrt(len(ratios))
+    assert mean[0] == pytest.approx(math.sqrt(2 * math.pi), rel=0.03, abs=2 * error[0])
+    assert error[0] < 0.1
+    assert np.all(np.diff(mean) < 0)
+    assert np.all(mean > math.sqrt(8 / math.pi))
+
+
+def test_area_over_the_load_against_persson() -> None:
+    """erf(sqrt(2) p') (Persson, J. Chem. Phys. 115 (2001) 3840) is below the area at every load, and meets it in nearly
+    full contact, where the pressures of the surface are Gaussian. The area stays below sqrt(2 pi) p'."""
+    loads = [0.02, 0.1, 0.3, 0.6, 1.0, 1.5]
+    found = np.mean([areas(self_affine(12, 2, 96, 0.8, seed), loads) for seed in range(4)], axis=0)
+    persson = erf(math.sqrt(2) * np.array(loads))
+    excess = found / persson
+    assert np.all(np.diff(excess) < 0)
+    assert np.all(found < math.sqrt(2 * math.pi) * np.array(loads))
+    assert excess[0] == pytest.approx(2.3 / math.sqrt(8 / math.pi), rel=0.07)  # between 2.15 and 2.45 at p' = 0.02
+    assert excess[-1] == pytest.approx(1, abs=0.005)

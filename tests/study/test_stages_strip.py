@@ -28,7 +28,6 @@ CONFIGURATION = changed(
 )
 NX, NY, FIRST, COUNT, WINDOW, SPACING = 100, 5, 10, 16, 20, 4  # nodes; first column and number of windows; columns
 CELL_AREA = 5e-6**2
-HOW = {"method": "fft", "nodes": NX * NY, "start": "given"}  # solutions were found
 COLUMNS = training_columns(slice(FIRST, FIRST + 80))
 
 
@@ -61,7 +60,7 @@ def test_blocks_and_training_columns_of_a_known_contact(run, monkeypatch):
             gap = 1e-9 * (1 + level) * node
             fields = {"pressure": pressure, "contact": pressure > 0, "signed_gap": gap}
             fields |= {"shares": contact_shares(pressure), "yielded_share": 0.0}
-            yield SimpleNamespace(residual=0.1 * level, work=5 + level, **fields, **HOW)
+            yield SimpleNamespace(residual=0.1 * level, work=5 + level, method="fft", **fields)
 
     monkeypatch.setattr(domain, "sweep", lambda *given, **named: list(sweep(*given, **named)))
     result = run(contact, CONFIGURATION, first=1, last=5)

@@ -11,7 +11,7 @@ from scipy.special import j0, jv, ndtr
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.embedding import circulant_eigenvalues, circulant_lags, embed, embed_cell
-from roughslip.surface.fractal import RandomPhaseMarginal, WeierstrassMandelbrot, fractal_on, plane_waves
+from roughslip.surface.fractal import WeierstrassMandelbrot, cdf, height_series, quantile
 from roughslip.surface.measured_covariance import measured_covariance
 from roughslip.surface.models import covariance_of, self_affine
 
@@ -117,14 +117,6 @@ def test_a_cell_has_the_covariance_up_to_half_a_period():
         embed_cell(covariance_of("gaussian", 2e-7, 6e-5), grid)
 
 
-def test_samples_are_white_noise_filtered_on_the_whole_torus():
-    """To rounding: leaving out the rows beyond the mesh is a matter of speed alone."""
-    embedding = embed(covariance_of("exponential", 1.0, 7.0), Grid(33, 15, 1.0, 1.0))
-    noise = scipy.fft.rfft2(np.random.default_rng(4).standard_normal(embedding.torus))
-    whole = scipy.fft.irfft2(embedding.root * noise, s=embedding.torus)
-    np.testing.assert_allclose(embedding.sample(np.random.default_rng(4)), whole[:33, :15], rtol=0, atol=1e-14)
-
-
 def test_what_cannot_be_embedded_is_refused(monkeypatch):
     with pytest.raises(ParameterError, match="two cells"):
         embed(self_affine(1.0, 0.8, 1.0, 0.01), Grid(16, 4, 1.0, 1.0))
@@ -140,12 +132,6 @@ UM = 1e-6
 LAW = WeierstrassMandelbrot(0.7, 2 * UM, 100 * UM, 12 * UM, azimuths=6)
 
 
-def fields(law, grid, samples, seed):
-    waves = plane_waves(law, grid)
-    draws = (np.random.default_rng([seed, i]).standard_normal(law.variables) for i in range(samples))
-    return np.array([waves.heights(xi) for xi in draws])
-
-
 def test_heights_are_the_sum_of_the_waves():
     """The product of matrices against the sum of cosines as written; 36 terms of rounding."""
     grid = Grid(23, 17, 5 * UM, 4 * UM)
@@ -156,7 +142,10 @@ def test_heights_are_the_sum_of_the_waves():
         for m in range(LAW.azimuths):
             alpha, phase = math.pi * m / LAW.azimuths, 2 * math.pi * ndtr(xi[j * LAW.azimuths + m])
             plain += a * np.cos(2 * math.pi * f * (x * math.cos(alpha) + y * math.sin(alpha)) + phase)
-    np.testing.assert_allclose(plane_waves(LAW, grid).heights(xi), plain, atol=1e-14 * LAW.variables * UM)
+    drawn = LAW.sampler(grid)(np.random.default_rng(1))
+    np.testing.assert_allclose(drawn, plain, atol=1e-14 * LAW.variables * UM)
+    with pytest.raises(ParameterError, match="alias"):
+        LAW.sampler(Grid(16, 16, 0.51 / LAW.frequencies[-1], UM))
 
 
 def test_profile_is_the_paper_s_sum():
@@ -167,7 +156,7 @@ def test_profile_is_the_paper_s_sum():
     np.testing.assert_allclose(law.amplitudes / law.amplitudes[0], 1.4 ** ((fractal_dimension - 2) * j), rtol=1e-13)
     np.testing.assert_allclose(law.frequencies, 1.4**j / (100 * UM), rtol=1e-13)
     assert law.frequencies[-1] <= 1 / (7 * UM) < 1.4 * law.frequencies[-1]
-    field = fields(law, Grid(30, 4, 3 * UM, 3 * UM), 1, 2)[0]
+    field = law.sampler(Grid(30, 4, 3 * UM, 3 * UM))(np.random.default_rng(2))
     assert np.ptp(field, axis=1).max() == 0.0
 
 
@@ -202,63 +191,37 @@ def test_distribution_against_quadrature():
     96^3 midpoints: the kinks where |h - rest| = a leave some 1e-5.
     """
     a = np.array([1.0, 0.8, 0.5, 0.4])
-    marginal = RandomPhaseMarginal(a)
+    series = height_series(a, 1)
     cosine = np.cos((np.arange(96) + 0.5) * math.pi / 96)
     rest = a[1] * cosine[:, None, None] + a[2] * cosine[None, :, None] + a[3] * cosine[None, None, :]
     for height in (-2.0, -0.7, 0.0, 0.4, 1.3):
         exact = np.mean(1.0 - np.arccos(np.clip(height - rest, -1.0, 1.0)) / math.pi)
-        assert marginal.cdf(height) == pytest.approx(exact, abs=2e-5)
-    np.testing.assert_array_equal(marginal.cdf(np.array([-3.0, 3.0])), [0.0, 1.0])
+        assert cdf(height, series) == pytest.approx(exact, abs=2e-5)
+    assert (cdf(-3.0, series), cdf(3.0, series)) == (0.0, 1.0)
 
 
-def test_distribution_has_the_moments():
-    """E z^(2n) = 4n int_0^b z^(2n - 1) (1 - F) dz, by Gauss-Legendre; the fourth cumulant of a cosine is -3/8 a^4."""
-    marginal = LAW.marginal()
-    node, weight = np.polynomial.legendre.leggauss(200)
-    z = 0.5 * marginal.bound * (1 + node)
-    tail = 0.5 * marginal.bound * weight * (1.0 - marginal.cdf(z))
-    second, fourth = (4 * n * np.sum(tail * z ** (2 * n - 1)) for n in (1, 2))
-    cumulant = -0.375 * 6 * np.sum(LAW.amplitudes**4)
-    assert second == pytest.approx(LAW.rms_height_m**2, rel=1e-9)
-    assert fourth / second**2 - 3 == pytest.approx(cumulant / second**2, abs=1e-8)
-
-
-def test_quantile_inverts():
-    marginal = LAW.marginal()
-    p = np.array([1e-8, 0.01, 0.5, 0.8, 1 - 1e-6])
-    np.testing.assert_allclose(marginal.cdf(marginal.quantile(p)), p, rtol=0, atol=3e-12)
-    assert marginal.quantile(0.5) == pytest.approx(0.0, abs=1e-11 * UM)
-    assert marginal.quantile(0.99) == pytest.approx(-marginal.quantile(0.01), rel=1e-8)
+def test_planes_stand_at_quantiles():
+    """Of heights whose distribution is found to 1e-12, and symmetric."""
+    share = np.array([1e-8, 0.01, 0.5, 0.8, 1 - 1e-6])
+    series, planes = height_series(LAW.amplitudes, LAW.azimuths), LAW.plane_height(100 * share)
+    np.testing.assert_allclose([cdf(plane, series) for plane in planes], 1 - share, rtol=0, atol=3e-12)
+    assert planes[2] == pytest.approx(0.0, abs=1e-11 * UM)
     for wrong in (0.0, 1.0, 1e-10, math.nan):
         with pytest.raises(ParameterError):
-            marginal.quantile(wrong)
-
-
-@pytest.mark.parametrize("gamma", [1.3, 1.5, 2.0])
-def test_frequencies_fit_patch_and_mesh(gamma):
-    """64 cells and gamma = 2: the wave of two cells would be at the Nyquist frequency itself and is left out."""
-    law = fractal_on(Grid(64, 32, UM, UM), 0.6, UM, 4, gamma)
-    assert law.longest_wavelength_m == pytest.approx(64 * UM)
-    shortest = 1 / law.frequencies[-1]
-    assert shortest / gamma <= 2 * UM * (1 + 1e-9) < shortest
-    with pytest.raises(ParameterError, match="alias"):
-        plane_waves(law, Grid(16, 16, 0.51 * shortest, UM))
+            quantile(wrong, LAW.amplitudes, LAW.azimuths)
 
 
 def test_the_error_of_the_series_is_bounded_by_the_waves_that_have_decayed():
     """2 / (pi n) times the product of sqrt(2 / (pi a s)) over n = 3 of four waves; J0 of the fourth is still 1."""
     a = np.array([1.0, 0.7, 0.5, 1e-8])
     with pytest.raises(ConvergenceError) as refused:
-        RandomPhaseMarginal(a).cdf(0.1)
+        height_series(a, 1)
     s = math.pi * 2**20 / a.sum()
     assert refused.value.residual == pytest.approx(2 / (3 * math.pi) * np.sqrt(2 / (math.pi * a[:3] * s)).prod())
 
 
 def test_too_few_waves_and_too_wide_bands_are_refused():
-    for grid in (Grid(2, 2, UM, UM), Grid(1, 1, UM, UM)):
-        with pytest.raises(ParameterError, match="no wave fits"):
-            fractal_on(grid, 0.5, UM, 4)
     with pytest.raises(ConvergenceError, match="more frequencies or azimuths"):
-        RandomPhaseMarginal(np.array([1.0, 0.7, 0.5])).cdf(0.1)
+        height_series(np.array([1.0, 0.7, 0.5]), 1)
     with pytest.raises(ParameterError, match="lengthen the shortest"):  # 2^23 steps of an eighth of the shortest wave
         replace(LAW, shortest_wavelength_m=100 * UM / 2**20).correlation_length()

@@ -9,13 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.surface import lanczos
 from roughslip.surface import modes as kl
 from roughslip.surface.models import Gaussian, covariance_of, self_affine
 
@@ -43,13 +40,12 @@ def covariance_matrix(covariance, grid):
 
 
 def check_leading(found, expected):
-    """Orthonormal vectors with small residuals, and the sorted values, prove that every mode is there."""
-    values, vectors, residuals = found
+    """Orthonormal vectors and the sorted values prove that every mode is there."""
+    values, vectors = found
     order = len(values)
-    # FFT products and orthogonalisation round by some n eps of the largest; the residuals enter squared
+    # FFT products and orthogonalisation round by some n eps of the largest
     np.testing.assert_allclose(values, np.sort(expected)[::-1][:order], atol=1e-13 * np.max(expected))
     np.testing.assert_allclose(vectors @ vectors.T, np.eye(order), atol=1e-12)
-    assert residuals.max() < lanczos.LARGEST_RESIDUAL
 
 
 def exponential_on_unit_interval(length, count):
@@ -80,53 +76,35 @@ def test_the_complete_expansion_gives_the_covariance_back(covariance):
     np.testing.assert_allclose(kl.heights(expansion.modes, xi), np.einsum("m,mxy", xi, expansion.modes), atol=1e-13)
 
 
-@given(
-    shape=st.tuples(st.integers(3, 13), st.integers(3, 13)),
-    covariance=st.sampled_from([*MIRRORED.values(), *ROTATED.values(), covariance_of("exponential", 1.0, 0.5)]),
-    part=st.floats(0.0, 1.0),
-)
-@settings(max_examples=40, deadline=None, derandomize=True)
-def test_lanczos_finds_the_modes_of_the_matrix(shape, covariance, part):
-    """At any small mesh and order; also neighbours correlated by exp(-2) alone, whose eigenvalues differ by little."""
-    grid = Grid(*shape, 1.0, 1.2)
-    order = 1 + int(part * max(grid.size // 4 - 1, 0))
-    found = lanczos.leading_modes(covariance, grid, order)
-    matrix = covariance_matrix(covariance, grid) / covariance.rms_height_m**2
-    check_leading(found, np.linalg.eigvalsh(matrix))
-    values, vectors, residuals = found
-    true = np.linalg.norm(matrix @ vectors.T - values * vectors.T, axis=0) / values[0]
-    np.testing.assert_allclose(residuals, true, atol=1e-14)
-
-
 # lambda_i lambda_j for i, j = 0, 1, 2 ... come as 00, 01 10, 11, 02 20, 12 21, ...: orders in and after each pair
 @pytest.mark.parametrize("order", [2, 3, 5, 8, 11, 15, 60])
 def test_products_of_equal_factors_come_twice(order):
     grid = Grid(16, 16, 1 / 16, 1 / 16)
     expected = kl.karhunen_loeve(covariance_of("gaussian", 2.0, 0.2), grid, order).eigenvalues / 4.0
-    check_leading(lanczos.leading_modes(Plain(2.0, 0.2), grid, order), expected)
+    check_leading(kl.leading_modes(Plain(2.0, 0.2), grid, order), expected)
 
 
 @pytest.mark.parametrize("times", [1, 5, 24])
 def test_eigenvalues_that_come_often(times, monkeypatch):
     """The matrix replaced by a diagonal one: 1, 1/2, 1/3 ... each so many times on 24 x 24 nodes."""
     diagonal = (1 / (1 + np.arange(576) // times)).reshape(24, 24)
-    monkeypatch.setattr(lanczos, "covariance_operator", lambda *_: lambda field: diagonal * field)
+    monkeypatch.setattr(kl, "covariance_operator", lambda *_: lambda field: diagonal * field)
     for order in (1, 9, 60):
-        check_leading(lanczos.leading_modes(ROTATED["exponential"], Grid(24, 24, 1.0, 1.0), order), diagonal.ravel())
+        check_leading(kl.leading_modes(ROTATED["exponential"], Grid(24, 24, 1.0, 1.0), order), diagonal.ravel())
 
 
 def test_missing_modes_are_found(monkeypatch):
     """A first search that misses two of three equal modes: later ones, without the modes known, find them."""
     diagonal = np.concatenate(([3.0, 2.0, 2.0, 2.0], np.linspace(1.0, 0.0, 396))).reshape(20, 20)
-    monkeypatch.setattr(lanczos, "covariance_operator", lambda *_: lambda field: diagonal * field)
-    search = lanczos._search
+    monkeypatch.setattr(kl, "covariance_operator", lambda *_: lambda field: diagonal * field)
+    search = kl._search
 
     def careless(apply, grid, known, count):
         hidden = apply if len(known) else lambda field: np.where(np.isin(np.arange(400), (2, 3)), 0, apply(field).flat)
         return search(hidden, grid, known, count)
 
-    monkeypatch.setattr(lanczos, "_search", careless)
-    check_leading(lanczos.leading_modes(ROTATED["exponential"], Grid(20, 20, 1.0, 1.0), 5), diagonal.ravel())
+    monkeypatch.setattr(kl, "_search", careless)
+    check_leading(kl.leading_modes(ROTATED["exponential"], Grid(20, 20, 1.0, 1.0), 5), diagonal.ravel())
 
 
 def test_exponential_on_an_interval_has_the_eigenvalues_of_the_continuous_problem():
@@ -164,7 +142,7 @@ def test_large_meshes_have_the_modes_of_the_matrix(monkeypatch):
     expansion = kl.karhunen_loeve(turned, grid, 20)
     np.testing.assert_allclose(expansion.eigenvalues, expected, rtol=1e-10)
     assert expansion.captured_variance == pytest.approx(expected.sum() / (4.0 * 1600), rel=1e-10)
-    monkeypatch.setattr(lanczos, "MOST_ROUNDS", 0)  # where Lanczos fails the matrix is formed
+    monkeypatch.setattr(kl, "MOST_ROUNDS", 0)  # where Lanczos fails the matrix is formed
     np.testing.assert_allclose(kl.karhunen_loeve(turned, grid, 20).eigenvalues, expected, rtol=1e-10)
 
 
@@ -174,11 +152,11 @@ def test_inaccurate_modes_endless_searches_and_what_is_not_finite_are_errors(mon
             return np.where(np.hypot(x, y) > 5.0, np.nan, 1.0)
 
     with pytest.raises(ParameterError, match="not finite"):
-        lanczos.leading_modes(Broken(1.0, 1.0), Grid(9, 8, 1.0, 1.0), 3)
-    monkeypatch.setattr(lanczos, "LARGEST_RESIDUAL", 0.0)
+        kl.leading_modes(Broken(1.0, 1.0), Grid(9, 8, 1.0, 1.0), 3)
+    monkeypatch.setattr(kl, "LARGEST_RESIDUAL", 0.0)
     with pytest.raises(ConvergenceError, match="inaccurate") as caught:
-        lanczos.leading_modes(covariance_of("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
+        kl.leading_modes(covariance_of("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
     assert 0.0 < caught.value.residual < 1e-11
-    monkeypatch.setattr(lanczos, "MOST_ROUNDS", 1)
+    monkeypatch.setattr(kl, "MOST_ROUNDS", 1)
     with pytest.raises(ConvergenceError, match="ask for fewer"):
-        lanczos.leading_modes(ROTATED["exponential"], Grid(20, 20, 1.0, 1.0), 30)
+        kl.leading_modes(ROTATED["exponential"], Grid(20, 20, 1.0, 1.0), 30)

@@ -3,13 +3,12 @@
     influence = Influence(grid, material.plane_strain_modulus_pa)
     solution = solve(influence, heights - plane)
 
-- solve, solve_load: pressures and gaps at a plane, a penetration or a load; sweep, solve_loads: at several of them
+- solve, solve_load: pressures and gaps at a plane, a penetration or a load; sweep, solve_loads: lists, at several
 - solve_at: pressures at a few nodes, as soon as these are known
 - Influence, Material: the matrix B of a mesh, free half-space or periodic cell; elastic constants
 - contact_shares: the contact area, less the error of the mesh
 - cell_heights: heights that give a mesh of a periodic cell the pressures of a smooth surface
 - point_pressures: pressures at nodes, less that error
-- HertzSphere: a contact problem with a known answer
 
 `__init__.pyi` lists all public names and their modules. Numerical methods: dense_solver for few nodes,
 conjugate_gradients with nested meshes for many, convolution for B p.

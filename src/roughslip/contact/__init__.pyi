@@ -2,12 +2,10 @@ from roughslip.contact.at_nodes import NodePressures as NodePressures
 from roughslip.contact.at_nodes import solve_at as solve_at
 from roughslip.contact.edge import contact_shares as contact_shares
 from roughslip.contact.edge import point_pressures as point_pressures
-from roughslip.contact.hertz import HertzSphere as HertzSphere
 from roughslip.contact.influence import Influence as Influence
 from roughslip.contact.influence import Material as Material
 from roughslip.contact.periodic import cell_heights as cell_heights
-from roughslip.contact.solution import ContactSolution as ContactSolution
-from roughslip.contact.solution import ContactSweep as ContactSweep
+from roughslip.contact.solve import ContactSolution as ContactSolution
 from roughslip.contact.solve import solve as solve
 from roughslip.contact.solve import solve_load as solve_load
 from roughslip.contact.solve import solve_loads as solve_loads

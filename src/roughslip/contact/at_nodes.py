@@ -81,7 +81,7 @@ def solve_at(
     if not (interference[nodes] > 0).any():
         nothing = np.zeros(len(nodes[0]))
         return NodePressures(nothing, nothing, nothing, 0, "none")
-    if influence.periodic or dense_pays(interference):
+    if influence.periodic or dense_pays(int(np.count_nonzero(interference > 0)), interference.size):
         solution = solve(influence, interference, tolerance, hardness_pa=hardness_pa)
         cells = solution.pressure[nodes]
         pressure = point_pressures(solution.pressure, nodes) if points else cells

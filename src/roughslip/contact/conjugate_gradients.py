@@ -12,8 +12,8 @@ the inverse of B. One iteration, with one product B t:
     - move: p <- p + theta t, w <- w + theta B t
 
 With a given sum of pressures, s and d have zero sum, and a common shift of the free pressures restores the sum
-after the clip. Along a periodic belt s is corrected for long waves (`blocks`). The plane is then unknown, and is set so
-that the mean gap in contact is zero.
+after the clip. Along a periodic belt s is corrected for long waves, in `periodic`. The plane is then unknown, and is
+set so that the mean gap in contact is zero.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.contact import blocks, kernels
+from roughslip.contact import kernels, periodic
 from roughslip.contact.influence import Influence
 from roughslip.contact.problem import Problem, nearest, shifted, with_sum
 from roughslip.errors import ConvergenceError
@@ -195,9 +195,9 @@ class _Workspace(NamedTuple):
 def _workspace(influence: Influence, precision: type[np.floating], given: bool) -> _Workspace:
     """given : whether the sum of the pressures is given"""
     nx, ny = influence.grid.shape
-    along, across = blocks.block_edges(influence)
+    along, across = periodic.block_edges(influence.grid)
     misfit: np.ndarray = np.zeros((nx, ny), precision)
-    is_belt = given and max(along.size, across.size) > 2
+    is_belt = given and influence.periodic and max(along.size, across.size) > 2
     return _Workspace(
         stencil=influence.approximate_inverse.astype(precision),
         misfit=misfit,
@@ -265,7 +265,8 @@ class _Iteration:
         """
         cap, pressure_sum = self.problem.cap, self.problem.pressure_sum
         self.curvature = 0.0
-        pressure = kernels.on_bounds(self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap)
+        target = self.pressure - (self.gap + self.plane) / self.problem.influence.diagonal
+        pressure = np.where(target <= 0, 0.0, np.where(target >= cap, cap, self.pressure))
         if pressure_sum is not None:
             moved = shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
             if moved is None:
@@ -317,7 +318,8 @@ class _Iteration:
         if work.levelled is not work.misfit and not 0.9 < self.share / (self.exchange_share or math.inf) < 1.1:
             self.exchange_share = max(self.share, 1 / self.gap.size)
             count = (work.along.size - 1) * (work.across.size - 1)
-            work = self.work = work._replace(exchange=blocks.exchange(problem.influence, count, self.exchange_share))
+            of_cell = problem.influence.grid, problem.influence.modulus, problem.influence.diagonal
+            work = self.work = work._replace(exchange=periodic.exchange(*of_cell, count, self.exchange_share))
         if self.short_steps < PATIENCE:
             limits = problem.cap, problem.pressure_sum or 0.0
             slope, clipped = _search(work, self.pressure, self.curvature, self.length, *limits)
@@ -367,12 +369,12 @@ def _search(
     misfit, descent, free, along, across = work.misfit, work.descent, work.free, work.along, work.across
     force, number = np.zeros(1), np.ones(1)
     if work.exchange.size > 1:
-        force, number = blocks.block_sums(misfit, free, along, across)
-    if work.exchange.size > 1 and number.min() > blocks.LEAST_SHARE * number.mean():
-        blocks.add_to_blocks(misfit, -force / number, free, along, across, work.levelled)
+        force, number = periodic.block_sums(misfit, free, along, across)
+    if work.exchange.size > 1 and number.min() > periodic.LEAST_SHARE * number.mean():
+        periodic.add_to_blocks(misfit, -force / number, free, along, across, work.levelled)
         kernels.stencil_product(work.stencil, work.levelled, free, work.padded, descent)
-        mean = blocks.block_sums(descent, free, along, across)[0] / number
-        blocks.add_to_blocks(descent, (work.exchange * force).sum(axis=1) - mean, free, along, across, descent)
+        mean = periodic.block_sums(descent, free, along, across)[0] / number
+        periodic.add_to_blocks(descent, (work.exchange * force).sum(axis=1) - mean, free, along, across, descent)
     else:
         kernels.stencil_product(work.stencil, misfit, free, work.padded, descent)
     given, shift, met = pressure_sum > 0, 0.0, True

@@ -31,35 +31,31 @@ COVERED = (1.0, 0.915, 0.806, 0.647, 0.498)
 
 
 @gate
-def contact_shares(
-    pressure: np.ndarray, hardness_pa: float = math.inf, periodic: bool | tuple[bool, bool] = False
-) -> np.ndarray:
+def contact_shares(pressure: np.ndarray, hardness_pa: float = math.inf, periodic: bool = False) -> np.ndarray:
     """The share of every cell that is in contact; their sum is the contact area in cells.
 
     pressure : (nx, ny) [Pa] of a solve, positive in contact
     hardness_pa : H [Pa]; no contact bears more, so a cell is covered by a share of at least p / H
-    periodic : whether the first and the last cells are neighbours; for both axes, or along x and along y
+    periodic : whether the first and the last cells are neighbours
 
     Returns (nx, ny) [-]: 1 inside a contact, less at its edge, 0 out of contact. Cells beyond the mesh do not count as
     out of contact. On Hertz contacts the error falls with the square of the cell. On rough surfaces it is below 0.4 %
     with 5.7 cells in a correlation length, where nodes in contact give 8 to 14 % too much.
     """
-    pressure = finite("pressure", pressure, 2)
-    around_x, around_y = (periodic, periodic) if isinstance(periodic, bool | np.bool_) else periodic
-    return _shares(pressure, hardness_pa, np.array(COVERED), bool(around_x), bool(around_y))
+    return _shares(finite("pressure", pressure, 2), hardness_pa, np.array(COVERED), bool(periodic))
 
 
 @compiled()
-def _shares(pressure: np.ndarray, hardness: float, covered: np.ndarray, around_x: bool, around_y: bool) -> np.ndarray:
+def _shares(pressure: np.ndarray, hardness: float, covered: np.ndarray, around: bool) -> np.ndarray:
     nx, ny = pressure.shape
     shares = np.zeros((nx, ny))
     for i in range(nx):
         for j in range(ny):
             if pressure[i, j] > 0:
-                out = int((around_x or i > 0) and pressure[i - 1, j] <= 0)  # -1 is the last
-                out += int((around_x or i < nx - 1) and pressure[(i + 1) % nx, j] <= 0)
-                out += int((around_y or j > 0) and pressure[i, j - 1] <= 0)
-                out += int((around_y or j < ny - 1) and pressure[i, (j + 1) % ny] <= 0)
+                out = int((around or i > 0) and pressure[i - 1, j] <= 0)  # -1 is the last
+                out += int((around or i < nx - 1) and pressure[(i + 1) % nx, j] <= 0)
+                out += int((around or j > 0) and pressure[i, j - 1] <= 0)
+                out += int((around or j < ny - 1) and pressure[i, (j + 1) % ny] <= 0)
                 shares[i, j] = max(covered[out], pressure[i, j] / hardness)
     return shares
 

@@ -25,7 +25,6 @@ subtracted because the expansion was trained with it.
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -133,25 +132,13 @@ class Influence:
             raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic
         self.modulus = plane_strain_modulus_pa
-        self._whole: Influence | None = None  # the mesh of which this one is a part, see `on`
         self.approximate_inverse = _lifting_pressures(grid, plane_strain_modulus_pa)
         if periodic:
-            symbol = periodic_symbol(grid, plane_strain_modulus_pa)
+            torus, symbol = grid.shape, periodic_symbol(grid, plane_strain_modulus_pa)
             coefficients = fft.c2r(symbol + 0j, axes=(0, 1), lastsize=grid.ny, forward=False, inorm=2)
-            self._place(grid, coefficients, symbol, grid.shape)
         else:
-            self._place(grid, love_coefficients(grid, plane_strain_modulus_pa))
-
-    def _place(
-        self,
-        grid: Grid,
-        coefficients: np.ndarray,
-        symbol: np.ndarray | None = None,
-        torus: tuple[int, int] | None = None,
-    ) -> None:
-        """Set what depends on the nodes. symbol, torus : eigenvalues and shape of the circulant matrix, if known."""
-        if symbol is None or torus is None:
             torus = (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1))
+            coefficients = love_coefficients(grid, plane_strain_modulus_pa)
             symbol = _embedding_symbol(coefficients, torus)
         self.grid, self.coefficients = grid, coefficients
         self.diagonal = float(coefficients[0, 0])
@@ -169,19 +156,7 @@ class Influence:
         halve_y = g.ny > 1 and (g.nx == 1 or g.dy < 2 * g.dx)
         nx, dx = ((g.nx + 1) // 2, 2 * g.dx) if halve_x else (g.nx, g.dx)
         ny, dy = ((g.ny + 1) // 2, 2 * g.dy) if halve_y else (g.ny, g.dy)
-        if self._whole is not None and (self._whole.coarser.grid.dx, self._whole.coarser.grid.dy) == (dx, dy):
-            return self._whole.coarser.on((nx, ny))
         return Influence(Grid(nx, ny, dx, dy), self.modulus, self.periodic)
-
-    def on(self, shape: tuple[int, int]) -> Influence:
-        """B between the nodes of a part of the mesh with this shape; free half-space only."""
-        part = copy(self)
-        part.__dict__.pop("coarser", None)
-        part._whole = self
-        part._place(
-            Grid(*shape, self.grid.dx, self.grid.dy), np.ascontiguousarray(self.coefficients[: shape[0], : shape[1]])
-        )
-        return part
 
     def apply(self, pressure: np.ndarray, result: np.ndarray | None = None, rounded: bool = False) -> np.ndarray:
         """Displacement u = B p.

@@ -155,17 +155,6 @@ def clipped_step(
 
 
 @compiled()
-def on_bounds(pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: float, cap: float) -> np.ndarray:
-    """Pressures, those on a bound that approach it: p - w / B_00 <= 0, or >= cap; arguments as of `assess`."""
-    result = np.empty_like(pressure)
-    p, w, trial = pressure.reshape(-1), gap.reshape(-1), result.reshape(-1)
-    for k in range(p.size):
-        target = p[k] - (w[k] + offset) / diagonal
-        trial[k] = 0.0 if target <= 0 else (cap if target >= cap else p[k])
-    return result
-
-
-@compiled()
 def room(pressure: np.ndarray, step: np.ndarray, cap: float) -> float:
     """How many times a step fits between the bounds."""
     nx, ny = pressure.shape

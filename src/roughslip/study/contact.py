@@ -8,7 +8,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import elastic, geometry, periodic_cell
+from roughslip.study import skip_reasons
+from roughslip.study.from_scene import geometry, periodic_cell
 from roughslip.study.from_scene.domain import Domain, domains
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
@@ -34,10 +35,10 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
     columns = np.arange(0) if domain.periodic else geometry.training_columns(domain.middle())
     trained = 0 if domain.periodic else max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     pressure, gap = np.zeros((2, trained, levels, len(columns), domain.grid.ny))
-    skipped, products = elastic.empty_skip_counts(), 0
+    apart, products = 0, 0
     for row, number in enumerate(numbers):
         for level, solution in enumerate(domain.solutions(domain.heights(number))):
-            elastic.count_solve(skipped, solution)
+            apart += solution.method == "none"
             area[row, level] = domain.blocks(domain.touched(solution))
             force[row, level] = domain.blocks(solution.pressure)
             of_nodes[row, level] = domain.blocks(solution.contact).sum()
@@ -47,7 +48,7 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
                 pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
         job.progress(row + 1, count)
     job.count(solves=levels * count, convolutions=products)
-    job.skip(skipped)
+    job.skip({skip_reasons.NO_CONTACT: apart})
     of_sample, of_level = f"sample{size}", f"level{size}"
     of_blocks = (of_sample, of_level, f"along{size}", f"across{size}")
     unit, what = ("Pa", "nominal pressure") if domain.periodic else ("percent", "share of heights above the plane")

@@ -8,12 +8,6 @@ import math
 import numpy as np
 
 NO_CONTACT = "solves: no contact"
-BELOW = "nodes: below the plane"
-CROPPED = "nodes: off the rows and columns that reach the plane"
-SUMMED = "transforms: few nodes pressed, summed one by one"
-WARM = "starts from nothing: pressures of a solution near by"
-NESTED = "starts from nothing: the solution on a coarser mesh"
-OF_SOLVES = (NO_CONTACT, BELOW, CROPPED, SUMMED, WARM, NESTED)
 
 NODES_BELOW = "solves: the nodes asked for lie below the plane"
 NODES_KNOWN = "solves to the tolerance: bounds give the pressures asked for"

@@ -2,8 +2,6 @@ from roughslip.surface.covariance import Covariance as Covariance
 from roughslip.surface.covariance import plane_height as plane_height
 from roughslip.surface.embedding import embed as embed
 from roughslip.surface.fractal import WeierstrassMandelbrot as WeierstrassMandelbrot
-from roughslip.surface.fractal import fractal_on as fractal_on
-from roughslip.surface.model import FractalModel as FractalModel
 from roughslip.surface.model import gaussian_model as gaussian_model
 from roughslip.surface.model import measured_model as measured_model
 from roughslip.surface.models import MODELS as MODELS

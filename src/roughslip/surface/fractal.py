@@ -11,6 +11,7 @@ distances of about M / pi wavelengths.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,7 +34,7 @@ MOST_TERMS = 2**20
 @gate
 @dataclass(frozen=True)
 class WeierstrassMandelbrot:
-    """A self-affine surface between two wavelengths.
+    """A self-affine surface between two wavelengths: a model to draw on any mesh, and its covariance when called.
 
     hurst : H = 2 - D for a profile, 3 - D for a surface of fractal dimension D, 0 < H < 1
     rms_height_m : Sq [m]
@@ -131,150 +132,105 @@ class WeierstrassMandelbrot:
             )
         return float(scipy.optimize.brentq(excess, distances[below[0] - 1], distances[below[0]], xtol=1e-12 * step))
 
-    def marginal(self) -> RandomPhaseMarginal:
-        """Distribution of a height, the same everywhere; its excess kurtosis tends to -1.5 tanh(H ln gamma) / M."""
-        return RandomPhaseMarginal(self.amplitudes, self.azimuths)
+    @cached_property
+    def lengths_m(self) -> tuple[float, float]:
+        """[m] 1/e lengths along x and y."""
+        return self.correlation_length(0.0), self.correlation_length(math.pi / 2)
 
+    @property
+    def mirror_symmetric(self) -> bool:
+        """Not known: waves may run in any set of directions."""
+        return False
 
-@gate
-def fractal_on(
-    grid: Grid, hurst: float, rms_height_m: float, azimuths: int, gamma: float = 1.5
-) -> WeierstrassMandelbrot:
-    """The law whose longest wave is the longer edge of the mesh and whose shortest exceeds two of its wider cells.
+    @gate
+    def sampler(self, grid: Grid) -> Callable[[np.random.Generator], np.ndarray]:
+        """A function that draws heights (nx, ny) [m], from one standard normal variable a wave, its phase 2 pi Phi(xi).
 
-    Arguments as in WeierstrassMandelbrot. Raises ParameterError where no wave fits.
-    """
-    axes = [(n * d, d) for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)) if n > 1]
-    ratio = max(edge for edge, _ in axes) / (2.0 * max(d for _, d in axes)) if axes else 0.0
-    if not (ratio > 1.0 and gamma > 1.0):
-        raise ParameterError(
-            f"no wave fits a mesh of {grid.nx} x {grid.ny} cells with gamma = {gamma}: take more than two cells along "
-            "an axis, and a gamma above 1"
-        )
-    longest = max(edge for edge, _ in axes)
-    frequencies = math.ceil(math.log(ratio) / math.log(gamma) - 1e-9)
-    return WeierstrassMandelbrot(hurst, rms_height_m, longest, longest / gamma ** (frequencies - 1), azimuths, gamma)
-
-
-@dataclass(frozen=True, eq=False)
-class PlaneWaves:
-    """The waves of a law on the nodes of a mesh: z = Re sum_t a_t e^(i phi_t) e^(i k_x x) e^(i k_y y).
-
-    grid : the mesh
-    amplitudes : (T,) [m]
-    along : (nx, 2 T) cos(k_x x) and -sin(k_x x)
-    across : (T, ny) exp(i k_y y)
-    """
-
-    grid: Grid
-    amplitudes: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
-
-    def heights(self, xi: np.ndarray) -> np.ndarray:
-        """z : (nx, ny) [m] of one sample xi : (T,) of standard normal variables, the phases being 2 pi Phi(xi).
-
-        A product of matrices of inner dimension 2 T: 4 T operations a node and no transcendental one.
+        z = Re sum_t a_t e^(i phi_t) e^(i k_x x) e^(i k_y y) is a product of matrices of inner dimension 2 T: 4 T
+        operations a node and no transcendental one. Raises ParameterError where the mesh aliases a wave.
         """
-        xi = finite("xi", xi)
-        if xi.shape != self.amplitudes.shape:
-            raise ParameterError(f"xi must be {self.amplitudes.size} numbers, one a wave, not {xi.shape}")
-        waves = (self.amplitudes * np.exp(2j * math.pi * ndtr(xi)))[:, None] * self.across
-        return self.along @ np.concatenate((waves.real, waves.imag))
+        kx, ky, amplitudes = self.waves()
+        for n, spacing, k in ((grid.nx, grid.dx, kx), (grid.ny, grid.dy, ky)):
+            if n > 1 and np.max(np.abs(k)) * spacing >= math.pi * (1.0 - 1e-12):
+                raise ParameterError(
+                    f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
+                    "lengthen the shortest wavelength or use a finer mesh; scene keys: "
+                    "roughness.wavelengths_m, strip.cell_m"
+                )
+        x = np.outer(grid.x(), kx)
+        along, across = np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y()))
+
+        def sample(generator: np.random.Generator) -> np.ndarray:
+            phases = np.exp(2j * math.pi * ndtr(generator.standard_normal(self.variables)))
+            waves = (amplitudes * phases)[:, None] * across
+            return along @ np.concatenate((waves.real, waves.imag))
+
+        return sample
+
+    @gate
+    def heights(self, field: np.ndarray) -> np.ndarray:
+        """The field itself."""
+        return field
+
+    @gate
+    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
+        """h_p [m] from the exact law of a sum of cosines."""
+        return quantile(1.0 - np.asarray(percentile, dtype=float) / 100.0, self.amplitudes, self.azimuths)
 
 
-def plane_waves(law: WeierstrassMandelbrot, grid: Grid) -> PlaneWaves:
-    """Tables from which samples of the law on the mesh follow. Raises ParameterError where the mesh aliases a wave."""
-    kx, ky, amplitudes = law.waves()
-    for n, spacing, k in ((grid.nx, grid.dx, kx), (grid.ny, grid.dy, ky)):
-        if n > 1 and np.max(np.abs(k)) * spacing >= math.pi * (1.0 - 1e-12):
-            raise ParameterError(
-                f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
-                "lengthen the shortest wavelength or use a finer mesh; scene keys: "
-                "roughness.wavelengths_m, strip.cell_m"
-            )
-    x = np.outer(grid.x(), kx)
-    return PlaneWaves(grid, amplitudes, np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y())))
+def height_series(amplitudes: np.ndarray, repeats: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """The law of a sum of cosines with random phases, `repeats` (M) of each amplitude : (J,) [m].
 
+    Returns b = M sum a_j [m], which no height exceeds, s_k = pi k / b [1/m] and phi(s_k) / (s_k b).
 
-@dataclass(frozen=True, eq=False)
-class RandomPhaseMarginal:
-    """Heights of zero mean that are sums of J M cosines, M of each of J amplitudes.
-
-    amplitudes : (J,) [m] a_j > 0
-    repeats : M, the number of cosines of each amplitude
-
-    The characteristic function is phi(s) = prod_j J0(a_j s)^M. The support is |z| <= b = M sum a_j. So the density is
-    exactly its Fourier series of period 2 b, with values of phi as coefficients. The distribution function follows:
+    The characteristic function is phi(s) = prod_j J0(a_j s)^M. The support is |z| <= b. So the density is exactly its
+    Fourier series of period 2 b, with values of phi as coefficients. The distribution function follows:
 
         F(z) = (1 + z / b) / 2 + sum_k phi(pi k / b) sin(pi k z / b) / (pi k).
 
     Terms beyond K sum to at most 2 / (pi n) prod sqrt(2 / (pi a s_K)), as |J0(x)| <= sqrt(2 / (pi x)). The product is
-    over the n waves with pi a s_K > 2. The series ends where that falls below 1e-12.
-
-    Raises ParameterError for amplitudes that are not positive, ConvergenceError for fewer than four waves.
+    over the n waves with pi a s_K > 2. The series ends where that falls below 1e-12. Raises ConvergenceError for fewer
+    than four waves.
     """
+    bound, terms, error = float(repeats * np.sum(amplitudes)), 16, 1.0
+    while error > PROBABILITY_ERROR:
+        terms *= 2
+        if terms > MOST_TERMS:
+            raise ConvergenceError(
+                f"the distribution of a sum of {len(amplitudes) * repeats} cosines is not found from its series; use "
+                "more frequencies or azimuths; scene key: roughness.wavelengths_m",
+                error,
+                MOST_TERMS,
+            )
+        factors = np.minimum(2.0 / (math.pi * amplitudes * (math.pi * terms / bound)), 1.0)
+        if active := repeats * np.count_nonzero(factors < 1.0):
+            error = 2.0 / (math.pi * active) * math.exp(0.5 * repeats * float(np.sum(np.log(factors))))
+    s = math.pi / bound * np.arange(1, terms + 1)
+    characteristic = np.ones(terms)
+    for amplitude in amplitudes:
+        characteristic *= j0(amplitude * s) ** repeats
+    return bound, s, characteristic / (s * bound)
 
-    amplitudes: np.ndarray
-    repeats: int = 1
 
-    def __post_init__(self) -> None:
-        a = np.asarray(self.amplitudes, dtype=float)
-        if a.ndim != 1 or a.size == 0 or not (np.isfinite(a).all() and (a > 0.0).all()) or self.repeats < 1:
-            raise ParameterError("a sum of cosines needs a row of positive, finite amplitudes and one or more of each")
+def cdf(height: float, series: tuple[float, np.ndarray, np.ndarray]) -> float:
+    """F [-], the probability of lying below a height [m], to 1e-12."""
+    bound, s, weights = series
+    z = min(max(height, -bound), bound)
+    return min(max(0.5 * (1.0 + z / bound) + float(np.sum(weights * np.sin(s * z))), 0.0), 1.0)
 
-    @property
-    def bound(self) -> float:
-        """b [m], which no height exceeds."""
-        return float(self.repeats * np.sum(self.amplitudes))
 
-    @cached_property
-    def _series(self) -> tuple[np.ndarray, np.ndarray]:
-        """s_k = pi k / b [1/m] and phi(s_k)."""
-        terms = 32
-        while self._truncation(math.pi * terms / self.bound) > PROBABILITY_ERROR:
-            terms *= 2
-            if terms > MOST_TERMS:
-                raise ConvergenceError(
-                    f"the distribution of a sum of {len(self.amplitudes) * self.repeats} cosines is not found from "
-                    "its series; use more frequencies or azimuths; scene key: "
-                    "roughness.wavelengths_m",
-                    self._truncation(math.pi * MOST_TERMS / self.bound),
-                    MOST_TERMS,
-                )
-        s = math.pi / self.bound * np.arange(1, terms + 1)
-        characteristic = np.ones(terms)
-        for amplitude in self.amplitudes:
-            characteristic *= j0(amplitude * s) ** self.repeats
-        return s, characteristic
+def quantile(probability: np.ndarray, amplitudes: np.ndarray, repeats: int) -> np.ndarray:
+    """z : (as probability) [m] height of a sum of cosines below which that share of the ensemble lies.
 
-    def _truncation(self, s: float) -> float:
-        factors = np.minimum(2.0 / (math.pi * self.amplitudes * s), 1.0)
-        active = self.repeats * np.count_nonzero(factors < 1.0)
-        if active == 0:
-            return 1.0
-        return 2.0 / (math.pi * active) * math.exp(0.5 * self.repeats * float(np.sum(np.log(factors))))
-
-    def cdf(self, height: float | np.ndarray) -> np.ndarray:
-        """F : (as height) [-] probability of lying below `height` [m], to 1e-12."""
-        z = np.clip(finite("heights", height), -self.bound, self.bound)
-        s, characteristic = self._series
-        weights = characteristic / (s * self.bound)
-        # a height at a time: no bit depends on how many heights are asked for together
-        terms = np.array([float(np.sum(weights * np.sin(s * height))) for height in z.ravel()]).reshape(z.shape)
-        return np.clip(0.5 * (1.0 + z / self.bound) + terms, 0.0, 1.0)
-
-    def quantile(self, probability: float | np.ndarray) -> np.ndarray:
-        """z : (as probability) [m] height below which that share of the ensemble lies.
-
-        Raises ParameterError for probabilities outside 1e-9 ... 1 - 1e-9.
-        """
-        p = finite("probabilities", probability)
-        if not np.all((p >= LEAST_PROBABILITY) & (p <= 1.0 - LEAST_PROBABILITY)):
-            raise ParameterError(f"probabilities must lie in {LEAST_PROBABILITY} ... 1 - {LEAST_PROBABILITY}")
-        b = self.bound
-        roots = [
-            scipy.optimize.brentq(lambda z, share=share: float(self.cdf(z)) - share, -b, b, xtol=1e-14 * b)
-            for share in p.ravel()
-        ]
-        return np.array(roots).reshape(p.shape)
+    Raises ParameterError for probabilities outside 1e-9 ... 1 - 1e-9.
+    """
+    p = finite("probabilities", probability)
+    if not np.all((p >= LEAST_PROBABILITY) & (p <= 1.0 - LEAST_PROBABILITY)):
+        raise ParameterError(f"probabilities must lie in {LEAST_PROBABILITY} ... 1 - {LEAST_PROBABILITY}")
+    series = height_series(amplitudes, repeats)
+    b = series[0]
+    roots = [
+        scipy.optimize.brentq(lambda z, share=share: cdf(z, series) - share, -b, b, xtol=1e-14 * b)
+        for share in p.ravel()
+    ]
+    return np.array(roots).reshape(p.shape)

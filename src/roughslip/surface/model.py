@@ -13,51 +13,99 @@ from typing import Protocol
 
 import numpy as np
 
-from roughslip.errors import ParameterError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import Translation, translate
 from roughslip.probability.translation import Distribution
-from roughslip.surface.corrected_covariance import corrected
 from roughslip.surface.covariance import StationaryCovariance, plane_height
-from roughslip.surface.embedding import embed, embed_cell
-from roughslip.surface.fractal import WeierstrassMandelbrot, plane_waves
+from roughslip.surface.embedding import circulant_lags, embed, embed_cell
 from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.validation import finite, gate
 
+NODES, NODES_PER_LENGTH = 256, 8  # of the mesh, on each axis, on which the existence of the correction is tested
+NEGATIVE_SHARE = 1e-6  # of the spectrum that may be cut
+
+Sampler = Callable[[np.random.Generator], np.ndarray]
+
 
 @dataclass(frozen=True, eq=False)
-class EndlessLay:
-    """The covariance of a surface with an infinitely long lay.
+class DerivedCovariance:
+    """A covariance made of another one, by `endless_lay` or `corrected`; attributes as of StationaryCovariance."""
 
-    Heights are equal along the axis of the lay; across it they have the covariance of the profile.
-
-    profile : any covariance, of which the lags across the lay count alone
-    axis : of the lay, 0 for x and 1 for y
-    """
-
-    profile: StationaryCovariance
-    axis: int
-    separable = mirror_symmetric = True
-
-    @property
-    def rms_height_m(self) -> float:
-        """Sq [m]."""
-        return self.profile.rms_height_m
-
-    @property
-    def reach_m(self) -> tuple[float, float]:
-        """[m] of the profile across the lay. Along it the covariance has any period."""
-        x, y = self.profile.reach_m
-        return (x, 0.0) if self.axis else (0.0, y)
+    rms_height_m: float
+    reach_m: tuple[float, float]
+    mirror_symmetric: bool
+    separable: bool
+    values: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
         """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        zero = np.zeros(1)
-        return self.profile(x, zero) if self.axis else self.profile(zero, y)
+        return self.values(x, y)
 
 
-Sampler = Callable[[np.random.Generator], np.ndarray]
+def endless_lay(profile: StationaryCovariance, axis: int) -> DerivedCovariance:
+    """The covariance of a surface with an infinitely long lay along an axis, 0 for x and 1 for y.
+
+    Heights are equal along it, so that it has any period there. Across it they have the covariance of the profile.
+    """
+    (x, y), zero = profile.reach_m, np.zeros(1)
+    reach, across = ((x, 0.0), lambda x, _: profile(x, zero)) if axis else ((0.0, y), lambda _, y: profile(zero, y))
+    return DerivedCovariance(profile.rms_height_m, reach, True, True, across)
+
+
+def corrected(
+    wanted: StationaryCovariance, translation: Translation, lengths_m: tuple[float, float]
+) -> DerivedCovariance:
+    """The covariance of the Gaussian field whose translated heights have the covariance asked for.
+
+    lengths_m : 1/e lengths along x and y [m], for the cells of a torus on which it is seen that such a field exists
+
+    Raises IllPosedError, with the deviation of the nearest correlation, where none can.
+
+    Translation maps a correlation rho of the Gaussian variables to rho_z(rho). Its inverse, lag by lag, gives the
+    Gaussian correlation, if the result is positive semidefinite. For smooth kernels it is not. Near lag zero
+    rho ~ rho_z / w_1 - (w_2 / w_1^3) rho_z^2, and the square of a Gaussian kernel has the wider spectrum: the
+    difference is negative at short waves. Kernels whose spectra fall by a power (exponential, matern) allow it.
+    """
+    cells = lengths_m[0] / NODES_PER_LENGTH, lengths_m[1] / NODES_PER_LENGTH
+    variance = wanted.rms_height_m**2
+    lags = circulant_lags(wanted, Grid(NODES, NODES, *cells), (2 * NODES, 2 * NODES))
+    corrected_correlation(translation, lags / variance)
+
+    def values(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return variance * translation.gaussian_correlation(wanted(x, y) / variance)
+
+    # a product of two correlations, inverted, is no product
+    return DerivedCovariance(wanted.rms_height_m, wanted.reach_m, wanted.mirror_symmetric, False, values)
+
+
+def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.ndarray:
+    """The correlation of the Gaussian field on a torus that gives the heights the one wanted, inverted point by point.
+
+    wanted : (tx, ty) [-] of the heights, by lag on a torus: 1 at lag zero, even
+
+    Returns rho : (tx, ty) [-], positive semidefinite. Raises IllPosedError where no Gaussian field gives it, with the
+    deviation of the nearest: raised to the least correlation possible, with its spectrum cut at zero.
+    """
+    minimum = translation.least_correlation
+    gaussian = translation.gaussian_correlation(np.maximum(wanted, minimum))
+    spectrum = np.fft.fftn(gaussian).real
+    positive = np.maximum(spectrum, 0.0)
+    nearest = np.fft.ifftn(positive * (wanted.size / np.sum(positive))).real
+    reasons, below = [], minimum - float(np.min(wanted))
+    if below > translation.least_error:
+        reasons.append(f"it falls {below:.2g} below the least possible {minimum:.4g}")
+    negative = float(np.sum(positive - spectrum) / np.sum(np.abs(spectrum)))
+    if negative > NEGATIVE_SHARE:
+        reasons.append(f"{negative:.2g} of the spectrum needed is negative (allowed {NEGATIVE_SHARE:.2g})")
+    if reasons:
+        deviation = float(np.max(np.abs(translation.correlation(nearest) - wanted)))
+        raise IllPosedError(
+            f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
+            f"{deviation:.2g}: leave the correlation uncorrected; scene key: roughness.correct_correlation"
+        )
+    return nearest
 
 
 class SurfaceModel(Protocol):
@@ -134,45 +182,6 @@ class GaussianModel:
         if self.marginal is None:
             return plane_height(percentile, self.rms_height_m)
         return np.asarray(self.marginal.from_gaussian(plane_height(percentile, 1.0)))
-
-
-@gate
-@dataclass(frozen=True, eq=False)
-class FractalModel:
-    """Plane waves with random phases. law : their frequencies and amplitudes."""
-
-    law: WeierstrassMandelbrot
-
-    @property
-    def rms_height_m(self) -> float:
-        """Sq [m]."""
-        return self.law.rms_height_m
-
-    @cached_property
-    def lengths_m(self) -> tuple[float, float]:
-        """[m] 1/e lengths along x and y."""
-        return self.law.correlation_length(0.0), self.law.correlation_length(np.pi / 2)
-
-    @property
-    def mirror_symmetric(self) -> bool:
-        """Not known: waves may run in any set of directions."""
-        return False
-
-    @gate
-    def sampler(self, grid: Grid) -> Sampler:
-        """One standard normal variable a wave, mapped to its phase."""
-        waves, variables = plane_waves(self.law, grid), self.law.variables
-        return lambda generator: waves.heights(generator.standard_normal(variables))
-
-    @gate
-    def heights(self, field: np.ndarray) -> np.ndarray:
-        """The field itself."""
-        return field
-
-    @gate
-    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
-        """h_p [m] from the exact law of a sum of cosines."""
-        return self.law.marginal().quantile(1.0 - np.asarray(percentile, dtype=float) / 100.0)
 
 
 @gate

@@ -6,7 +6,7 @@ are a window, so that friction follows from the contact area and normal force of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -16,8 +16,7 @@ import numpy as np
 
 from roughslip.contact.influence import Influence
 from roughslip.contact.periodic import cell_heights
-from roughslip.contact.solution import ContactSolution
-from roughslip.contact.solve import solve_loads, sweep
+from roughslip.contact.solve import ContactSolution, solve_loads, sweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
@@ -65,13 +64,13 @@ class Domain:
         drawn = self.model.heights(self.sample(np.random.default_rng([self.scene.seed, stream, number])))
         return cell_heights(drawn, self.grid) if self.periodic and elastic.counts_shares(self.scene) else drawn
 
-    def solutions(self, heights: np.ndarray) -> Iterator[ContactSolution]:
+    def solutions(self, heights: np.ndarray) -> list[ContactSolution]:
         """The contact of a sample at every level."""
         tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
         if self.periodic:
-            return iter(solve_loads(self._influence, heights, self.levels, tolerance, hardness))
+            return solve_loads(self._influence, heights, self.levels, tolerance, hardness)
         planes = self.model.plane_height(np.array(self.levels)).tolist()
-        return iter(sweep(self._influence, heights, planes, tolerance, hardness_pa=hardness))
+        return sweep(self._influence, heights, planes, tolerance, hardness_pa=hardness)
 
     def touched(self, solution: ContactSolution) -> np.ndarray:
         """(nx, ny) share of each cell in contact, or whether its node is."""

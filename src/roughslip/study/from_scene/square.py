@@ -91,16 +91,16 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
     xi : `count` samples (M,) of the variables of the modes
     """
     pressure, point, gap = np.empty((3, count, len(nodes.x)))
-    kept, skipped = (nodes.x, nodes.y), elastic.empty_skip_counts()
+    kept, apart = (nodes.x, nodes.y), 0
     for row, variables in enumerate(xi):
         rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
         solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
-        elastic.count_solve(skipped, solution)
+        apart += solution.method == "none"
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
         point[row] = point_pressures(solution.pressure, kept)
         job.progress(row + 1, count)
     job.count(solves=count)
-    job.skip(skipped)
+    job.skip({skip_reasons.NO_CONTACT: apart})
     gap[(pressure == 0) & (gap < 0)] = 0.0  # within the tolerance of a solve a gap may lie below zero
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", PRESSURE),

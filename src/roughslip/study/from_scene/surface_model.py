@@ -18,7 +18,7 @@ from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot
-from roughslip.surface.model import EndlessLay, FractalModel, GaussianModel, SurfaceModel
+from roughslip.surface.model import GaussianModel, SurfaceModel, endless_lay
 from roughslip.surface.models import MODELS, covariance_of
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
@@ -30,7 +30,7 @@ HELPS = {"outliers": "missing", "marginal": "gaussian", "covariance": "measured"
 def surface_model(scene: Scene, scan: Path | None = None) -> SurfaceModel:
     """The surface of a scene. scan : what stage `scan` found, where the scene has one."""
     if scene.roughness.wavelengths_m is not None:
-        return FractalModel(fractal_law(scene.roughness))
+        return fractal_law(scene.roughness)
     return gaussian_model(scene, scan)
 
 
@@ -78,7 +78,7 @@ def with_lay(model: GaussianModel, endless: int | None, length_m: float) -> Gaus
         return model
     x, y = model.lengths_m
     lengths = (x, length_m) if endless else (length_m, y)
-    return replace(model, covariance=EndlessLay(model.covariance, endless), lengths_m=lengths)
+    return replace(model, covariance=endless_lay(model.covariance, endless), lengths_m=lengths)
 
 
 def stored_model(

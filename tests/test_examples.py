@@ -58,14 +58,6 @@ def test_surface_from_scan():
         assert twin.low < scan.value < twin.high or scan.low < twin.value < scan.high
 
 
-def test_expansion_sobol():
-    """A product of lognormal powers: variances of the logarithms decide. Latin hypercubes of 200 samples."""
-    example = run("expansion_sobol")
-    assert example["fit"].leave_one_out < 1e-5
-    np.testing.assert_allclose(example["first"], example["exact"], atol=1e-3)
-    assert (example["first"] <= example["total"]).all()
-
-
 def test_friction_windows():
     """The scatter that the study keeps lies in the interval."""
     example = run("friction_windows")

@@ -42,10 +42,6 @@ class StoreError(RoughslipError):
     """A result file is missing, truncated, altered or not what the reader expects."""
 
 
-class InaccurateWarning(UserWarning):
-    """A result is worth little, for the reason that the message gives."""
-
-
 class MissingPackageError(RoughslipError, ImportError):
     """A package of an extra is not installed; the message says what installs it."""
 

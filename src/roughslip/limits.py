@@ -8,7 +8,7 @@ MOST_WINDOWS = 20_000_000  # of all strips and penetrations: 2.5 GB
 
 WINDOWS, MARGIN = 4, 0.5  # windows on a strip, and the part of one that is solved beyond either end and not used
 LEAST_CONTACT = 0.001  # of its area, with which a window counts: friction of one cell grows without bound
-FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.functionals.NAMES
+FUNCTIONALS = 8  # local functionals of the heights, in the order of chaos.variables.NAMES
 TRAINING_SPACING = 8  # columns of a strip from one training column to the next: closer columns add little information
 
 DESIGN_SAMPLES = 4000  # Latin hypercube samples of a design, to which eqs. (8) and (9) are fitted

@@ -1,21 +1,19 @@
 """Local functionals, exact on polynomials inside and at the border; the variables made of them; their designs."""
 
-import math
-
 import numpy as np
 import pytest
-from scipy.special import ndtr, ndtri
-from scipy.stats import norm
+from scipy.special import ndtr
 
-from roughslip.chaos.functionals import (
+from roughslip.chaos.variables import (
     MIRRORED,
     NAMES,
     Stencil,
+    latin_hypercube,
     local_functionals,
     orthonormal_directions,
+    sobol_places,
     whitening,
 )
-from roughslip.chaos.sampling import latin_hypercube, sobol_places
 from roughslip.errors import IllPosedError
 
 STENCIL = Stencil(near=(1, 2), far=(3, 2))
@@ -154,40 +152,6 @@ def test_each_stratum_of_each_variable_holds_one_sample(samples):
     for places in (ndtr(latin_hypercube(generator, samples, 101)), sobol_places(generator, samples, 101)):
         strata = np.floor(samples * places).astype(int)
         np.testing.assert_array_equal(np.sort(strata, axis=0), np.tile(np.arange(samples)[:, None], 101))
-
-
-@pytest.mark.parametrize("place", [0.0, 0.5, 1.0 - 2.0**-53])
-@pytest.mark.parametrize("samples", [1, 1000, 4096])
-def test_extreme_draws_stay_finite_and_in_their_stratum(samples, place):
-    """0 and 1 - 2^-53 are the extremes of Generator.random: added to a stratum, the latter rounds into the next."""
-
-    class Extreme(np.random.Generator):
-        def permutation(self, n):
-            return np.arange(n)
-
-        def random(self, shape):
-            return np.full(shape, place)
-
-    xi = latin_hypercube(Extreme(np.random.PCG64()), samples, 1)[:, 0]
-    edges = ndtri(np.arange(samples + 1) / samples)
-    assert np.isfinite(xi).all()
-    assert np.all((edges[:-1] < xi) & (xi < edges[1:]))
-
-
-def test_mean_of_an_additive_function_keeps_only_the_variance_within_strata():
-    """Var = (variables / n^2) times the sum over the strata of the variance of a normal within (a, b).
-    This variance is 1 + n (a phi(a) - b phi(b)) - (n (phi(a) - phi(b)))^2.
-    A variance of R nearly normal means errs by sqrt(2 / R). Variables not paired at random add to it."""
-    n, variables, designs = 20, 3, 2000
-    edges = ndtri(np.arange(n + 1) / n)
-    density = norm.pdf(edges)
-    moment = np.pad(edges[1:-1] * density[1:-1], 1)  # x phi(x) vanishes at infinity
-    within = 1 - n * np.diff(moment) - (n * np.diff(density)) ** 2
-    exact = variables * within.sum() / n**2
-    rng = np.random.default_rng(3)
-    means = [latin_hypercube(rng, n, variables).sum(axis=1).mean() for _ in range(designs)]
-    assert np.var(means) == pytest.approx(exact, rel=4 * math.sqrt(2 / designs))
-    assert exact < 0.06 * variables / n  # independent samples have variables / n
 
 
 def test_two_variables_of_a_sobol_sequence_fill_every_box_of_its_net():

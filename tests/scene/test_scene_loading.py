@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from roughslip.chaos.functionals import NAMES
+from roughslip.chaos.variables import NAMES
 from roughslip.limits import FUNCTIONALS
 from roughslip.scene import contact, friction
 from roughslip.scene.loader import RESERVED, load

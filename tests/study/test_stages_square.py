@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from roughslip.chaos.sampling import latin_hypercube
+from roughslip.chaos.variables import latin_hypercube
 from roughslip.scene.types import scene_of
 from roughslip.study import contact_square, karhunen_loeve
 from roughslip.study.from_scene import square

@@ -23,7 +23,7 @@ from scipy.special import ndtri
 from roughslip import store
 from roughslip.chaos.centre_distribution import fit_equation
 from roughslip.chaos.local import Samples, fit_local
-from roughslip.chaos.sampling import latin_hypercube, sobol_places
+from roughslip.chaos.variables import latin_hypercube, sobol_places
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS

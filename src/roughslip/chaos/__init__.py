@@ -1,6 +1,6 @@
 """Polynomial chaos of the random contact pressure: expansions of responses in Gaussian variables.
 
-- multi_indices, hermite_basis, least_squares, sobol_indices: an expansion of any response, term by term
+- multi_indices, hermite_basis, least_squares: an expansion of any response, term by term
 - latin_hypercube: a design of the variables; local_functionals of the heights are variables at a node
 - pressure_target, fit_in_contact: the smooth variable that is expanded; the paper's equations (8) and (9)
 - fit_local, fit_strip: the pressure at the centre of the square, and along a strip

@@ -1,19 +1,16 @@
-"""Orthonormal Hermite polynomials of independent standard normal variables, sets of their terms, and Sobol' indices."""
+"""Orthonormal Hermite polynomials of independent standard normal variables, and sets of their terms."""
 
 from __future__ import annotations
 
 import math
-import warnings
 from itertools import chain, combinations_with_replacement
 
 import numpy as np
 
-from roughslip.chaos.regression import Fit
-from roughslip.errors import IllPosedError, InaccurateWarning, ParameterError
+from roughslip.errors import ParameterError
 from roughslip.validation import finite, gate, whole_at_least
 
 MOST_TERMS = 20_000  # a table of as many terms at 5000 samples takes 0.8 GB
-WORTHLESS = 0.2  # share of the variance that left-out samples miss: indices may err by as much
 BLOCK = 2048  # points at which terms are multiplied at a time: 165 terms take 2.7 MB, which stays in the cache
 
 
@@ -47,10 +44,8 @@ def even_terms(indices: np.ndarray, odd: np.ndarray) -> np.ndarray:
     odd : (variables, symmetries) 1 for a variable that changes sign under a symmetry, else 0
 
     A symmetry leaves the distribution of the variables and the response unchanged. A term that changes its sign
-    under it therefore has no mean product with the response. Raises ParameterError for shapes that do not match.
+    under it therefore has no mean product with the response.
     """
-    if odd.ndim != 2 or len(odd) != indices.shape[1]:
-        raise ParameterError(f"signs {odd.shape} must have a row for each of {indices.shape[1]} variables")
     return indices[np.all(indices @ odd % 2 == 0, axis=1)]
 
 
@@ -124,40 +119,3 @@ class HermiteBasis:
                 for variable, exponent in factors:
                     np.multiply(term if start < 0 else block[start], polynomials[exponent, variable], out=term)
         return table
-
-
-@gate
-def sobol_indices(indices: np.ndarray, coefficients: np.ndarray | Fit) -> tuple[np.ndarray, np.ndarray]:
-    """Sobol' indices of the variables of an expansion.
-
-    indices : (P, v) exponents, each term once
-    coefficients : (P,) of the terms, or their fit
-
-    Returns first, total : (v,) [-], shares of the variance that a variable explains alone, and with all others. Warns
-    with InaccurateWarning where left-out samples of the fit miss more than WORTHLESS of the variance. Raises
-    ParameterError for coefficients that are not finite or do not match, IllPosedError for a constant.
-
-    Method: squares of coefficients are shares of the variance (Sobol', Math. Comput. Simul. 55 (2001) 271; Sudret,
-    Reliab. Eng. Syst. Saf. 93 (2008) 964).
-    """
-    if isinstance(coefficients, Fit):
-        missed = coefficients.leave_one_out
-        if missed > WORTHLESS:
-            text = f"the expansion misses {missed:.0%} of the variance of left-out samples, and indices may err by as "
-            text += "much: take more samples, another degree, or polynomials for the distributions of the inputs"
-            warnings.warn(text, InaccurateWarning, stacklevel=3)
-        coefficients = coefficients.coefficients
-    coefficients = finite("coefficients", coefficients, 1)
-    if coefficients.shape != indices.shape[:1]:
-        raise ParameterError(
-            f"a coefficient for each term is needed, not {coefficients.shape} for exponents {indices.shape}"
-        )
-    present = indices > 0
-    varying = np.where(present.any(axis=1), coefficients, 0.0)
-    size = np.max(np.abs(varying), initial=0.0)
-    if size == 0:
-        raise IllPosedError("the expansion is constant, without a variance to share: take one that varies")
-    shares = (varying / size) ** 2
-    shares /= shares.sum()
-    alone = present & (np.count_nonzero(present, axis=1) == 1)[:, None]
-    return shares @ alone, shares @ present

@@ -21,10 +21,9 @@ from scipy.special import ndtri
 
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.regression import Fit, Regression
-from roughslip.chaos.remedies import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION
-from roughslip.chaos.sampling import sobol_places
+from roughslip.chaos.regression import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION, Fit, Regression
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
+from roughslip.chaos.variables import sobol_places
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.results import described, result
 from roughslip.validation import finite, gate
@@ -61,11 +60,6 @@ class Samples:
             raise ParameterError(f"pressure {self.pressure.shape} and gap {self.gap.shape} do not match {shape}")
         if self.distance2.shape != shape[1:]:
             raise ParameterError(f"{len(self.distance2)} distances were given for {shape[1]} nodes")
-        if np.any(self.pressure < 0) or np.any(self.gap[self.pressure == 0] < 0):
-            raise ParameterError(
-                "pressures must not be negative, nor gaps where there is no pressure; least are "
-                f"{self.pressure.min():.3g} Pa and {self.gap.min():.3g} m"
-            )
 
     @cached_property
     def group(self) -> np.ndarray:
@@ -104,12 +98,6 @@ class LocalExpansion:
     lowest: float = described("predictions below are out of contact", "target")
     target: PressureTarget = described("how the target gives the pressure")
     fit: Fit = described("the regression; its left-out predictions are those without the group of each surface")
-
-    @gate
-    def pressure(self, variables: np.ndarray) -> np.ndarray:
-        """p : (n,) [Pa] at variables : (n, v), of the target without its scatter."""
-        predicted = hermite_basis(variables, self.indices) @ self.whole.coefficients
-        return self.target.pressure(self.whole.scatter.centre(predicted))
 
     @gate
     def draw(self, generator: np.random.Generator, count: int, *, left_out: bool = False) -> np.ndarray:

@@ -24,8 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from roughslip.chaos.regression import Fit, least_squares
-from roughslip.chaos.remedies import MORE_CONTACT
+from roughslip.chaos.regression import MORE_CONTACT, Fit, least_squares
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate, not_negative, positive
 
@@ -137,7 +136,6 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
     Returns the fit of p [Pa] or of log(p / Pa). Raises ParameterError for pressures that are not finite, IllPosedError
     where the K samples in contact are not more than P, and as the regression.
     """
-    pressure = finite("pressure", pressure, 1)
     basis, pressure = finite("basis", basis, 2), finite("pressures", pressure, 1)
     if len(pressure) != len(basis) or len(pressure) == 0:
         raise ParameterError(f"a pressure for each row of the basis is needed: {pressure.shape}, {basis.shape}")

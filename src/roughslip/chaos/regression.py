@@ -1,6 +1,6 @@
 """Weighted least squares of expansion coefficients, and predictions of samples that a fit has not seen.
 
-Samples of one group, such as copies of a point or nodes of the same surfaces, are dependent and are left out together.
+Samples of one group, such as nodes of the same surfaces, are dependent and are left out together.
 With Q the orthonormal columns of the weighted basis, c the coefficients in them and e the residuals, the fit without
 the groups g and h has c - (1 - Q_g' Q_g - Q_h' Q_h)^-1 (Q_g' e_g + Q_h' e_h). Of a group of one sample the left-out
 residual is e over 1 - leverage (PRESS: Allen, Technometrics 16 (1974) 125).
@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from roughslip.chaos.remedies import FEWER_TERMS, OTHER_PENETRATION
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.results import described, result
 from roughslip.validation import finite, gate
@@ -20,9 +19,19 @@ WORST_CONDITION = 1e8  # above it half the digits of the coefficients are roundi
 LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding error
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
-# Samples that differ by no more than this share of the root mean square of every term are taken as one point. Copies
-# in single precision differ by less.
-SAME_POINT = 1e-5
+# What to try where samples do not determine an expansion: the ends of error texts, with the scene keys.
+FEWER_TERMS = (
+    "take more samples, fewer variables or a lower degree; scene keys: expansion.samples or strip.training_samples, "
+    "expansion.degree"
+)
+MORE_CONTACT = (
+    "take more samples or a deeper penetration; scene keys: expansion.samples or strip.training_samples, "
+    "strip.penetration_percentiles"
+)
+OTHER_PENETRATION = (
+    "its value is the result; for a scatter take another penetration; scene key: strip.penetration_percentiles"
+)
+MORE_SURFACES = "take more samples; scene key: expansion.samples"
 
 
 @result
@@ -31,10 +40,7 @@ class Fit:
 
     coefficients: np.ndarray = described("coefficients in the unit of the target", "1", "P")
     condition_number: float = described("ratio of the extreme singular values of the weighted basis with unit columns")
-    samples: int = described("number of distinct points")
-    effective_samples: float = described(
-        "(sum w)^2 / sum w^2 over the points (Kish 1965); their number for equal weights"
-    )
+    samples: int = described("number of samples with a weight")
     predicted: np.ndarray = described("target of each sample, predicted from the other groups", "1", "K")
     leave_one_out: float = described("share that these predictions miss")
 
@@ -48,7 +54,7 @@ def least_squares(
     basis : (K, P) terms at the samples
     target : (K,) the expanded quantity
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
-    group : (K,) whole numbers; samples of one number are left out together, by default those that agree in all terms
+    group : (K,) whole numbers; samples of one number are left out together, by default each alone
 
     Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as `Regression`, and
     for a constant target.
@@ -63,8 +69,8 @@ class Regression:
     q, r : (K, P), (P, P) of the weighted basis with unit columns
     condition : [-] ratio of the extreme singular values of that
 
-    Raises IllPosedError where points, or effective samples, are not more than the terms, a column vanishes, the
-    condition number exceeds WORST_CONDITION, or a single group determines a coefficient.
+    Raises IllPosedError where samples, or effective samples (Kish 1965), are not more than the terms, a column
+    vanishes, the condition number exceeds WORST_CONDITION, or a single group determines a coefficient.
     """
 
     def __init__(self, basis: np.ndarray, weights: np.ndarray | None = None, group: np.ndarray | None = None) -> None:
@@ -76,13 +82,11 @@ class Regression:
             raise ParameterError("weights of a regression must be non-negative and not all zero")
         self.weights = weights / weights.max()
         self._root = np.sqrt(self.weights)
-        point = point_numbers(basis)
-        of_point = np.bincount(point, self.weights)
-        self.samples, terms = int(np.count_nonzero(of_point)), basis.shape[1]
-        self.effective = float(of_point.sum() ** 2 / np.sum(of_point**2))
-        if min(self.samples, self.effective) <= terms:
+        self.samples, terms = int(np.count_nonzero(self.weights)), basis.shape[1]
+        effective = float(self.weights.sum() ** 2 / np.sum(self.weights**2))
+        if min(self.samples, effective) <= terms:
             raise IllPosedError(
-                f"{self.samples} samples ({self.effective:.0f} effective) are too few for {terms} coefficients: "
+                f"{self.samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: "
                 f"{FEWER_TERMS}"
             )
         columns = self._root[:, None] * basis
@@ -97,11 +101,9 @@ class Regression:
                 f"condition number {self.condition:.1e} of {self.samples} samples for {terms} terms, more than "
                 f"{WORST_CONDITION:.0e}: {FEWER_TERMS}"
             )
-        number = point if group is None else np.unique(group, return_inverse=True)[1]
-        sizes = np.bincount(number)
-        self._groups = [np.flatnonzero(number == g) for g in np.flatnonzero(sizes > (group is None))]
-        grouped = np.isin(np.arange(len(basis)), np.concatenate([[-1], *self._groups]))
-        self._leverage = np.where(grouped, 0.0, np.einsum("kp,kp->k", self.q, self.q))
+        number = np.zeros(0) if group is None else np.unique(group, return_inverse=True)[1]
+        self._groups = [np.flatnonzero(number == g) for g in np.unique(number)]
+        self._leverage = np.einsum("kp,kp->k", self.q, self.q) if group is None else np.zeros(len(basis))
         if np.max(self._leverage) > 1.0 - LEAST_FREEDOM:
             worst = np.argmax(self._leverage)
             raise IllPosedError(f"without sample {worst} a coefficient is undetermined: {FEWER_TERMS}")
@@ -117,7 +119,7 @@ class Regression:
         predicted = self.predicted(target)
         missed = np.average((target - predicted) ** 2, weights=self.weights)
         coefficients = self._natural(self.q.T @ (self._root * target))
-        return Fit(coefficients, self.condition, self.samples, self.effective, predicted, float(missed / variance))
+        return Fit(coefficients, self.condition, self.samples, predicted, float(missed / variance))
 
     def predicted(self, target: np.ndarray) -> np.ndarray:
         """A target : (K,), predicted at each sample from the other groups."""
@@ -163,23 +165,3 @@ class Regression:
         except np.linalg.LinAlgError as error:
             raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}") from error
         return np.asarray(scipy.linalg.cho_solve(factor, side, check_finite=False))
-
-
-def point_numbers(basis: np.ndarray) -> np.ndarray:
-    """Number : (K,) of the point of each sample, for a basis : (K, P); a constant cannot separate samples.
-
-    Samples at one point are neighbours in the order along any direction; a fixed random direction is taken.
-    """
-    if basis.shape[1] == 1:
-        return np.arange(len(basis))
-    size = np.sqrt(np.mean(basis**2, axis=0))
-    direction = np.random.default_rng(0).standard_normal(basis.shape[1])
-    along = basis @ np.divide(direction, size, out=np.zeros_like(size), where=size > 0)
-    order = np.argsort(along, kind="stable")
-    apart = np.ones(len(basis), dtype=bool)
-    near = 1 + np.flatnonzero(np.diff(along[order]) <= SAME_POINT * np.abs(direction).sum())
-    difference = np.abs(basis[order[near]] - basis[order[near - 1]])
-    apart[near] = np.any(difference > SAME_POINT * size, axis=1)
-    point = np.empty(len(basis), dtype=np.int64)
-    point[order] = np.cumsum(apart) - 1
-    return point

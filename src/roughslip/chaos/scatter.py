@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.chaos.remedies import MORE_CONTACT
+from roughslip.chaos.regression import MORE_CONTACT
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite
 

@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from roughslip.chaos.functionals import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import least_squares
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
+from roughslip.chaos.variables import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.results import described, result
 from roughslip.validation import finite, gate
@@ -63,11 +63,6 @@ class StripExpansion:
             values[:, row] = self.coefficients[row].T @ self._basis.by_term(xi[row].T)
         return values.transpose(0, 2, 1)
 
-    @gate
-    def pressure(self, heights: np.ndarray) -> np.ndarray:
-        """p : (levels, nx, ny) [Pa] of the predicted target, without its scatter; arguments as `predicted`."""
-        return self.target.pressure(self.predicted(heights))
-
 
 @gate
 def fit_strip(
@@ -94,8 +89,6 @@ def fit_strip(
     (levels, K, ny) [target] these predictions. Raises ParameterError for arrays that do not match and for a single
     strip, IllPosedError as the whitening and the regression.
     """
-    target_values = finite("target_values", target_values, 3)
-    functionals = finite("functionals", functionals, 3)
     functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
     if functionals.shape[:2] != target_values.shape[:2]:
         raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")

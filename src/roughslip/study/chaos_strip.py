@@ -3,7 +3,6 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.functionals import NAMES, Stencil, local_functionals
 from roughslip.chaos.strip import (
     ConditionalMeans,
     StripExpansion,
@@ -12,6 +11,7 @@ from roughslip.chaos.strip import (
     on_all_rows,
     turned_to_half,
 )
+from roughslip.chaos.variables import NAMES, Stencil, local_functionals
 from roughslip.scene.types import Scene
 from roughslip.study import skip_reasons
 from roughslip.study.from_scene import elastic, expansion, geometry, surface_model

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
-from roughslip.chaos.functionals import (
+from roughslip.chaos.pressure import PressureTarget, pressure_target
+from roughslip.chaos.variables import (
     MIRRORED,
     NO_SYMMETRY,
     Stencil,
     local_functionals,
     orthonormal_directions,
 )
-from roughslip.chaos.pressure import PressureTarget, pressure_target
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import elastic

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip import store
-from roughslip.chaos.sampling import latin_hypercube
+from roughslip.chaos.variables import latin_hypercube
 from roughslip.contact.at_nodes import NodePressures, solve_at
 from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence

@@ -3,6 +3,8 @@
 A Karhunen-Loeve expansion orders its modes by their share of the variance of the whole mesh, but the pressure at a node
 depends on the surface around that node. Height, slopes, curvatures and two local means are linear in the heights and
 therefore jointly Gaussian. These eight explain more of the pressure than the eight leading modes.
+
+Designs of such variables: Latin hypercubes and Sobol sequences.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ MIRRORED = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0,
 NO_SYMMETRY = MIRRORED[:, :0]  # without a known symmetry
 HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each under half a turn, which is two mirror images
 
+SOBOL_BITS = 30
 INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
@@ -148,3 +151,39 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
             "samples; scene keys: strip.width_m, strip.training_samples"
         )
     return scipy.linalg.solve_triangular(factor, np.diag(1.0 / scale), lower=True)
+
+
+@gate
+def latin_hypercube(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
+    """Standard normals with exactly one sample in each of `samples` equally likely strata of every variable.
+
+    samples, variables : both at least 1
+
+    Returns xi : (samples, variables) [-]. Raises ParameterError.
+
+    Method: McKay, Beckman and Conover, Technometrics 21 (1979) 239: the strata in random order, a random place in each.
+    `scipy.stats.qmc.LatinHypercube` draws the places first, so its designs are others.
+    """
+    whole_at_least("number of samples", samples, 1)
+    whole_at_least("number of variables", variables, 1)
+    strata = np.stack([generator.permutation(samples) for _ in range(variables)], axis=1)
+    return scipy.special.ndtri((strata + generator.random((samples, variables))) / samples)
+
+
+def sobol_places(generator: np.random.Generator, samples: int, variables: int) -> np.ndarray:
+    """The first places of a scrambled Sobol sequence, in its order.
+
+    generator : the same state gives the same sequence for every length
+    samples : from 1 to 2^30; with a power of two every variable has one sample in each of as many strata
+    variables : at least 1
+
+    Returns places : (samples, variables) in (0, 1), each uniform.
+
+    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; Owen scrambling by random linear maps of the
+    digits and a digital shift, Matousek, J. Complexity 14 (1998) 527.
+    """
+    from scipy.stats import qmc  # its import takes a second, and few stages draw
+
+    sequence = qmc.Sobol(variables, scramble=True, bits=SOBOL_BITS, rng=generator)
+    # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
+    return sequence.random_base2((samples - 1).bit_length())[:samples] + 0.5 ** (SOBOL_BITS + 1)

@@ -1,16 +1,11 @@
-"""Autocorrelation of mu and lengths of the exponential fitted to it, against closed forms and white windows.
-
-Friction against penetration: mu_fit(d), and trends over the levels."""
+"""Autocorrelation of mu and lengths of the exponential fitted to it, against closed forms and white windows."""
 
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.bowden_tabor import window_sums
+from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import (
     autocorrelation,
     correlation_fit,
@@ -20,9 +15,7 @@ from roughslip.friction.correlation import (
     triangular,
     window_lengths,
 )
-from roughslip.friction.penetration import between, curve_over_penetration, trend
-from roughslip.friction.statistics import strip_weights
-from roughslip.probability import Estimate
+from roughslip.friction.windows import strip_weights, window_sums
 from tests.friction.test_windows import autoregressive
 
 WINDOW = 600e-6
@@ -32,11 +25,6 @@ def averaged_white_noise(rng: np.random.Generator, strips: int, window: int, win
     """mu = 1 + white noise averaged over windows of `window` nodes that start at every fifth node."""
     noise = rng.standard_normal((strips, window + 5 * (windows - 1)))
     return 1.0 + 0.1 * window_sums(noise, window, 5) / math.sqrt(window)
-
-
-def ornstein_uhlenbeck(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:
-    """mu = 1 + 0.1 x with x Gaussian of unit variance and correlation factor^lag, exactly an exponential."""
-    return 1.0 + 0.1 * autoregressive(rng, strips, windows, factor)
 
 
 def everywhere(mu: np.ndarray) -> np.ndarray:
@@ -53,7 +41,7 @@ def test_lengths_of_the_window_alone() -> None:
     assert lengths["log_line"] == pytest.approx(275e-6, rel=0.02)
 
 
-def test_an_exponential_has_its_own_length() -> None:
+def test_an_exponential_has_its_own_length_and_a_curve_without_one_the_end_of_the_range() -> None:
     lags = np.arange(121) * 15e-6
     true = np.array([20e-6, 250e-6, 1500e-6])
     curves = np.exp(-lags / true[:, None])
@@ -61,20 +49,17 @@ def test_an_exponential_has_its_own_length() -> None:
     np.testing.assert_allclose(lengths, true, rtol=1e-12)
     # linear interpolation of exp(-s/L) between lags h apart is off by at most h^2 / (8 L) in s
     np.testing.assert_allclose(one_over_e_length(lags, curves[:2]), true[:2], atol=(15e-6) ** 2 / 8 / 20e-6)
-
-
-def test_curves_without_a_length_are_flagged() -> None:
+    # curves without a length: the ends of the range, and the longest lag where 1/e is not met
     lags = np.arange(50) * 1e-5
     alternating = np.where(np.arange(50) % 2 == 0, 1.0, -1.0) * np.exp(-np.arange(50.0))
     lengths = exponential_length(lags, np.stack((np.ones(50), alternating)))
     np.testing.assert_allclose(lengths, [100 * lags[-1], lags[1] / 20], rtol=1e-12)
-    # never below 1/e: the longest lag, a lower bound
     assert one_over_e_length(lags, np.ones((1, 50)))[0] == lags[-1]
 
 
 def test_autocorrelation_is_the_mean_over_pairs_of_valid_windows() -> None:
     rng = np.random.default_rng(1)
-    mu = ornstein_uhlenbeck(rng, 6, 9, 0.7)
+    mu = 1.0 + 0.1 * autoregressive(rng, 6, 9, 0.7)
     valid = rng.random(mu.shape) > 0.2
     weights = strip_weights(6, 40, rng)
     r = autocorrelation(mu, valid, 5, weights)
@@ -110,7 +95,7 @@ def test_white_noise_averaged_on_windows_is_triangular() -> None:
 def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
     rng = np.random.default_rng(3)
     spacing, length = WINDOW / 20, 250e-6
-    mu = ornstein_uhlenbeck(rng, 300, 61, math.exp(-spacing / length))
+    mu = 1.0 + 0.1 * autoregressive(rng, 300, 61, math.exp(-spacing / length))
     lags = np.arange(61) * spacing
     fit = correlation_fit(lags, autocorrelation(mu, everywhere(mu), 61, strip_weights(300, 200, rng)), WINDOW)
     for name in ("least_squares", "one_over_e", "log_line"):
@@ -126,7 +111,7 @@ def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
 
 def test_faults_are_refused() -> None:
     rng = np.random.default_rng(7)
-    mu = ornstein_uhlenbeck(rng, 5, 6, 0.5)
+    mu = 1.0 + 0.1 * autoregressive(rng, 5, 6, 0.5)
     weights = strip_weights(5, 40, rng)
     for lags in (1, 7):
         with pytest.raises(IllPosedError, match="longer strips"):
@@ -162,73 +147,3 @@ def test_a_straight_line_finds_an_exponential_and_ends_before_the_curve_falls_to
     np.testing.assert_allclose(log_line(lags, np.stack([curve, cut, late]), 540e-6), 250e-6, rtol=1e-12)
     flat, alone = np.ones(41), np.where(np.arange(41) < 1, 1.0, -0.2)
     np.testing.assert_allclose(log_line(lags, np.stack([flat, alone]), 540e-6), [100 * lags[-1], lags[1] / 20])
-
-
-LEVELS = np.array([5.0, 10.0, 20.0, 40.0, 50.0, 80.0, 95.0])
-
-
-def curve_of(function, points, levels=LEVELS) -> Estimate:
-    """Every replicate is the function times 1 + a number between -0.05 and 0.05."""
-    factors = np.concatenate(([1.0], 1 + np.linspace(-0.05, 0.05, 81)))
-    return curve_over_penetration(levels, [Estimate.from_rows(function(q) * factors) for q in levels], points)
-
-
-def test_a_straight_line_stays_one_with_its_band():
-    q = np.linspace(5.0, 95.0, 37)
-    curve = curve_of(lambda q: 0.4 - 0.002 * q, q)
-    np.testing.assert_allclose(curve.value, 0.4 - 0.002 * q, rtol=1e-14)
-    # linear quantiles of evenly spaced factors: 95 % of the range
-    np.testing.assert_allclose(curve.high, (0.4 - 0.002 * q) * (1 + 0.05 * 0.95), rtol=1e-12)
-
-
-@settings(derandomize=True, max_examples=60, deadline=None)
-@given(st.lists(st.floats(0.01, 1.0), min_size=7, max_size=7))
-def test_the_curve_goes_through_the_levels_and_turns_nowhere_between(values):
-    levels = [Estimate.from_rows(np.full(42, value)) for value in values]
-    # a cubic of values up to 1 is rounded by a few units in their last place, also where it is small
-    np.testing.assert_allclose(curve_over_penetration(LEVELS, levels, LEVELS).value, values, rtol=0, atol=1e-15)
-    for k in range(6):
-        inside = curve_over_penetration(LEVELS, levels, np.linspace(LEVELS[k], LEVELS[k + 1], 50)).value
-        rise = np.diff(inside)
-        # a cubic of values up to 1: rounding of a few units in the last place
-        assert np.all(rise >= -1e-14) or np.all(rise <= 1e-14)
-
-
-def test_the_error_falls_with_the_square_of_the_distance_of_levels():
-    """Fritsch and Butland's slopes are second order on even levels, so the curve is between second and third."""
-
-    def truth(q):
-        return 0.2 + 0.1 * np.exp(-q / 30.0)
-
-    q = np.linspace(30.0, 70.0, 400)
-    curves = (curve_of(truth, q, np.linspace(5.0, 95.0, count)) for count in (9, 17, 33))
-    errors = np.array([np.max(np.abs(curve.value - truth(q))) for curve in curves])
-    assert np.all(np.log2(errors[:-1] / errors[1:]) > 1.9)
-
-
-def test_a_number_at_a_level_is_that_of_the_level_and_between_two_on_the_curve():
-    values = np.array([0.37, 0.34, 0.32, 0.31, 0.30, 0.28, 0.27])
-    assert [between(LEVELS, values, q) for q in LEVELS] == values.tolist()
-    levels = [Estimate.from_rows(np.full(42, value)) for value in values]
-    assert between(LEVELS, values, 33.0) == curve_over_penetration(LEVELS, levels, np.array([33.0])).value[0]
-    assert between(np.array([50.0]), np.array([0.3]), 50.0) == 0.3
-    with pytest.raises(ParameterError, match="between the levels"):
-        between(LEVELS, values, 99.0)
-    with pytest.raises(IllPosedError, match="at least two levels"):
-        curve_over_penetration(LEVELS[:1], levels[:1], LEVELS[:1])
-
-
-def test_trend_of_a_line_is_its_change_and_pairing_removes_common_noise() -> None:
-    q = np.array([5.0, 10.0, 50.0, 90.0, 95.0])
-    noise = np.append(0.0, np.random.default_rng(8).standard_normal(100))
-    # noise of size 1, common to the levels, cancels down to its rounding
-    for estimate in trend(q, [Estimate.from_rows(0.4 - 0.002 * at + noise) for at in q]):
-        np.testing.assert_allclose([estimate.value, estimate.low, estimate.high], -0.18, rtol=1e-12)
-
-
-def test_a_trend_along_the_line_is_not_that_of_the_ends() -> None:
-    """The ends fall by 0.1, the line rises: deviations -40, -10, 10, 40 of q times values sum to 6."""
-    levels = [Estimate.from_rows(np.full(50, value)) for value in (0.5, 0.0, 1.0, 0.4)]
-    line, change = trend(np.array([10.0, 40.0, 60.0, 90.0]), levels)
-    assert float(line.value) == pytest.approx(80 * 6.0 / 3400.0, rel=1e-12)
-    assert float(change.value) == pytest.approx(-0.1)

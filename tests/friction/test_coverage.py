@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from roughslip.friction.combination import Levels, combine
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.statistics import strip_weights, window_statistics
+from roughslip.friction.table import POSITIVE, combine
+from roughslip.friction.windows import estimate_of, strip_weights, window_statistics
 from roughslip.probability import beta_moments
 from tests.friction.test_windows import autoregressive
 
@@ -29,8 +29,9 @@ def with_control(rng):
     control, own, rho = autoregressive(rng, 880, 20, 0.8), autoregressive(rng, 80, 20, 0.8), 0.95
     mu = 0.3 + 0.03 * (rho * control[:80] + math.sqrt(1 - rho**2) * own)
     valid = np.ones(control.shape, bool)
-    levels = Levels((mu, valid[:80]), (0.29 + 0.027 * control, valid))
-    return combine(levels, levels.weights(200, rng)).estimates()
+    weights = strip_weights(80, 200, rng), strip_weights(800, 200, rng)
+    rows, _ = combine((mu, valid[:80]), (0.29 + 0.027 * control, valid), weights)
+    return {name: estimate_of(name, np.exp(rows[name]), 80) for name in POSITIVE}
 
 
 def curve(rng):
@@ -70,7 +71,7 @@ ROWS = {  # draw and estimate; by name the truth, and the least share of interva
 }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("row", ROWS)
 def test_intervals_hold_the_truth_as_often_as_they_say(row):
     """The least count of hits has a probability of 5e-4 where the share is as stated."""

@@ -8,10 +8,10 @@ from scipy.integrate import quad
 from scipy.special import erf
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.blocks import Blocks, pad_estimates, pads, under_load
 from roughslip.friction.pad import (
     POWERS,
     WINDOWS,
+    Blocks,
     Surface,
     adjacent_variance,
     between_pads,
@@ -19,10 +19,13 @@ from roughslip.friction.pad import (
     mean_powers,
     mehler_parts,
     pad_edges,
+    pad_estimates,
     pad_means,
     pad_scatter,
+    pads,
+    under_load,
 )
-from roughslip.friction.statistics import strip_weights
+from roughslip.friction.windows import strip_weights
 
 SHORT, LONG, SHARE = 10e-6, 400e-6, 0.02  # lengths [m] of two Gaussian correlations, and the variance of the long one
 BLOCK, WIDTH, WINDOW = 15e-6, 25e-6, 120e-6

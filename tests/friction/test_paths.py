@@ -11,11 +11,10 @@ from scipy.stats import beta as beta_distribution
 from scipy.stats import kstest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction import recursion as by_recursion
-from roughslip.friction.pad_friction import Friction
-from roughslip.friction.paths import METHODS, path_sampler, spectral_representation
+from roughslip.friction import endless as by_recursion
+from roughslip.friction.endless import recursion
+from roughslip.friction.paths import METHODS, Friction, path_sampler, spectral_representation
 from roughslip.friction.process import PIECE_NODES, CorrelationShape, FrictionProcess, average_beta
-from roughslip.friction.recursion import interpolated, recursion
 from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
 
 LENGTH = 250e-6
@@ -99,15 +98,6 @@ def test_a_path_has_no_beginning(method):
     moments = (first[:, 0] ** 2, first[:, 0] * first[:, 1], first[:, 0] * first[:, 2], first[:, 0] ** 3)
     for products, exact in zip(moments, (1.0, math.exp(-0.5), math.exp(-1.0), skewness), strict=True):
         assert products.mean() == pytest.approx(exact, abs=5 * products.std() / math.sqrt(2000))
-
-
-def test_table_is_that_of_linear_interpolation():
-    """Bit by bit: at nodes and just below, between them, beyond both ends."""
-    table = PUBLISHED.translation()
-    z = np.random.default_rng(1).uniform(-9.0, 9.0, 100_000)
-    z[:8194:2], z[1:8194:2] = table.normal, np.nextafter(table.normal, -10.0)
-    values = np.array([interpolated(score, table.normal, table.values) for score in z])
-    assert np.array_equal(values, np.interp(z, table.normal, table.values))
 
 
 @WAYS

@@ -14,7 +14,6 @@ from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import solve_loads
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import autocorrelation_of_friction, scatter_of_friction
-from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.scatter_law import (
     FITTED,
     correlation_of_slopes,
@@ -23,6 +22,7 @@ from roughslip.friction.scatter_law import (
     pair_covariance,
     roughness_of,
 )
+from roughslip.friction.windows import window_sums
 from roughslip.grid import Grid
 from roughslip.surface import covariance_of
 from roughslip.surface.embedding import embed_cell

@@ -12,18 +12,17 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.statistics import (
+from roughslip.friction.table import describe
+from roughslip.friction.windows import (
     estimate_of,
-    margin_of,
+    friction_coefficient,
     ratio_of_sums,
-    resampled_quantiles,
     strip_weights,
     window_statistics,
+    window_sums,
 )
-from roughslip.friction.table import describe
 from roughslip.probability import Estimate
 
 ROUNDING = 2.0**-53
@@ -103,18 +102,6 @@ def test_values_are_the_textbook_statistics_of_the_valid_windows() -> None:
     assert result.missing_share.value == pytest.approx(np.mean(~valid), rel=1e-14)
 
 
-def test_resampled_quantiles_are_those_of_the_windows_it_counts() -> None:
-    """Inverses of the empirical distribution function. One strip has no window with mu."""
-    mu, valid = skewed_windows(6)
-    valid[3] = False
-    weights = strip_weights(len(mu), 40, np.random.default_rng(6))
-    at = np.array([0, 5, 25, 50, 75, 100])
-    found = resampled_quantiles(mu, valid, weights, at, 100)
-    for row, counts in enumerate(weights):
-        windows = np.repeat(mu, counts, axis=0)[np.repeat(valid, counts, axis=0)]
-        np.testing.assert_array_equal(found[row], np.quantile(windows, at / 100, method="inverted_cdf"))
-
-
 def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:
     mu, valid = skewed_windows(2)
     rng = np.random.default_rng(5)
@@ -133,13 +120,14 @@ def test_every_replicate_is_the_statistic_of_the_strips_it_counts() -> None:
 def test_margins_make_percentiles_those_of_student() -> None:
     """20 strips: t of 19 degrees of freedom for a mean, of 19 / 3 for a scatter; bootstrap variances lack 1 / 20."""
     t, z, rows = stats.t.ppf(0.975, [19, 19 / 3]), stats.norm.ppf(0.975), np.exp(np.arange(-39.0, 161.0) / 100)
-    assert [margin_of(name, 20) for name in ("mean", "std")] == pytest.approx(t / z * math.sqrt(20 / 19))
+    margins = t / z * math.sqrt(20 / 19)
     rows[0] = 1.0
-    mean, std = (estimate_of(name, rows, 20) for name in ("mean", "std"))
-    low, high = np.quantile(rows[1:], [0.025, 0.975])
-    assert (mean.low, mean.high) == pytest.approx(1 + margin_of("mean", 20) * (np.array([low, high]) - 1))
+    mean, std, plain = (estimate_of(name, rows, 20) for name in ("mean", "std", "share"))
+    ends = np.quantile(rows[1:], [0.025, 0.975])
+    assert (plain.low, plain.high) == pytest.approx(ends)
+    assert (mean.low, mean.high) == pytest.approx(1 + margins[0] * (ends - 1))
     low, high = np.quantile(np.log(rows[1:]), [0.025, 0.975])
-    assert np.log([std.low, std.high]) == pytest.approx(-margin_of("std", 20) * np.array([high, low]))
+    assert np.log([std.low, std.high]) == pytest.approx(-margins[1] * np.array([high, low]))
     assert std.replicates == pytest.approx(rows[1:])
 
 
@@ -193,12 +181,12 @@ VALID = RNG.random(MU.shape) < 0.9
 WEIGHTS = strip_weights(STRIPS, 60, RNG)
 LAGS = SPACING * np.arange(WINDOWS)
 SCALE, METRE = 2.0**-3, 2.0**10  # of mu, and of lengths: powers of two, so that rounding is the same
-IN_MU = ("mean", "std", "beta_lower", "beta_upper")
+IN_MU = ("mean", "std")
 
 
 def described(mu=MU, valid=VALID, weights=WEIGHTS, metre=1.0):
     estimates = describe((mu, valid), weights, metre * LAGS, metre * WINDOW, np.random.default_rng(2))
-    assert len(estimates) == 21
+    assert len(estimates) == 16
     return estimates
 
 
@@ -234,13 +222,13 @@ def test_in_the_other_direction(plain):
     twice = np.concatenate((MU, MU)), np.concatenate((VALID, VALID)), np.concatenate((WEIGHTS, 0 * WEIGHTS), axis=1)
     twice[2][0] = 1
     estimates = described(*twice)
-    for name in ("mean", "std", "skewness", "autocorrelation", "beta_a"):
+    for name in ("mean", "std", "skewness", "autocorrelation"):
         np.testing.assert_allclose(estimates[name].value, plain[name].value, rtol=1e-6)
         np.testing.assert_allclose(estimates[name].replicates, plain[name].replicates, rtol=1e-6, atol=1e-7)
 
 
 def test_mirrored_about_a_value(plain):
-    """1 - mu is as far below as mu is above: odd moments change their sign, and Beta shapes places."""
+    """1 - mu is as far below as mu is above: odd moments change their sign."""
     estimates = described(1.0 - MU)
     for name, other, sign, start in (
         ("mean", "mean", -1.0, 1.0), ("std", "std", 1.0, 0.0), ("skewness", "skewness", -1.0, 0.0),
@@ -248,5 +236,3 @@ def test_mirrored_about_a_value(plain):
         ("length_one_over_e", "length_one_over_e", 1.0, 0.0), ("missing_share", "missing_share", 1.0, 0.0),
     ):  # fmt: skip
         np.testing.assert_allclose(estimates[name].rows, start + sign * plain[other].rows, rtol=1e-6, atol=1e-8)
-    for name, other in (("beta_a", "beta_b"), ("beta_misfit", "beta_misfit")):  # on a table of quantiles of the sample
-        np.testing.assert_allclose(estimates[name].value, plain[other].value, rtol=0.05)

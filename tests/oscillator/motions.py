@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.friction.pad_friction import Friction
+from roughslip.friction.paths import Friction
 from roughslip.oscillator.equation import Oscillator, slip_state
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.coulomb import CoulombLaw

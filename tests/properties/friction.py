@@ -13,7 +13,6 @@ from scipy import stats
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.marginal import PROBABILITIES, SHAPES, fit_beta
-from roughslip.friction.statistics import FEWEST_REPLICATES, strip_weights
 from tests.properties.campaign import Trial, choose, log_uniform
 
 KINDS = ("rough", "dilute", "shaped", "outlier", "two-values", "constant", "nearly-constant", "none", "long")
@@ -21,41 +20,35 @@ KIND_SHARES = (0.3, 0.12, 0.2, 0.06, 0.05, 0.06, 0.06, 0.03, 0.12)
 MOST_STRIPS, MOST_WINDOWS = 25, 150
 EPS = float(np.finfo(float).eps)
 GRID = 25  # Beta shapes on each axis
-SAMPLE_FIT, TABLE_FIT = 1e-7, 3e-3  # of the squared distance: least squares for the sample, a table for replicates
 
 
 def attempt(trial: Trial) -> None:
     """Fit a Beta distribution. With full contact and eight windows of eight strips an error is no answer."""
-    rng, number = trial.rng, trial.number
+    rng = trial.rng
     kind = choose(rng, KINDS, KIND_SHARES)
     strips = int(rng.integers(1, 4)) if rng.random() < 0.12 else int(rng.integers(2, MOST_STRIPS + 1))
     mu, valid = draw_windows(rng, kind, strips, round(MOST_WINDOWS ** rng.random()))
     trial.case["kind"] = kind
     well_posed = kind in ("rough", "shaped") and valid.all() and min(mu.shape) >= 8
     trial.answers = () if well_posed else (IllPosedError,)
-    weights = strip_weights(strips, FEWEST_REPLICATES + number % 20, np.random.default_rng(number))
-    fit = fit_beta(mu, valid, weights.copy())
-    ends = [end for estimate in (fit.a, fit.b, fit.lower, fit.upper) for end in (estimate.low, estimate.high)]
-    assert np.isfinite(ends).all(), "intervals that are not finite"
-    nodes = len(PROBABILITIES)
-    for row in (0, len(weights) - 1):  # the sample and the last replicate
-        x = np.sort(np.repeat(mu, weights[row], axis=0)[np.repeat(valid, weights[row], axis=0)])
-        # The least window with a share of (2 k + 1) / (2 nodes) of all windows at or below it.
-        q = x[[max(-(-(2 * k + 1) * len(x) // (2 * nodes)), 1) - 1 for k in range(nodes)]].astype(np.longdouble)
-        z, mean, spread, a, b = standard(q), float(q.mean()), float(q.std()), fit.a.rows[row], fit.b.rows[row]
-        model = stats.beta.ppf(PROBABILITIES, a, b)
-        misfit = misfit_of(z, model)
-        steps = (0.95, 1.0, 1.05)
-        near = [stats.beta.ppf(PROBABILITIES, *np.clip((a * s, b * t), *SHAPES)) for s in steps for t in steps]
-        minimum = min(misfit_of(z, other) for other in (*near, *beta_grid()))
-        fitted = fit.lower.rows[row] + (fit.upper.rows[row] - fit.lower.rows[row]) * model
-        slack = 1e-9 + 64 * EPS * float(np.abs(q).max()) / spread
-        trial.check(f"distance, row {row}", abs(fit.distance.rows[row] ** 2 - misfit), 1e-9 + slack)
-        trial.check(f"no nearer Beta, row {row}", misfit - minimum, (TABLE_FIT if row else SAMPLE_FIT) + slack)
-        trial.check(f"its mean, row {row}", abs(fitted.mean() - mean) / spread, slack)
-        trial.check(f"its ends, row {row}", abs(np.mean(z * (fitted - mean)) / spread - 1 + misfit), 1e-6 + slack)
-        bounds = max(a / SHAPES[1], b / SHAPES[1], SHAPES[0] / a, SHAPES[0] / b)
-        trial.check(f"its shapes, row {row}", bounds - 1, 1e-9)
+    x = np.sort(mu[valid])
+    fit, nodes = fit_beta(mu[valid]), len(PROBABILITIES)
+    # The least window with a share of (2 k + 1) / (2 nodes) of all windows at or below it.
+    q = x[[max(-(-(2 * k + 1) * len(x) // (2 * nodes)), 1) - 1 for k in range(nodes)]].astype(np.longdouble)
+    z, mean, spread = standard(q), float(q.mean()), float(q.std())
+    model = stats.beta.ppf(PROBABILITIES, fit.a, fit.b)
+    misfit = misfit_of(z, model)
+    steps = (0.95, 1.0, 1.05)
+    near = [stats.beta.ppf(PROBABILITIES, *np.clip((fit.a * s, fit.b * t), *SHAPES)) for s in steps for t in steps]
+    minimum = min(misfit_of(z, other) for other in (*near, *beta_grid()))
+    fitted = fit.lower + (fit.upper - fit.lower) * model
+    slack = 1e-9 + 64 * EPS * float(np.abs(q).max()) / spread
+    trial.check("distance", abs(fit.distance**2 - misfit), 1e-9 + slack)
+    trial.check("no nearer Beta", misfit - minimum, 1e-7 + slack)  # of the squared distance
+    trial.check("its mean", abs(fitted.mean() - mean) / spread, slack)
+    trial.check("its ends", abs(np.mean(z * (fitted - mean)) / spread - 1 + misfit), 1e-6 + slack)
+    bounds = max(fit.a / SHAPES[1], fit.b / SHAPES[1], SHAPES[0] / fit.a, SHAPES[0] / fit.b)
+    trial.check("its shapes", bounds - 1, 1e-9)
 
 
 def draw_windows(rng: np.random.Generator, kind: str, strips: int, windows: int) -> tuple[np.ndarray, np.ndarray]:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from roughslip import store
-from roughslip.friction.bowden_tabor import window_sums
 from roughslip.friction.pad import WINDOWS
+from roughslip.friction.windows import window_sums
 from roughslip.scene.types import scene_of
 from roughslip.study import contact, friction
 from roughslip.study.from_scene import domain, periodic_cell

@@ -9,7 +9,7 @@ from roughslip import store
 from roughslip.figures.figure_record import figure_record
 from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
-from roughslip.friction.moving_average import moving_average
+from roughslip.friction.endless import moving_average
 from roughslip.oscillator.answers import leaves_known_speeds
 from roughslip.record.process import Scatter
 from roughslip.scene.types import scene_of

@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.friction.bowden_tabor import friction_coefficient, window_sums
+from roughslip.friction.windows import friction_coefficient, window_sums
 from roughslip.scene.types import scene_of
 from roughslip.study import chaos_strip, contact, expansion_strip
 from roughslip.study.from_scene import domain, geometry

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from roughslip.friction.correlation import autocorrelation, correlation_fit, window_lengths
-from roughslip.friction.statistics import strip_weights
+from roughslip.friction.windows import strip_weights
 from roughslip.verdicts.friction_rules import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.reading import headline, inside
 from roughslip.verdicts.statements import STATEMENTS, claims

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
+from roughslip.friction.endless import recursion
 from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import recursion
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw

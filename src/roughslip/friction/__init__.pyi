@@ -1,11 +1,9 @@
-from roughslip.friction.bowden_tabor import friction_coefficient as friction_coefficient
-from roughslip.friction.bowden_tabor import window_sums as window_sums
 from roughslip.friction.correlation import CorrelationFit as CorrelationFit
 from roughslip.friction.correlation import autocorrelation as autocorrelation
 from roughslip.friction.correlation import correlation_fit as correlation_fit
 from roughslip.friction.marginal import BetaFit as BetaFit
 from roughslip.friction.marginal import fit_beta as fit_beta
-from roughslip.friction.pad_friction import Friction as Friction
+from roughslip.friction.paths import Friction as Friction
 from roughslip.friction.paths import path_sampler as path_sampler
 from roughslip.friction.paths import sample_path as sample_path
 from roughslip.friction.process import CorrelationShape as CorrelationShape
@@ -13,6 +11,8 @@ from roughslip.friction.process import FrictionProcess as FrictionProcess
 from roughslip.friction.process import average_beta as average_beta
 from roughslip.friction.scatter_law import autocorrelation_of_friction as autocorrelation_of_friction
 from roughslip.friction.scatter_law import scatter_of_friction as scatter_of_friction
-from roughslip.friction.statistics import WindowStatistics as WindowStatistics
-from roughslip.friction.statistics import strip_weights as strip_weights
-from roughslip.friction.statistics import window_statistics as window_statistics
+from roughslip.friction.windows import WindowStatistics as WindowStatistics
+from roughslip.friction.windows import friction_coefficient as friction_coefficient
+from roughslip.friction.windows import strip_weights as strip_weights
+from roughslip.friction.windows import window_statistics as window_statistics
+from roughslip.friction.windows import window_sums as window_sums

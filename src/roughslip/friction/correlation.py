@@ -14,7 +14,7 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.statistics import check_windows, require_scatter, resampled
+from roughslip.friction.windows import check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
 from roughslip.results import described, result
 from roughslip.validation import finite, gate, positive

@@ -1,4 +1,4 @@
-"""Friction paths: one interface to the recursion, the moving average, and the paper's waves of random phase.
+"""Friction of the pad that bears a load, and its paths: without end, or the paper's waves of random phase.
 
 These take one Fourier transform over a period, which draws a whole path of a given length.
 """
@@ -6,46 +6,48 @@ These take one Fourier transform over a period, which draws a whole path of a gi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from roughslip import fft
 from roughslip.errors import IllPosedError, ParameterError, whole
-from roughslip.friction.moving_average import CORRELATION_LIMIT, MovingAverage, moving_average
-from roughslip.friction.process import FrictionProcess
-from roughslip.friction.recursion import Recursion, recursion
-from roughslip.probability import Translation
+from roughslip.friction.endless import CORRELATION_LIMIT, SHAPE_LIMIT, inverse, moving_average, recursion, spectrum_of
+from roughslip.friction.process import (
+    PAPER_SHAPES,
+    SMOOTHER,
+    CorrelationShape,
+    FrictionProcess,
+    Marginal,
+    Paths,
+    autocorrelation_at,
+    average_beta,
+)
+from roughslip.probability import BetaDistribution, QuantileDistribution
 from roughslip.validation import gate, positive
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
 MOST_NODES = 2**26
-CORRELATION_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
-    """What samples of one process at one spacing have in common.
+class Spectrum(Paths):
+    """Whole paths, as waves of random phase.
 
-    spacing : [m] distance of the nodes
     nodes : number of nodes of a path
     period_nodes : number of nodes of the period of the Gaussian sum
     amplitude : (period_nodes // 2 + 1,) root mean square of the discrete Fourier transform of a Gaussian sample, at the
         two frequencies without a phase times sqrt(2)
-    translation : from the Gaussian sum to mu_S
-    correlation_error : [-] largest deviation of the autocorrelation of mu_S from that of the process at the nodes
     """
 
-    spacing: float
     nodes: int
     period_nodes: int
     amplitude: np.ndarray
-    translation: Translation
-    correlation_error: float
 
-    def realisation(self, seed: Sequence[int]) -> list[np.ndarray]:
+    def pieces(self, seed: tuple[int, ...]) -> Iterator[np.ndarray]:
         """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ...
 
         The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT.
@@ -53,7 +55,7 @@ class Spectrum:
         probability of z, less the mean of the marginal.
         """
         wave = np.exp(1j * np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, self.amplitude.size))
-        return [self.translation.apply(_inverse(self.amplitude * wave, self.period_nodes)[: self.nodes])]
+        yield self.translation.apply(inverse(self.amplitude * wave, self.period_nodes)[: self.nodes])
 
 
 def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:
@@ -79,32 +81,26 @@ def spectral_representation(process: FrictionProcess, spacing_m: float, length_m
     period = 2 * fft.good_size(math.ceil(0.5 * wanted_period) + 1, True)
     translation = process.translation()
     covariance = translation.gaussian_correlation(process.autocorrelation(np.arange(period // 2 + 1) * spacing_m))
-    spectrum = fft.r2c(np.concatenate((covariance, covariance[-2:0:-1]))).real
+    spectrum = spectrum_of(covariance)
     share = np.full(spectrum.size, 2.0 / period)  # one-sided: every frequency but the first and the last twice
     share[[0, -1]] = 1.0 / period
-    variance = share * np.maximum(spectrum, 0.0)
+    variance = share * spectrum
     variance /= np.sum(variance)
 
-    reached = translation.series(_inverse(variance / share + 0j, period)[:nodes])
+    reached = translation.series(inverse(variance / share + 0j, period)[:nodes])
     error = float(np.max(np.abs(reached - process.autocorrelation(np.arange(nodes) * spacing_m))))
-    tolerance = CORRELATION_TOLERANCE if process.shape is None else CORRELATION_LIMIT
+    tolerance = CORRELATION_LIMIT if process.shape is None else SHAPE_LIMIT
     if not error <= tolerance:
         raise IllPosedError(
             f"the autocorrelation of the marginal misses the one wanted by {error:.3f}, more than {tolerance}: a "
-            f"translated Gaussian process cannot have both; {process.smoother}"
+            f"translated Gaussian process cannot have both; {SMOOTHER}"
         )
     amplitude = np.sqrt(2.0 * variance) * period / 2.0
     amplitude[[0, -1]] *= 2.0
-    return Spectrum(float(spacing_m), nodes, period, amplitude, translation, error)
-
-
-def _inverse(spectrum: np.ndarray, period: int) -> np.ndarray:
-    """The real series (period,) of a complex spectrum (period // 2 + 1,)."""
-    return np.asarray(fft.c2r(spectrum, lastsize=period, forward=False, inorm=2))
+    return Spectrum(float(spacing_m), translation, error, nodes, period, amplitude)
 
 
 METHODS = ("recursion", "spectral")
-Paths = Recursion | MovingAverage | Spectrum  # of one process at one spacing
 
 
 @gate
@@ -146,3 +142,95 @@ def sample_path(
     while sum(map(len, values)) < nodes:
         values.append(next(pieces))
     return np.concatenate(values)[:nodes]
+
+
+Pad = tuple[float, float, CorrelationShape | None]
+
+
+def independent_pad(windows: float, length_m: float) -> Pad:
+    """A pad of windows that do not depend on each other."""
+    return float(windows), length_m, None
+
+
+@gate
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """The friction coefficient along the slipped distance, by the statistics of one window.
+
+    mean, deviation : of the coefficient; the mean is that of the pad
+    length_m : [m] correlation length
+    marginal : the two shapes of a Beta distribution, or quantiles of the coefficient at equally spaced probabilities
+    windows : that bear the load in parallel
+    pad : of so many windows and a correlation length of one: how many independent ones scatter alike, at least 1, the
+        length [m] of the pad, and the shape of its autocorrelation, exponential without one; by default all independent
+    multiplies : whether scatter multiplies the mean curve, mu_D (1 + mu_S), or is added, mu_D + mu_S
+    """
+
+    mean: float
+    deviation: float
+    length_m: float
+    marginal: tuple[float, float] | np.ndarray = PAPER_SHAPES
+    windows: float = 1.0
+    pad: Callable[[float, float], Pad] | None = None
+    multiplies: bool = False
+
+    def __post_init__(self) -> None:
+        positive("Friction.mean", self.mean)
+
+    @property
+    def unit(self) -> float:
+        """What mu_S is measured in: the mean friction coefficient where it multiplies, else 1."""
+        return self.mean if self.multiplies else 1.0
+
+    @cached_property
+    def _of_pad(self) -> Pad:
+        return (self.pad or independent_pad)(self.windows, self.length_m)
+
+    @property
+    def pad_deviation(self) -> float:
+        """Standard deviation of the coefficient of all windows together."""
+        return self.deviation / math.sqrt(self._of_pad[0])
+
+    @property
+    def path_deviation(self) -> float:
+        """Standard deviation of mu_S."""
+        return self.pad_deviation / self.unit
+
+    @cached_property
+    def process(self) -> FrictionProcess:
+        """The stochastic part mu_S.
+
+        The paper scales Beta(2.1, 5) by the least and the largest value of its sample, and these depend on its size.
+        Here the marginal has mean and standard deviation of the windows. That of several windows is the mean of as many
+        Beta variables as there are independent ones.
+        """
+        moments = self.mean / self.unit, self.deviation / self.unit
+        independent, length, shape = self._of_pad
+        marginal: Marginal
+        if isinstance(self.marginal, tuple):
+            marginal = average_beta(BetaDistribution.of_moments(*self.marginal, *moments), independent)
+        else:
+            marginal = QuantileDistribution(self.marginal, *moments)
+        return FrictionProcess(marginal, length, shape)
+
+    @property
+    def correlation_length_m(self) -> float:
+        """[m] of mu_S, the friction of all windows together."""
+        return self._of_pad[1]
+
+    @gate
+    def autocorrelation(self, s: np.ndarray) -> np.ndarray:
+        """Autocorrelation of mu_S at slipped distances s [m] >= 0."""
+        _, length, shape = self._of_pad
+        return autocorrelation_at(s, length, shape)
+
+    @gate
+    def paths(self, nodes_per_length: int, length_m: float = math.inf, method: str = "recursion") -> Paths:
+        """Paths of mu_S; arguments and errors as of `path_sampler`."""
+        return path_sampler(self.process, self.correlation_length_m / nodes_per_length, length_m, method)
+
+    @gate
+    def changed(self, *, mean: float, windows: float, length_m: float) -> Friction:
+        """With another mean, the scatter in proportion; other windows; another correlation length of one."""
+        deviation = self.deviation * (mean / self.mean)
+        return replace(self, mean=mean, deviation=deviation, windows=windows, length_m=length_m)

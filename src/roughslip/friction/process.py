@@ -1,15 +1,15 @@
 """Stationary random friction along the belt: a marginal distribution and an autocorrelation.
 
 mu_S is a Gaussian process translated to the marginal, less its mean (M. Grigoriu, J. Eng. Mech. 110 (1984) 610-620).
-Paths come piece by piece from recursion.py, where the autocorrelation is exponential, and from moving_average.py, where
-it is any other; or whole from paths.py.
+Paths come piece by piece from endless.py, or whole from paths.py.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from roughslip.validation import gate, positive, reals
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
 PIECE_NODES = 4096  # of a path, drawn at a time
+SMOOTHER = "take larger shapes of the Beta distribution, as of more windows in parallel; scene key: ensemble.marginal"
 Marginal = BetaDistribution | QuantileDistribution
 
 
@@ -32,6 +33,28 @@ class Realisation:
 
     def __iter__(self) -> Iterator[np.ndarray]:
         return self.begin()
+
+
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """What paths of one process at one spacing have in common.
+
+    spacing : [m] distance of the nodes
+    translation : from a Gaussian path to mu_S
+    correlation_error : [-] largest deviation of the autocorrelation of mu_S from that of the process at any lag
+    """
+
+    spacing: float
+    translation: Translation
+    correlation_error: float
+
+    def realisation(self, seed: Sequence[int]) -> Realisation:
+        """The path of a seed."""
+        return Realisation(partial(self.pieces, tuple(seed)))
+
+    def pieces(self, seed: tuple[int, ...]) -> Iterator[np.ndarray]:
+        """Rows of mu_S, one after the other."""
+        raise NotImplementedError
 
 
 @gate
@@ -93,16 +116,6 @@ class FrictionProcess:
     def autocorrelation(self, s: np.ndarray) -> np.ndarray:
         """Autocorrelation (as s) [-] of mu_S at slipped distances s [m] >= 0."""
         return autocorrelation_at(s, self.correlation_length_m, self.shape)
-
-    @property
-    def smoother(self) -> str:
-        """What to take in place of a marginal with which no Gaussian process has the autocorrelation."""
-        if isinstance(self.marginal, BetaDistribution):
-            a, b = self.marginal.a, self.marginal.b
-            return (
-                f"take larger shapes of the Beta distribution than {a:.3g} and {b:.3g}, as of more windows in parallel"
-            )
-        return "take a Beta distribution in place of the measured one (ensemble.marginal: beta)"
 
     def translation(self) -> Translation:
         """The translation of the Gaussian process to mu_S.

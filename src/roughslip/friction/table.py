@@ -1,32 +1,56 @@
-"""The friction table: every statistic over penetration, with its interval, from levels of windows of falling cost.
+"""The friction table: every statistic over penetration, with its interval, from solved strips and the expansion.
 
-Three estimates of a statistic stand side by side. Solved windows alone have all of them. From all levels together,
-`combination` gives those with the smallest error. The expansion alone has mean and scatter. All resample whole strips,
-with the same draws at every penetration, so that differences between penetrations have intervals too. The friction
-coefficient is in units in which the combined mean at the median is as given, in each resampled set. `describe` has the
-statistics of the windows of one penetration that need no other level.
+Three estimates of a statistic stand side by side. Solved windows alone have all of them. The expansion alone has mean
+and scatter. The smallest error has the combination, in which the expansion is a control variate::
+
+    theta = theta_solved - alpha (theta_same - theta_more)
+
+theta_same and theta_more are of the expansion on the S solved strips, and on S2 more. Its bias cancels. The least
+variance has alpha = cov / (var_same (1 + S / S2)) (Lavenberg and Welch, Management Science 27, 1981; with the mean of
+the control itself estimated: Pasupathy et al., IIE Transactions 44, 2012). Positive statistics are combined by their
+logarithms and stay positive.
+
+Whole strips are resampled, with the same draws at every penetration, so that differences between penetrations have
+intervals too. The friction coefficient is in units in which the combined mean at the median is as given, in each
+resampled set. Between the solved levels mu_fit(d) is a cubic that is monotone from one to the next, so it shows no
+trend that the statistics do not show (Fritsch and Carlson, SIAM J. Numer. Anal. 17 (1980) 238; Fritsch and Butland,
+SIAM J. Sci. Stat. Comput. 5 (1984) 300).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from roughslip.errors import IllPosedError
-from roughslip.friction.bowden_tabor import Windows
-from roughslip.friction.combination import Combined, Levels, combine
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
-from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, fit_beta, set_beta
-from roughslip.friction.statistics import estimate_of, ratio_of_sums, window_statistics
+from roughslip.friction.marginal import SET_WINDOWS, BetaFit, distance_to_beta, fit_beta, set_beta
+from roughslip.friction.windows import (
+    NO_SCATTER,
+    Windows,
+    estimate_of,
+    friction_coefficient,
+    ratio_of_sums,
+    strip_weights,
+    window_statistics,
+)
 from roughslip.probability import Estimate
+
+POSITIVE = ("mean", "std")
+PLAIN = ("skewness", "kurtosis", "autocorrelation")
+BY_SOURCE = ("mean", "std")  # also given of the expansion alone
+
+Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
 
 
 def describe(
     windows: Windows, weights: np.ndarray, lags: np.ndarray, window: float, sets: np.random.Generator
 ) -> dict[str, Estimate]:
-    """Moments, quantiles, autocorrelation with its lengths, and Beta distributions, by name.
+    """Moments, autocorrelation with its lengths, and distances to the paper's Beta of the windows of a penetration.
 
     windows : mu and valid, each (S, W), friction coefficient and bool
     weights : (1 + R, S) counts from `strip_weights`
@@ -35,22 +59,11 @@ def describe(
 
     Raises IllPosedError where too few windows have a friction coefficient, or all have the same.
     """
-    moments, curve = window_statistics(*windows, weights), autocorrelation(*windows, len(lags), weights)
-    beta, (set_a, set_b) = fit_beta(*windows, weights), set_beta(*windows, sets)
+    curve, (set_a, set_b) = autocorrelation(*windows, len(lags), weights), set_beta(*windows, sets)
     return {
-        "mean": moments.mean,
-        "std": moments.std,
-        "variation": moments.variation,
-        "skewness": moments.skewness,
-        "kurtosis": moments.kurtosis,
-        "missing_share": moments.missing_share,
+        **vars(window_statistics(*windows, weights)),
         "autocorrelation": curve,
         **of_correlation(correlation_fit(lags, curve, window)),
-        "beta_a": beta.a,
-        "beta_b": beta.b,
-        "beta_lower": beta.lower,
-        "beta_upper": beta.upper,
-        "beta_misfit": beta.distance,
         "beta_distance_standardised": distance_to_beta(*windows, weights),
         "set_beta_a": set_a,
         "set_beta_b": set_b,
@@ -59,14 +72,62 @@ def describe(
 
 def of_correlation(fit: CorrelationFit) -> dict[str, Estimate]:
     """Lengths of the autocorrelation and its misfits, by name."""
-    return {f"length_{name}": getattr(fit, name) for name in LENGTHS} | {
-        "misfit_exponential": fit.misfit_exponential,
-        "misfit_triangle": fit.misfit_triangle,
-        "misfit_difference": fit.misfit_difference,
-    }
+    return {f"length_{name}" if name in LENGTHS else name: estimate for name, estimate in vars(fit).items()}
 
 
-BY_SOURCE = ("mean", "std")  # also given of the expansion alone
+def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replicates:
+    """The statistics that are combined, at all lags; logarithms of those in POSITIVE.
+
+    mu, valid : (S, W) friction coefficient and bool
+    weights : (1 + R, S) counts from `strip_weights`
+    """
+    curve = {"autocorrelation": autocorrelation(mu, valid, mu.shape[1], weights)}
+    statistics = vars(window_statistics(mu, valid, weights)) | curve
+    logarithms = {name: np.log(statistics[name].rows) for name in POSITIVE}
+    return logarithms | {name: statistics[name].rows for name in PLAIN}
+
+
+def controlled(rows: Replicates, same: Replicates, many: Replicates, strips: float) -> Replicates:
+    """Rows with the control taken off.
+
+    rows, same : of the solved strips and of the control on them, with the same weights
+    many : of the control on other strips
+    strips : number of solved strips over that of the others, and so var many / var same
+
+    Raises IllPosedError where the control does not scatter between strips.
+    """
+    combination = {}
+    for name, own in rows.items():
+        deviation = own[1:] - own[1:].mean(axis=0), same[name][1:] - same[name][1:].mean(axis=0)
+        shared, control = (np.mean(deviation[1] * of, axis=0) for of in deviation)
+        if name == "mean" and not (control > NO_SCATTER**2 and np.mean(deviation[0] ** 2) > NO_SCATTER**2):
+            raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
+        total = (1.0 + strips) * control
+        alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > 0)
+        combination[name] = own - alpha * (same[name] - many[name])
+    return combination
+
+
+def combine(
+    solved: Windows, expansion: Windows, weights: tuple[np.ndarray, np.ndarray]
+) -> tuple[Replicates, Replicates]:
+    """Statistics of one penetration from all strips, and of the expansion alone on its own strips, as of `bootstrap`.
+
+    solved, expansion : mu and valid, each (strips, W); the expansion has the solved strips first, and then more
+    weights : counts from `strip_weights` of the solved strips, and of those that the expansion has alone
+
+    All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
+    """
+    (mu, valid), strips = expansion, len(solved[0])
+    others = len(mu) - strips
+    if solved[0].shape[1:] != mu.shape[1:] or others < 1:
+        raise ParameterError(
+            f"windows must be equal, and of more strips than are solved, not {solved[0].shape} and {mu.shape}"
+        )
+    own = bootstrap(*solved, weights[0])
+    same = bootstrap(mu[:strips], valid[:strips], weights[0])
+    alone = bootstrap(mu[strips:], valid[strips:], weights[1])
+    return controlled(own, same, alone, strips / others), alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,10 +162,10 @@ class FrictionTable:
     layout : penetrations and windows
     mu : (levels, S, W) friction coefficient of the solved windows, and whether they have one
     weights : (1 + R, S) how often each solved strip counts, in the sample and in each resampled set
-    shear : () [Pa] shear strength
+    shear : () [Pa] shear strength, with what few strips leave open of it
     solved : by name the estimates of the solved windows at each level; for those of BY_SOURCE then of the expansion
-    levels : statistics from all strips at each level, as rows
-    combined : the same by name, as estimates, with correlation lengths
+    combined : by name those from all strips at each level
+    beta : distribution of the solved windows at each level
     """
 
     layout: WindowLayout
@@ -112,13 +173,14 @@ class FrictionTable:
     weights: np.ndarray
     shear: Estimate
     solved: dict[str, list[Estimate]]
-    levels: list[Combined]
     combined: dict[str, list[Estimate]]
+    beta: list[BetaFit]
 
 
 def friction_table(
-    levels: Levels,
-    sums: Windows,
+    solved: Windows,
+    expansion: Windows,
+    least_area_m2: float,
     layout: WindowLayout,
     mean: float,
     replicates: int,
@@ -127,51 +189,69 @@ def friction_table(
 ) -> FrictionTable:
     """Calibrate the shear strength at the median, and estimate every statistic.
 
-    levels : windows (levels, S, W), for a shear strength of 1 Pa
-    sums : area [m2] and force [N] of the solved windows, each (levels, S, W)
+    solved, expansion : area [m2] and force [N] of the windows, each (levels, strips, W), as of `combine`
+    least_area_m2 : below it a window has no friction coefficient
     mean : friction coefficient at median penetration
     replicates : resampled sets; seed : of their draws
     progress : receives the number of levels that are done, and of all
 
     Raises IllPosedError where windows are too few or do not scatter, with the penetration.
     """
-    weights = levels.weights(replicates, np.random.default_rng(seed))
-    best, shear = calibrated(layout, levels, weights, mean)
+    rng, levels, strips = np.random.default_rng(seed), len(layout.percentiles), solved[0].shape[1]
+    others = expansion[0].shape[1] - strips
+    weights = strip_weights(strips, replicates, rng), strip_weights(others, replicates, rng)
+    (mu, valid), control = (friction_coefficient(*sums, 1.0, least_area_m2) for sums in (solved, expansion))
+    both = [combine((mu[k], valid[k]), (control[0][k], control[1][k]), weights) for k in range(levels)]
+    reference = both[layout.median][0]["mean"]
+    shear = estimate_of("mean", mean / np.exp(reference), strips)
+    mu = float(shear.value) * mu
+    of_solved: dict[str, list[Estimate]] = {}
     combined: dict[str, list[Estimate]] = {}
-    for of_level in (each.estimates() for each in best):
-        fit = correlation_fit(layout.lags, of_level["autocorrelation"], layout.window_m)
-        for name, estimate in (of_level | of_correlation(fit)).items():
+    for k, (rows, _) in enumerate(both):
+        for name, estimate in _calibrated(rows, math.log(mean) - reference, layout, strips).items():
             combined.setdefault(name, []).append(estimate)
-    mu = float(shear.value) * levels.solved[0], levels.solved[1]
-    solved: dict[str, list[Estimate]] = {}
-    for number, percentile in enumerate(layout.percentiles):
         sets = np.random.default_rng([*seed, SET_WINDOWS])
         try:
-            estimates = describe((mu[0][number], mu[1][number]), weights[0], layout.lags, layout.window_m, sets)
-            area, force = (values[number] for values in sums)
-            estimates["ratio_of_sums"] = ratio_of_sums(area, force, float(shear.value), weights[0])
+            found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m, sets)
+            found["ratio_of_sums"] = ratio_of_sums(solved[0][k], solved[1][k], float(shear.value), weights[0])
         except IllPosedError as error:
-            raise IllPosedError(f"percentile {percentile:g}: {error}") from error
-        for name, estimate in estimates.items():
-            solved.setdefault(name, []).append(estimate)
-        progress(number + 1, len(layout.percentiles))
+            raise IllPosedError(f"percentile {layout.percentiles[k]:g}: {error}") from error
+        for name, estimate in found.items():
+            of_solved.setdefault(name, []).append(estimate)
+        progress(k + 1, levels)
     for name in BY_SOURCE:
-        rows = ((shear.value * np.exp(level.control[name]), level.strips[1]) for level in best)
-        solved[name] += [estimate_of(name, *pair) for pair in rows]
-    return FrictionTable(layout, mu, weights[0], shear, solved, best, combined)
+        of_solved[name] += [estimate_of(name, shear.value * np.exp(alone[name]), others) for _, alone in both]
+    beta = [fit_beta(values[touch]) for values, touch in zip(mu, valid, strict=True)]
+    return FrictionTable(layout, (mu, valid), weights[0], shear, of_solved, combined, beta)
 
 
-def calibrated(
-    layout: WindowLayout, levels: Levels, weights: tuple[np.ndarray, np.ndarray], mean: float
-) -> tuple[list[Combined], Estimate]:
-    """Statistics of every penetration, in units in which the mean at the median is exact, and the shear strength [Pa].
+def _calibrated(rows: Replicates, scale: np.ndarray, layout: WindowLayout, strips: int) -> dict[str, Estimate]:
+    """Estimates of combined rows, with the lengths of the autocorrelation. scale : (1 + R,) logarithm of that of mu"""
+    rows = {name: np.exp(values + scale) if name in POSITIVE else values for name, values in rows.items()}
+    rows["variation"] = rows["std"] / rows["mean"]
+    found = {name: estimate_of(name, values, strips) for name, values in rows.items()}
+    return found | of_correlation(correlation_fit(layout.lags, found["autocorrelation"], layout.window_m))
 
-    levels, weights : as of `combination.combine` at each penetration, for a shear strength of 1 Pa
-    mean : friction coefficient at median penetration
 
-    The shear strength is () [Pa], with what few strips leave open of it.
+def curve_over_penetration(percentiles: np.ndarray, estimates: Sequence[Estimate], points: np.ndarray) -> Estimate:
+    """A statistic at penetrations : (n,) [%] between the first and the last level, with its band.
+
+    percentiles : (L,) [%] of the levels, increasing, at least two
+    estimates : L of (), which share their replicates
     """
-    combined = [combine(levels.at(number), weights) for number in range(len(layout.percentiles))]
-    median = combined[layout.median]
-    shear = estimate_of("mean", mean / np.exp(median.rows["mean"]), levels.strips[0])
-    return [each.calibrated(mean, median) for each in combined], shear
+    rows = np.stack([estimate.rows for estimate in estimates], axis=1)
+    return Estimate.from_rows(scipy.interpolate.PchipInterpolator(percentiles, rows, axis=1)(points))
+
+
+def trend(percentiles: np.ndarray, estimates: Sequence[Estimate]) -> tuple[Estimate, Estimate]:
+    """Change of a statistic from the first to the last level: along the straight line through all, and last - first.
+
+    percentiles : (L,) [%] of the levels, increasing, at least two
+    estimates : L of (), all levels resampled with the same weights
+
+    The line is that of least squares.
+    """
+    q, rows = percentiles, np.stack([estimate.rows for estimate in estimates])
+    about = q - q.mean()
+    line = np.einsum("l,lr->r", (q[-1] - q[0]) * about / np.sum(about**2), rows)
+    return Estimate.from_rows(line), Estimate.from_rows(rows[-1] - rows[0])

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.bowden_tabor import Windows
-from roughslip.friction.correlation import LENGTHS, triangular, window_lengths
-from roughslip.friction.marginal import SHAPES, nearest_level
-from roughslip.friction.penetration import curve_over_penetration, trend
-from roughslip.friction.table import BY_SOURCE, FrictionTable
+from roughslip.friction.correlation import LENGTHS, CorrelationFit, triangular, window_lengths
+from roughslip.friction.marginal import BetaFit, nearest_level
+from roughslip.friction.table import BY_SOURCE, FrictionTable, curve_over_penetration, trend
+from roughslip.friction.windows import WindowStatistics
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 
@@ -34,40 +34,29 @@ SUMMARY = (
     "solved windows with the expansion as control variate: use these. The others take solved windows alone. Where",
     "beta_at_bound is 1, the shapes of the Beta are not determined.",
 )
+
+
+def _titles(kind: type, prefix: str = "") -> dict[str, str]:
+    return {prefix + field.name: field.metadata["title"] for field in dataclasses.fields(kind)}
+
+
 TITLES = {
-    "mean": "mean friction coefficient",
-    "std": "standard deviation of the friction coefficient",
-    "variation": "coefficient of variation",
-    "skewness": "skewness; of 20 strips or more its interval holds the truth in 94 to 98 % of cases",
-    "kurtosis": "excess kurtosis; of 20 strips or more its interval holds the truth in 90 to 96 %, else it is too low",
-    "missing_share": "share of windows with too little contact for a friction coefficient",
+    **_titles(WindowStatistics),
+    **_titles(CorrelationFit),
+    **_titles(CorrelationFit, "length_"),
     "ratio_of_sums": "shear strength times contact area over normal force, all windows together",
     "autocorrelation": "autocorrelation of the friction coefficient along the strip",
-    "length_least_squares": "exponential length by least squares over lags to three windows",
-    "length_log_line": "length of a straight line through the logarithm to lags of 0.9 of a window",
-    "length_one_over_e": "lag at which the autocorrelation falls to 1/e",
-    "misfit_exponential": "rms distance of the autocorrelation from its exponential",
-    "misfit_triangle": "rms distance of the autocorrelation from the window's own triangle",
-    "misfit_difference": "mean square distance from the exponential less that from the triangle",
-    "beta_a": "first shape of the four-parameter Beta",
-    "beta_b": "second shape of the four-parameter Beta",
-    "beta_lower": "lower end of the four-parameter Beta",
-    "beta_upper": "upper end of the four-parameter Beta",
-    "beta_misfit": "2-Wasserstein distance of the windows from the four-parameter Beta over their standard deviation",
     "set_beta_a": "first shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
     "set_beta_b": "second shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",
-    "combined_mean_gain": "solved strips alone that give the mean as well, for each that was solved",
-    "combined_std_gain": "solved strips alone that give the standard deviation as well, for each that was solved",
 }
-
 CONTROLLED = ", solved windows with the expansion as control"
 
 
 def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) -> dict[str, store.Variable]:
     """Value and ends of the interval of estimates, which stack along source, level, both or none."""
     plain = name.removeprefix("combined_")
-    title = TITLES.get(name) or TITLES.get(plain, plain.replace("_", " ")) + (CONTROLLED if plain != name else "")
+    title = TITLES.get(plain, name.replace("_", " ")) + (CONTROLLED if plain != name else "")
     unit = "m" if "length_" in name else "1"
     leading: tuple[int, ...] = () if not dimensions else (-1,)
     if dimensions[:2] == ("source", "level"):
@@ -80,10 +69,12 @@ def stored(name: str, dimensions: tuple[str, ...], estimates: list[Estimate]) ->
 def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
     """Every statistic with its interval, and how those of TRENDS change with penetration where there are two levels."""
     layout, combined = table.layout, table.combined
+    title = "shear strength that gives the mean at the median"
     variables = {
         "source": store.Variable(("source",), np.array(SOURCES), "1", "where the pressure comes from"),
         "percentile": store.Variable(("level",), layout.percentiles, "percent", "share of heights above the plane"),
         "lag": store.Variable(("lag",), layout.lags, "m", "distance of two windows"),
+        **store.with_interval("shear_strength", (), columns_of(table.shear), "Pa", title),
     }
     for name, estimates in table.solved.items():
         sources, lag = ("source",) if name in BY_SOURCE else (), ("lag",) if name == "autocorrelation" else ()
@@ -94,17 +85,21 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
         line, change = trend(layout.percentiles, combined[name])
         variables |= stored(f"trend_combined_{name}_line", (), [line])
         variables |= stored(f"trend_combined_{name}_change", (), [change])
-    for name in BY_SOURCE:
-        gains, gain = np.array([1.0 / level.variance_share[name] for level in table.levels]), f"combined_{name}_gain"
-        variables[gain] = store.Variable(("level",), gains, "1", TITLES[gain])
-    shapes = np.stack([variables["beta_a"].values, variables["beta_b"].values])
-    at_bound = np.any((shapes < 1.001 * SHAPES[0]) | (shapes > 0.999 * SHAPES[1]), axis=0)
-    title = f"whether a shape of the Beta lies at the end of its range, {SHAPES[0]:g} to {SHAPES[1]:g}"
-    variables["beta_at_bound"] = store.Variable(("level",), at_bound.astype(np.int8), "1", title)
+    variables |= beta_variables(table.beta, ("level",))
     distance, skewness = (variables[name].values for name in ("beta_distance_standardised", "combined_skewness"))
-    nearest, title = nearest_level(distance, skewness, distance >= 0.0), "number of the level nearest to Beta(2.1, 5)"
+    nearest, title = nearest_level(distance, skewness), "number of the level nearest to Beta(2.1, 5)"
     variables["beta_nearest"] = store.Variable((), nearest, "1", title)
-    return variables | fit_variables(table) | triangle_variables(table)
+    return variables | fit_variables(table) | triangle_variables(table) | windows_variables(table)
+
+
+def beta_variables(fits: list[BetaFit], dimensions: tuple[str, ...]) -> dict[str, store.Variable]:
+    """Four-parameter Beta distributions of the windows at each level, or of a single one without dimensions."""
+    shape, variables = (-1,) if dimensions else (), {}
+    for field in dataclasses.fields(BetaFit):
+        values = np.array([float(getattr(fit, field.name)) for fit in fits]).reshape(shape)
+        title = f"{field.metadata['title']}; of the four-parameter Beta of the windows"
+        variables[f"beta_{field.name}"] = store.Variable(dimensions, values, "1", title)
+    return variables
 
 
 def fit_variables(table: FrictionTable) -> dict[str, store.Variable]:
@@ -143,16 +138,14 @@ def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterato
         )
 
 
-def windows_variables(mu: Windows, median: int) -> dict[str, store.Variable]:
-    """Densities of the standardised windows of every penetration, and their quantiles at the median.
-
-    mu : (levels, S, W) friction coefficient and bool
-    """
-    standard = [(values[valid] - values[valid].mean()) / values[valid].std() for values, valid in zip(*mu, strict=True)]
+def windows_variables(table: FrictionTable) -> dict[str, store.Variable]:
+    """Densities of the standardised windows of every penetration, and their quantiles at the median."""
+    levels = [values[valid] for values, valid in zip(*table.mu, strict=True)]
+    standard = [(values - values.mean()) / values.std() for values in levels]
     density = [np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard]
     title = "density of solved windows, less their mean, over their standard deviation"
     probability = np.arange(QUANTILES + 1) / QUANTILES
-    values = np.quantile(mu[0][median][mu[1][median]], probability)
+    values = np.quantile(levels[table.layout.median], probability)
     return {
         "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
         "standard_edge": store.Variable(("standard_edge",), BINS, "1", "edges of its bins"),
@@ -164,17 +157,9 @@ def windows_variables(mu: Windows, median: int) -> dict[str, store.Variable]:
 def summary(variables: dict[str, store.Variable]) -> str:
     """summary.csv: a row a penetration, after lines of comment that explain the columns."""
     names = [f"combined_{name}" for name in ("mean", "std", "variation", "skewness", "kurtosis")]
-    names += ["combined_length_least_squares", "ratio_of_sums", "beta_a", "beta_b", "missing_share"]
+    names += ["combined_length_least_squares", "ratio_of_sums", "missing_share"]
     ends = ("", "_low", "_high")
     shown = {name + end + ("_m" if "length" in name else ""): name + end for name in names for end in ends}
-    shown = {"percentile": "percentile", **shown, "beta_at_bound": "beta_at_bound"}
+    shown = {"percentile": "percentile", **shown} | {name: name for name in ("beta_a", "beta_b", "beta_at_bound")}
     shown |= {LOAD[name] + end: name + end for name in LOAD if name in variables for end in ends}
     return store.table_text(SUMMARY, {title: variables[name] for title, name in shown.items()})
-
-
-def solve_variables(batches: list[store.Result], shear: Estimate) -> dict[str, store.Variable]:
-    """Shear strength [Pa], and the largest residual of all solves."""
-    title = "shear strength that gives the mean at the median"
-    variables = store.with_interval("shear_strength", (), columns_of(shear), "Pa", title)
-    residual = max(float(batch["residual"].max()) for batch in batches)
-    return variables | {"largest_residual": store.Variable((), residual, "1", "largest residual of all contact solves")}

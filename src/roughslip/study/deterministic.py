@@ -9,7 +9,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction.pad_friction import Friction
+from roughslip.friction.paths import Friction
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.counts import Counts
 from roughslip.oscillator.counts import ensemble as ensemble_counts

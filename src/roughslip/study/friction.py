@@ -3,17 +3,10 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.blocks import Blocks
-from roughslip.friction.bowden_tabor import Windows
-from roughslip.friction.combination import levels_of_sums
+from roughslip.friction.pad import Blocks
 from roughslip.friction.table import WindowLayout, friction_table
-from roughslip.friction.table_variables import (
-    missing_warnings,
-    solve_variables,
-    summary,
-    table_variables,
-    windows_variables,
-)
+from roughslip.friction.table_variables import missing_warnings, summary, table_variables
+from roughslip.friction.windows import Windows
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import geometry
 from roughslip.study.from_scene.streams import Stream
@@ -69,13 +62,11 @@ def over_penetration(
     sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded))
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
-    levels = levels_of_sums(geometry.least_contact_area(scene), sums, others)
-    draws, mean = [seed, Stream.BOOTSTRAP], scene.friction.mean
-    table = friction_table(levels, sums, layout, mean, REPLICATES, draws, job.progress)
+    least, draws, mean = geometry.least_contact_area(scene), [seed, Stream.BOOTSTRAP], scene.friction.mean
+    table = friction_table(sums, others, least, layout, mean, REPLICATES, draws, job.progress)
     loads = load_table.load_table(job, blocks, table)
     job.warn(*missing_warnings(table.solved["missing_share"], percentiles))
     job.count(windows=sums[0][0].size, expanded_windows=others[0][0].size)
-    variables = table_variables(table) | windows_variables(table.mu, layout.median)
-    variables |= load_table.load_variables(loads) | correlation_variables(scene, job.optional("scan"))
-    variables |= solve_variables(solved, table.shear)
+    variables = table_variables(table) | load_table.load_variables(loads)
+    variables |= correlation_variables(scene, job.optional("scan"))
     return variables, summary(variables)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from roughslip.friction.penetration import between
 from roughslip.verdicts.reading import VISIBLE, Arrays, Found, Rule, inside, lies, number, rule, shown, within
 
 NON_NORMAL = 0.1  # skewness or excess kurtosis
@@ -173,7 +172,8 @@ def under_load(kind: str, of: str = "") -> Rule:
         if percentile < both["percentile"][0]:
             return OF_LOAD
         names = ("load_windows", "load_std", "load_std_low", "load_std_high")
-        windows, *std = (between(both["percentile"], both[name], percentile) for name in names)
+        at = int(np.flatnonzero(both["percentile"] == percentile)[0])
+        windows, *std = (float(both[name][at]) for name in names)
         low, high = last / limit - 1.0, float(beyond[0]) / limit - 1.0
         response = float(both[f"load_response_{kind}"])
         ours, *ends = (np.array([(low + high) / 2.0, low, high]) * response * std / scatter).tolist()

@@ -16,9 +16,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
-from roughslip.friction.pad_friction import Friction, Pad
-from roughslip.friction.paths import Paths
-from roughslip.friction.penetration import between
+from roughslip.friction.paths import Friction, Pad, Paths
 from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
@@ -77,10 +75,10 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
     """The friction of the pad: as the scene gives it, or as a record or the windows of a file have it.
 
     The mean of several windows in parallel is that of their areas over that of their forces. Mean, scatter and length
-    come from the solved windows with the expansion as control, the shapes from the solved windows alone. Between two
-    penetrations numbers are interpolated (`friction.penetration`). Shapes that the windows do not determine
-    (`beta_at_bound`) are arbitrary there: prefer `ensemble.marginal: paper`. Under a load, windows without contact have
-    no coefficient. Where there are such, the scatter is that of the first-order influence of all windows.
+    come from the solved windows with the expansion as control, the shapes from the solved windows alone. Shapes that
+    the windows do not determine (`beta_at_bound`) are arbitrary: prefer `ensemble.marginal: paper`. Under a load,
+    windows without contact have no coefficient. Where there are such, the scatter is that of the first-order influence
+    of all windows.
     """
     given, result = scene.friction.statistics, statistics_of(scene, statistics)
     multiplies, windows = scene.friction.scatter == "multiplicative", scene.oscillator.windows_in_parallel
@@ -135,7 +133,7 @@ def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> fl
     """Values : (levels,) of the friction statistics at the penetration of the windows, or () under the load."""
     if is_under_load(result):
         return float(values)
-    return between(result["percentile"], values, MEDIAN)
+    return float(values[np.flatnonzero(result["percentile"] == MEDIAN)[0]])
 
 
 def window_scatter(result: store.Result) -> np.ndarray:

@@ -3,10 +3,9 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.blocks import Blocks, pads
-from roughslip.friction.pad import WINDOWS, between_pads
-from roughslip.friction.statistics import estimate_of, resampled
+from roughslip.friction.pad import WINDOWS, Blocks, between_pads, pads
 from roughslip.friction.table import FrictionTable
+from roughslip.friction.windows import estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.study.job import Job

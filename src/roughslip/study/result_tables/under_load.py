@@ -3,14 +3,13 @@
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.blocks import Blocks, Estimates, pad_estimates, under_load
-from roughslip.friction.bowden_tabor import friction_coefficient
-from roughslip.friction.marginal import SET_WINDOWS
-from roughslip.friction.pad import WINDOWS, Surface, pad_edges
+from roughslip.friction.marginal import SET_WINDOWS, BetaFit, fit_beta
+from roughslip.friction.pad import WINDOWS, Blocks, Estimates, Surface, pad_edges, pad_estimates, under_load
 from roughslip.friction.scatter_law import scatter_of_friction
-from roughslip.friction.statistics import SCALE, SHAPE, estimate_of, strip_weights
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
+from roughslip.friction.table_variables import beta_variables
+from roughslip.friction.windows import SCALE, SHAPE, estimate_of, friction_coefficient, strip_weights
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.types import Scene
@@ -57,7 +56,7 @@ def load_results(
     weights = weights_of(scene, own, REPLICATES)
     found = pad_estimates(own, surface, weights, windows, length)
     of_load = under_load(found, mean, nominal, own.samples)
-    of_single = of_windows(scene, own, weights, float(of_load["shear_strength"].value))
+    of_single, beta = of_windows(scene, own, weights, float(of_load["shear_strength"].value))
     loads = over_loads(scene, {nominal: own} | others, surface, mean)
     job.count(windows=own.area.size // own.window)
     areas = own.area.sum(axis=(1, 2))
@@ -77,6 +76,7 @@ def load_results(
     for name, estimate in of_single.items():
         unit, along = "m" if "length_" in name else "1", ("lag",) if name == "autocorrelation" else ()
         variables |= store.with_interval(name, along, columns_of(estimate), unit, OF_WINDOWS[name])
+    variables |= beta_variables([beta], ())
     if index <= ELASTIC and scene.roughness.beta_shapes is None and not job.optional("scan"):
         title = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
         variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", title)
@@ -127,11 +127,14 @@ def by_law(scene: Scene) -> float:
     return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
 
 
-def of_windows(scene: Scene, blocks: Blocks, weights: np.ndarray, shear_pa: float) -> dict[str, Estimate]:
-    """Statistics of single windows that have a friction coefficient, over lags of half a period at most."""
+def of_windows(
+    scene: Scene, blocks: Blocks, weights: np.ndarray, shear_pa: float
+) -> tuple[dict[str, Estimate], BetaFit]:
+    """Statistics and Beta of single windows that have a friction coefficient, over lags of half a period at most."""
     mu, valid = friction_coefficient(*blocks.windows, shear_pa, geometry.least_contact_area(scene))
     lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
     sets = np.random.default_rng([scene.seed, Stream.CELL, SET_WINDOWS])
     found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m, sets)
     moments = ("mean", *SCALE, *SHAPE)
-    return found | {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
+    found |= {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
+    return found, fit_beta(mu[valid])

@@ -32,7 +32,7 @@ configfile: f"{ROOT}/config/config.yaml"
 
 from roughslip.compilation import source_hash
 from roughslip.errors import InputError
-from roughslip.scene.loader import scene_names
+from roughslip.scene.files import scene_names
 from roughslip.study import PARENT
 from roughslip.study.graph import STAGES
 from workflow.keys import KEY, STORE, Names

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
-from roughslip.scene.loader import load, scene_names
+from roughslip.scene.files import scene_names
+from roughslip.scene.loader import load
 from roughslip.scene.roughness import COVARIANCES
 from roughslip.scene.schema import inner, keys
 from roughslip.scene.types import part_of
@@ -19,14 +19,12 @@ from roughslip.study.graph import STAGES, targets
 CONFIG = Path(__file__).parents[2] / "config"
 SCENES = tuple(scene_names(CONFIG / "scenes"))
 CASES = ("cam_follower", "clutch", "disc_brake", "rubber_bearing", "slideway")  # of engineering, each with a load
-PAPER = yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text())
 WORDS = {
     "{KNOWN}": ", ".join(sorted((*SCENES, "mine"))),
     "{KINDS}": ", ".join(COVARIANCES),
     "{FIGURES}": ", ".join(targets()),
 }
 SCAN = "{file: a.x3p, form: plane, covariance: best, marginal: gaussian}"
-STATISTICS = "{standard_deviation: 0.05, correlation_length_m: 2.5e-4}"
 TABLE = "[[0, 0.4], [1, 0.3]]"
 LEAVES = {key: part for key, part in keys() if part["type"] != "object" and key != "extends"}
 
@@ -70,18 +68,13 @@ def allowed(part: dict[str, Any]) -> st.SearchStrategy:
     if part["type"] == "array":
         most, unique = min(part.get("maxItems", 5), 5), part.get("uniqueItems", False)
         items = st.lists(allowed(inner(part, 0)), min_size=part["minItems"], max_size=most, unique=unique)
-        return items if unique else items.map(_sorted)
+        return items if unique else st.one_of(items, items.map(sorted))
     low = part.get("minimum", part.get("exclusiveMinimum"))
     high = part.get("maximum", part.get("exclusiveMaximum", 1.0))
     if part["type"] == "integer":
         return st.one_of(st.integers(low, min(high, low + 300)), st.integers(low, high))
     bounds = {"exclude_min": "exclusiveMinimum" in part, "exclude_max": "exclusiveMaximum" in part}
     return st.floats(float(low), float(high), allow_nan=False, **bounds)
-
-
-def _sorted(items: list[Any]) -> list[Any]:
-    """Numbers in their order; words and lists as they are."""
-    return sorted(items) if all(isinstance(item, int | float) for item in items) else items
 
 
 @st.composite

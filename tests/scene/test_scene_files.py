@@ -1,4 +1,4 @@
-"""Shipped scenes are valid and say where each number comes from. A mistake has its line; mistakes.txt lists both.
+"""Scene files: a mistake has its line (mistakes.txt lists both), overlays merge, and what excludes each other.
 
 Scenes at random: each loads or is refused with one line for each mistake, and none ends in a traceback.
 SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/workflow/test_plans.py plans those that load.
@@ -6,6 +6,7 @@ SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/workflow/test_plans.py 
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import re
@@ -17,36 +18,23 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from roughslip.errors import InputError
+from roughslip.scene import contact, friction
+from roughslip.scene.files import RESERVED
 from roughslip.scene.loader import load
+from roughslip.scene.schema import describe_allowed, scene_schema
 from roughslip.study import plan
-from tests.scene.shipped import CONFIG, SCENES, WORDS, lines_of, overlays, shipped_scene, slice_for
+from roughslip.study.from_scene.geometry import training_columns
+from roughslip.study.graph import STAGES
+from tests.scene.shipped import CONFIG, SCAN, SCENES, TABLE, WORDS, lines_of, overlays, shipped_scene, slice_for
 
 MISTAKES = (Path(__file__).parent / "mistakes.txt").read_text(encoding="utf-8").split("\n\n")[1:]
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_shipped_scenes_are_valid(name):
-    scene = shipped_scene(name)
-    assert "extends" not in scene
-    assert scene == load(CONFIG / "scenes" / f"{name}.yaml", CONFIG / "scenes")
-
-
-def numbers(node: yaml.Node):
-    """The lines (from 0) on which a mapping gives a number, or a list that holds one."""
-    for key, value in node.value:
-        items = value.value if isinstance(value, yaml.SequenceNode) else [value]
-        if isinstance(value, yaml.MappingNode):
-            yield from numbers(value)
-        elif any(item.tag in ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float") for item in items):
-            yield key.start_mark.line
-
-
-@pytest.mark.parametrize("path", sorted((CONFIG / "scenes").glob("*.yaml")), ids=lambda path: path.stem)
-def test_every_number_says_where_it_comes_from(path):
-    text = path.read_text()
-    lines = text.splitlines()
-    bare = [lines[n] for n in numbers(yaml.compose(text)) if not re.search(r"# (paper|assumed): \S+ \S+", lines[n])]
-    assert not bare
+def test_every_number_of_a_shipped_scene_says_where_it_comes_from(name):
+    lines = (CONFIG / "scenes" / f"{name}.yaml").read_text().splitlines()
+    given = [line for line in lines if re.search(r"[:,\[] ?-?[0-9.]+", line.partition("#")[0].partition('"')[0])]
+    assert not [line for line in given if not re.search(r"# (paper|assumed): \S+ \S+", line)]
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
@@ -59,38 +47,191 @@ def test_a_mistake_has_its_line(mine, mistake):
 
 
 @pytest.mark.parametrize(
-    ("content", "line"),
+    ("content", "said"),
     [
-        ("", "empty; a scene file holds keys and values"),
-        ("# nothing\n", "empty; a scene file holds keys and values"),
+        ("# nothing\n", "no value is not allowed; a scene file holds keys and values"),
         ("- 1\n- 2\n", "[1, 2] is not allowed; a scene file holds keys and values"),
-        ("text\n", "'text' is not allowed; a scene file holds keys and values"),
         (b"seed: 1  # \xb5m\n", "not UTF-8 text; byte 11 is 0xb5"),
-        (
-            b"a: \x00\n",
-            "not valid YAML: unacceptable character #x0000: special characters are not allowed in "
-            '"<unicode string>", position 3',
-        ),
-        (
-            "a: 'b\n",
-            "line 2, column 1: not valid YAML: found unexpected end of stream, while scanning a quoted scalar that "
-            "begins in line 1",
-        ),
-        ("a:\n\tb: 1\n", "line 2, column 1: not valid YAML: found character '\\t' that cannot start any token"),
-        ("a: 1\n---\na: 1\n", "line 2, column 1: not valid YAML: but found another document"),
-        ('a: "\\Uffffffff"\n', "not valid YAML: "),
-        ("a: " + "[" * 5000, "not valid YAML: nested too deeply"),
-        ("# " + "x" * 100_000, "larger than 100000 bytes, which no scene needs"),
+        (b"a: \x00\n", "not valid YAML: unacceptable character #x0000"),
+        ("a: 'b\n", "line 2, column 1: not valid YAML: found unexpected end of stream"),
+        ("a: 1\n---\na: 1\n", "line 2, column 1: not valid YAML: another document"),
+        ("a: " + "[" * 5000, "not valid YAML: maximum recursion depth exceeded"),
     ],
     ids=lambda value: str(value)[:20],
 )
-def test_a_file_that_is_no_scene(mine, content, line):
+def test_a_file_that_is_no_scene(mine, content, said):
     (message,) = lines_of(mine, content)
-    assert message.startswith(f"scenes/mine.yaml: {line}")
+    assert message.startswith(f"scenes/mine.yaml: {said}")
     assert "\n" not in message
 
 
-CASES = int(os.environ.get("SCENE_CASES", "12"))
+def test_all_mistakes_at_once(mine):
+    text = """extends: base
+seed: 1
+strip: {cell_m: 0, widht_m: 2.5e-5}
+material: {young_modulus_pa: 2.1e11}
+square: {modes: 101, nodes: 10}
+oscillator:
+ensemble: {damping_ratios: [0.2, 0.1]}
+"""
+    base = "extends: paper\nroughness: {covariance: cubic}\nensemble: {duration_periods: 10, realisations: 150}\n"
+    assert sorted(lines_of(mine, text, base=base)) == [
+        "scenes/base.yaml: ensemble.duration_periods: 10 is not allowed; a number >= 20 and <= 10000",
+        f"scenes/base.yaml: roughness.covariance: 'cubic' is not allowed; one of {WORDS['{KINDS}']}, "
+        "or one of your own, as my_file.py:Mine",
+        "scenes/mine.yaml: ensemble.damping_ratios: [0.2, 0.1] is not allowed; strictly increasing",
+        "scenes/mine.yaml: material.young_modulus_pa: '2.1e11' is text, not a number; "
+        "write 2.1e+11, a number >= 1000 and <= 1e+13 [Pa]",
+        "scenes/mine.yaml: oscillator: no value is not allowed; "
+        + describe_allowed(scene_schema()["properties"]["oscillator"]),
+        "scenes/mine.yaml: square.modes: 101 is not allowed; at most square.nodes^2 = 10^2",
+        "scenes/mine.yaml: strip.cell_m: 0 is not allowed; a number > 0 [m]",
+        "scenes/mine.yaml: strip.widht_m: unknown key; did you mean width_m? allowed: "
+        + ", ".join(scene_schema()["properties"]["strip"]["properties"]),
+    ]
+
+
+def test_a_scene_that_lacks_what_its_targets_need(mine):
+    needed = {
+        "figure2": {"material", "roughness", "square", "expansion"},
+        "figure3": {"material", "roughness", "strip", "expansion", "friction"},
+        "figure5": {"oscillator", "ensemble", "friction"},
+        "answer": {"oscillator", "friction"},
+        "figure_map": {"oscillator", "map", "friction"},
+    }
+    for target, sections in needed.items():
+        all_sections = sections | needed["figure3"] if "oscillator" in sections else sections
+        lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [{target}]\n")
+        assert sorted(lines) == sorted(f"scenes/mine.yaml: {key}: missing; needed for {target}" for key in all_sections)
+    assert lines_of(mine, "numerics: {}\n") == [
+        "scenes/mine.yaml: description: missing; text on one line, 1 to 200 characters",
+        "scenes/mine.yaml: seed: missing; a whole number >= 0 and <= 4294967295",
+        f"scenes/mine.yaml: targets: missing; a list of at least 1, each once, of one of {WORDS['{FIGURES}']}",
+    ]
+    without_mean = {**yaml.safe_load((CONFIG / "scenes" / "paper.yaml").read_text()), "friction": {}}
+    line = "scenes/mine.yaml: friction.mean: missing; give it, or friction.record"
+    assert lines_of(mine, yaml.safe_dump(without_mean)) == [line]
+
+
+def test_what_no_target_reads_may_not_fit(mine):
+    """A square of its own, with a correlation length too long for the strip that it inherits and does not use."""
+    text = "extends: resolved\ntargets: [figure2]\nroughness: {correlation_length_m: 5.0e-4}\n"
+    assert mine(text)["roughness"]["correlation_length_m"] == 5e-4
+    assert len(lines_of(mine, text.replace("figure2", "figure3"))) == 1
+
+
+def test_names_and_files(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+
+    def lines(name):
+        return lines_of(load, name, Path("scenes"))
+
+    assert lines("papr") == [f"scenes/papr.yaml: no such file; did you mean paper? scenes: {', '.join(SCENES)}"]
+    for name in ("Paper", "", "2d", "a" * 41, "a.b", *RESERVED):
+        assert lines(name)[0].startswith(f"scenes: {name!r} is not allowed as the name of a scene; ")
+    assert lines("scenes/absent.yaml") == ["scenes/absent.yaml: cannot be read: No such file or directory"]
+    Path("paper.yaml").write_text("extends: paper\nseed: 3\n")  # elsewhere, of a scene of its own name
+    assert load("./paper.yaml", Path("scenes"))["seed"] == 3
+
+
+def test_rules_count_as_the_stages_do():
+    columns = range(4, 60)
+    assert [contact.training_columns(n) for n in columns] == [len(training_columns(slice(7, 7 + n))) for n in columns]
+
+
+def test_overlays_merge_to_any_depth(mine):
+    """The last base gives lists and a map; a number is a float however it is written."""
+    scene = mine(
+        b"\xef\xbb\xbfextends: a\nstrip: {samples: 20}\noscillator: {mass_kg: 1}",  # a byte order mark is read over
+        a="extends: b\nstrip: {samples: 30, training_samples: 9}",
+        b="extends: paper\nensemble: {damping_ratios: [0, 1]}\nseed: 7",
+    )
+    paper = shipped_scene("paper")
+    expected = copy.deepcopy(paper) | {"seed": 7}
+    expected["strip"] |= {"samples": 20, "training_samples": 9}
+    expected["ensemble"]["damping_ratios"] = [0.0, 1.0]
+    expected["targets"].append("figure_map")  # none of the three names its own
+    del expected["map"]["ranges"], expected["ensemble"]["damping_ratios"]  # of another oscillator
+    assert repr(scene) == repr(expected)
+
+
+def test_overlays_in_a_circle(mine):
+    assert lines_of(mine, "extends: a", a="extends: b", b="extends: a") == [
+        "scenes/b.yaml: extends: 'a' is not allowed; overlays run in a circle: mine -> a -> b -> a"
+    ]
+
+
+FIELD = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
+BY_TABLE = f"oscillator: {{law: table, friction_table: {TABLE}}}"
+SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"
+MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
+STATISTICS = "friction: {statistics: {standard_deviation: 0.02}}"
+
+
+@pytest.mark.parametrize(
+    ("base", "overlay", "section", "kept", "replaced"),
+    [
+        ("extends: tribometer", "friction: {mean: 0.25}", "friction", "mean", "record"),
+        ("extends: given", STATISTICS, "friction", "mean statistics", ""),
+        ("extends: paper", f"roughness: {{scan: {SCAN}}}", "roughness", "scan", "covariance rms_height_m"),
+        ("extends: nongaussian", f"roughness: {{scan: {SCAN}}}", "roughness", "scan", "correct_correlation"),
+        ("extends: fractal", "roughness: {hurst: 0.7}", "roughness", "rms_height_m hurst wavelengths_m", "covariance"),
+        (SCANNED, FIELD, "roughness", "covariance rms_height_m correlation_length_m", "scan"),
+        (MATERN, "roughness: {covariance: gaussian}", "roughness", "rms_height_m", "smoothness"),
+        (f"extends: given\n{BY_TABLE}", "seed: 4", "oscillator", "friction_table", ""),
+        (f"extends: given\n{BY_TABLE}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
+        ("extends: paper", "map: {parameters: [mass, load]}", "map", "parameters points", "ranges"),
+        ("extends: paper", "friction: {mean: 0.2}", "ensemble", "realisations", "damping_ratios"),
+        (
+            "extends: paper",
+            "friction: {mean: 0.2}\nensemble: {damping_ratios: [0.1]}",
+            "ensemble",
+            "damping_ratios",
+            "",
+        ),
+    ],
+)
+def test_what_an_overlay_gives_takes_the_place_of_what_excludes_it(mine, base, overlay, section, kept, replaced):
+    section_ = mine(f"extends: base\n{overlay}", base=base)[section]
+    assert set(kept.split()) <= section_.keys()
+    assert set(replaced.split()).isdisjoint(section_)
+
+
+def test_a_load_takes_the_place_of_what_was_given_by_hand(mine):
+    """1500 N = 100 MPa x 1.5e-5 m^2, which are 1000 windows of 25 um x 600 um. Figure 3 is over loads."""
+    by_hand = "extends: paper\noscillator: {windows_in_parallel: 7}"
+    scene = mine("extends: base\nload: {force_n: 1500, nominal_pressure_pa: 1.0e+8}", base=by_hand)
+    assert scene["oscillator"]["normal_force_n"] == 1500.0
+    assert scene["oscillator"]["windows_in_parallel"] == 1000
+    assert scene["targets"] == ["figure2", "friction_against_load", "figure5", "figure_map"]
+    assert scene["friction"]["scatter"] == "multiplicative"
+    one = mine("extends: paper\nload: {force_n: 1, nominal_pressure_pa: 6.6666666667e+7}")  # a window, but for rounding
+    assert one["oscillator"]["windows_in_parallel"] == 1
+    (absent,) = friction.mistakes({"oscillator": {"mass_kg": 1.0}})
+    assert absent == (("oscillator.normal_force_n",), "missing; give it, or load")
+
+
+def test_only_a_scene_that_names_no_targets_gets_a_map(mine):
+    assert mine("extends: given")["targets"] == ["figure5", "figure_map"]
+    assert mine("extends: given\ntargets: [figure5]")["targets"] == ["figure5"]
+    assert mine("extends: excited")["targets"] == ["figure5"]
+    assert mine("extends: elastoplastic")["targets"] == ["figure2", "figure3"]
+
+
+def test_a_standard_uncertainty_reaches_only_the_stage_that_asks_for_it(mine):
+    """Values stand in their places, overlays merge into the group, and no other slice, so no other key, changes."""
+    plain = mine("extends: disc_brake\ntargets: [figure_budget]\noscillator: {mass_kg: 9, static_friction: 0.45}\n")
+    other = "extends: disc_brake\noscillator: {mass_kg: {value: 8, standard_uncertainty: 2}}\n"
+    table = "friction_table: [[0, {value: 0.45, standard_uncertainty: 0.02}], [0.02, 0.42], [0.1, 0.39], [0.5, 0.38]]"
+    text = f"extends: other\ntargets: [figure_budget]\noscillator: {{mass_kg: {{value: 9}}, {table}}}\n"
+    scene = mine(text, other=other)
+    assert ["oscillator.mass_kg", 2.0] in scene["standard_uncertainties"]
+    assert ["oscillator.friction_table.0.1", 0.02] in scene["standard_uncertainties"]
+    changed = {stage for stage in STAGES if slice_for(plain, stage) != slice_for(scene, stage)}
+    assert changed == {"budget"}
+    assert "figure_budget" in mine(other)["targets"]
+    exact = mine("extends: other\noscillator: {mass_kg: 8}\n", other=other)
+    assert "oscillator.mass_kg" not in dict(exact.get("standard_uncertainties", []))
 
 
 def fuzz(cases: int) -> settings:
@@ -106,27 +247,22 @@ def outcome(folder: Path, content: bytes) -> dict | None:
     """The scene of a file, or None where it is refused: printable lines of bounded length that name a file."""
     (folder / "scenes" / "fuzz.yaml").write_bytes(content)
     try:
-        return load("fuzz", Path("scenes"))
+        return load(folder / "scenes" / "fuzz.yaml", folder / "scenes")
     except InputError as error:
         lines = error.lines
+    finally:
+        (folder / "scenes" / "fuzz.yaml").unlink()
     assert lines
     assert len(set(lines)) == len(lines)
     for line in lines:
         assert line.isprintable(), repr(line)
         assert len(line) < 2000
-        assert line.startswith("scenes/"), line
+        assert line.startswith(f"{folder}/scenes/"), line
     return None
 
 
-@pytest.fixture(autouse=True)
-def here(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(folder)
-    yield
-    (folder / "scenes" / "fuzz.yaml").unlink(missing_ok=True)
-
-
 @pytest.mark.slow
-@fuzz(CASES)
+@fuzz(int(os.environ.get("SCENE_CASES", "12")))
 @given(valid=overlays(SCENES, valid=True), wild=overlays(SCENES, valid=False))
 def test_scenes_load_or_are_refused(folder, valid, wild):
     """One that loads has figures, and slices that JSON holds."""

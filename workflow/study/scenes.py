@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from roughslip.errors import InputError
-from roughslip.scene.loader import load, scene_names
+from roughslip.scene.files import scene_names
+from roughslip.scene.loader import load
 from roughslip.scene.mistakes import display, guess, line, shown
 from roughslip.scene.plausibility import inherited
 from roughslip.scene.schema import own_code

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
-from roughslip.scene.mistakes import Mistake, Rule, Values, given, missing, not_together, refused
-from roughslip.scene.section import EachOnce, Line, Section, choice, many, number, part
+from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
+from roughslip.scene.section import EachOnce, Line, Section, key, many
 
 MOST_WINDOWS = 1_000_000_000
 
@@ -14,53 +14,30 @@ MOST_WINDOWS = 1_000_000_000
 class FrictionStatistics(Section):
     """Scatter of friction as numbers, in place of surfaces and contact; the marginal is Beta(2.1, 5) of the paper."""
 
-    standard_deviation: float = number(
-        "Standard deviation of the friction coefficient", uncertain="friction process", gt=0, le=10
-    )
-    correlation_length_m: float = number(
-        "Length of the exponential autocorrelation along the belt", "m", uncertain="friction process", gt=0, le=1
-    )
+    standard_deviation: float = key(uncertain="friction process", gt=0, le=10)
+    """Standard deviation of the friction coefficient."""
+    correlation_length_m: float = key("m", uncertain="friction process", gt=0, le=1)
+    """Length of the exponential autocorrelation along the belt."""
 
 
 class Record(Section):
     """Friction as measured on a tribometer: mean curve and scatter are fitted to it. A path alone is its `file`."""
 
-    file: Annotated[tuple[Line, ...], EachOnce] = many(
-        "Text files that are fitted together, each with a header of `name [unit]`: time, speed, friction or force and "
-        "load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls "
-        "begins a new record",
-        min_length=1,
-        max_length=100,
-        unique=True,
-    )
-    radius_m: float | None = number(
-        "Radius of the track of a turning disc, for a speed in rpm and the period of a revolution",
-        "m",
-        gt=0,
-        le=100,
-        default=None,
-    )
-    rig_mass_kg: float | None = number(
-        "Mass of the held specimen, with which friction in the slips of stick-slip follows from the balance of forces",
-        "kg",
-        gt=0,
-        le=1e6,
-        default=None,
-    )
-    rig_stiffness_n_per_m: float | None = number(
-        "Stiffness of the support of the specimen", "N/m", gt=0, le=1e15, default=None
-    )
-    rig_damping_n_s_per_m: float | None = number(
-        "Damping of the support of the specimen; 0 where not given", "N s/m", ge=0, le=1e12, default=None
-    )
-    time_constant_s: float | None = number(
-        "Time constant of the instrument, a first-order low-pass. It is fitted where not given, and with a rig, whose "
-        "balance of forces takes derivatives",
-        "s",
-        ge=0,
-        le=100,
-        default=None,
-    )
+    file: Annotated[tuple[Line, ...], EachOnce] = many(min_length=1, max_length=100, unique=True)
+    """Text files that are fitted together, each with a header of `name [unit]`: time, speed, friction or force and
+    load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls begins a
+    new record."""
+    radius_m: float | None = key("m", gt=0, le=100, default=None)
+    """Radius of the track of a turning disc, for a speed in rpm and the period of a revolution."""
+    rig_mass_kg: float | None = key("kg", gt=0, le=1e6, default=None)
+    """Mass of the held specimen, with which friction in the slips of stick-slip follows from the balance of forces."""
+    rig_stiffness_n_per_m: float | None = key("N/m", gt=0, le=1e15, default=None)
+    """Stiffness of the support of the specimen."""
+    rig_damping_n_s_per_m: float | None = key("N s/m", ge=0, le=1e12, default=None)
+    """Damping of the support of the specimen; 0 where not given."""
+    time_constant_s: float | None = key("s", ge=0, le=100, default=None)
+    """Time constant of the instrument, a first-order low-pass. It is fitted where not given, and with a rig, whose
+    balance of forces takes derivatives."""
 
 
 Scatter = Literal["additive", "multiplicative"]
@@ -70,21 +47,14 @@ SCATTERS = get_args(Scatter)
 class Friction(Section):
     """Friction as a mean with the scatter of solved contacts, or with given statistics; or as a record."""
 
-    mean: float = number(
-        "Mean friction coefficient, mu_fit of eq. (13), at median penetration or with a load as measured under it. It "
-        "sets the shear strength, so the scatter of contacts changes in proportion",
-        uncertain="friction curve",
-        gt=0,
-        le=10,
-        default=None,
-    )
-    statistics: FrictionStatistics | None = part()
-    record: Record | None = part()
-    scatter: Scatter = choice(
-        "How the stochastic part enters: additive, mu_D + mu_S, as in eq. (12); multiplicative, mu_D (1 + mu_S / mean) "
-        "as the contact area over the force of a pad does. Not given, it is multiplicative with load",
-        default="additive",
-    )
+    mean: float = key(uncertain="friction curve", gt=0, le=10, default=None)
+    """Mean friction coefficient, mu_fit of eq. (13), at median penetration or with a load as measured under it. It sets
+    the shear strength, so the scatter of contacts changes in proportion."""
+    statistics: FrictionStatistics | None = None
+    record: Record | None = None
+    scatter: Scatter = key(default="additive")
+    """How the stochastic part enters: additive, mu_D + mu_S, as in eq. (12); multiplicative, mu_D (1 + mu_S / mean) as
+    the contact area over the force of a pad does. Not given, it is multiplicative with load."""
 
 
 class Load(Section):
@@ -93,22 +63,18 @@ class Load(Section):
     Periodic cells of the surface are solved under the nominal pressure; the number of windows follows from the area.
     """
 
-    force_n: float = number("Normal force on the pad", "N", uncertain="normal force", gt=0, le=1e9)
-    nominal_pressure_pa: float = number("Force over apparent area", "Pa", gt=0, le=1e13)
-    pad_length_m: float | None = number(
-        "Length of the pad along the belt; not given, the pad is a square. Friction is correlated over this length",
-        "m",
-        gt=0,
-        le=100,
-        default=None,
-    )
+    force_n: float = key("N", uncertain="normal force", gt=0, le=1e9)
+    """Normal force on the pad."""
+    nominal_pressure_pa: float = key("Pa", gt=0, le=1e13)
+    """Force over apparent area."""
+    pad_length_m: float | None = key("m", gt=0, le=100, default=None)
+    """Length of the pad along the belt; not given, the pad is a square. Friction is correlated over this length."""
 
 
 STATISTICS, RECORD, MEAN = "friction.statistics", "friction.record", "friction.mean"
 RIG = ("rig_mass_kg", "rig_stiffness_n_per_m", "rig_damping_n_s_per_m")
 FORCE = "oscillator.normal_force_n"
 NOT_WITH_LOAD = (FORCE, "oscillator.windows_in_parallel", STATISTICS, RECORD, "roughness.wavelengths_m")  # not periodic
-RULES: tuple[Rule, ...] = ()
 REPLACES: dict[str, tuple[str, ...]] = {
     "load": (FORCE, "oscillator.windows_in_parallel"),
     STATISTICS: (RECORD,),
@@ -132,47 +98,47 @@ def with_listed_records(values: Values) -> Values:
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
     """Friction has a mean or is a record; a load is given, or else the force."""
-    if isinstance(scene.get("friction"), dict):
-        yield from _friction_mistakes(scene["friction"])
+    friction = scene.get("friction")
+    if isinstance(friction, dict) and "record" in friction:
+        yield from _record_mistakes(scene, friction)
+    elif isinstance(friction, dict) and "mean" not in friction:
+        yield missing("give it, or friction.record", MEAN)
     if scene.get("load") is not None:
         yield from _load_mistakes(scene)
     elif isinstance(scene.get("oscillator"), dict) and "normal_force_n" not in scene["oscillator"]:
         yield missing("give it, or load", FORCE)
 
 
-def _friction_mistakes(friction: Values) -> Iterator[Mistake]:
-    if "record" in friction:
-        for form in (form for form in (MEAN, STATISTICS) if form.partition(".")[2] in friction):
-            yield not_together(form, friction[form.partition(".")[2]], RECORD)
-    elif "mean" not in friction:
-        yield missing("give it, or friction.record", MEAN)
-    rig = friction["record"] if isinstance(friction.get("record"), dict) else {}
-    if any(key in rig for key in RIG):
-        for key in (key for key in RIG[:2] if key not in rig):
+def _record_mistakes(scene: Values, friction: Values) -> Iterator[Mistake]:
+    for form in ("mean", "statistics"):
+        if form in friction:
+            yield not_together(scene, f"friction.{form}", RECORD)
+    record = friction["record"] if isinstance(friction["record"], dict) else {}
+    if any(key in record for key in RIG):
+        for key in (key for key in RIG[:2] if key not in record):
             yield missing("mass and stiffness of the rig go together", f"{RECORD}.{key}", RECORD)
-        if "time_constant_s" in rig:
-            yield not_together(f"{RECORD}.time_constant_s", rig["time_constant_s"], f"{RECORD}.{RIG[0]}")
+        if "time_constant_s" in record:
+            yield not_together(scene, f"{RECORD}.time_constant_s", f"{RECORD}.{RIG[0]}")
 
 
 def _load_mistakes(scene: Values) -> Iterator[Mistake]:
     """A load is on a pad of at least one window, and replaces what would be given by hand."""
-    for key in NOT_WITH_LOAD:
-        if (value := given(scene, key)) is not None:
-            yield not_together(key, value, "load")
-    if given(scene, "ensemble.marginal") == "empirical":
-        yield not_together("ensemble.marginal", "empirical", "load")
-    numbers: list[Any] = [given(scene, key) for key in ("load.force_n", "load.nominal_pressure_pa")]
-    sizes: list[Any] = [given(scene, key) for key in ("strip.window_m", "strip.width_m")]
-    if None in numbers or None in sizes:
+    for other in NOT_WITH_LOAD:
+        if given(scene, other) is not None:
+            yield not_together(scene, other, "load")
+    force, pressure, length, width = (
+        given(scene, key) for key in ("load.force_n", "load.nominal_pressure_pa", "strip.window_m", "strip.width_m")
+    )
+    if None in (force, pressure, length, width):
         return
-    area, window = numbers[0] / numbers[1], sizes[0] * sizes[1]
+    area, window = force / pressure, length * width
     if not (1.0 - 1e-9) * window <= area <= MOST_WINDOWS * window:  # a window of tiny sides rounds to nothing
         least, most = f"{window:.3g} (one window)", f"{MOST_WINDOWS * window:.3g} [m^2] ({MOST_WINDOWS} windows)"
         text = f"an apparent area of {area:.3g} [m^2] is not allowed; from {least} to {most}"
         yield Mistake(("load", "strip.window_m"), text)
-    length, longest = given(scene, "load.pad_length_m"), area / sizes[1]
-    if length is not None and length > longest:
-        yield refused(length, f"at most {longest:.3g} [m], where the pad is one window wide", "load.pad_length_m")
+    pad = given(scene, "load.pad_length_m")
+    if pad is not None and pad > area / width:
+        yield refused(pad, f"at most {area / width:.3g} [m], where the pad is one window wide", "load.pad_length_m")
 
 
 def with_load(scene: Values) -> Values:

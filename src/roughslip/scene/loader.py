@@ -5,8 +5,6 @@ A line reads `file: key: what was given and what is allowed`. No stage imports t
 
 from __future__ import annotations
 
-import os
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,21 +12,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from roughslip.errors import InputError
-from roughslip.scene import contact, friction, oscillator, roughness, uncertain
-from roughslip.scene.mistakes import KeyPath, Mistake, Values, display, given, guess, line, missing, refused, shown
-from roughslip.scene.schema import NAME, WORD, refusals, scene_schema
+from roughslip.scene import contact, friction, oscillator, roughness
+from roughslip.scene.files import locate, read_chain
+from roughslip.scene.mistakes import KeyPath, Mistake, Values, given, line, missing, refused, shown
+from roughslip.scene.schema import inner, refusals, scene_schema
 from roughslip.scene.types import File, get
-from roughslip.scene.yaml_text import read
 from roughslip.study import plan
 
-SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
-RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
-
-# What the modules of the sections say of several keys: rules, mistakes of forms that exclude each other, and keys that
-# a key of an overlay replaces, where the overlay does not give those too.
-_SECTIONS = (contact, friction, roughness, oscillator)
-_RULES = tuple(rule for part in _SECTIONS for rule in part.RULES)
-_REPLACED = {key: replaced for part in _SECTIONS for key, replaced in part.REPLACES.items()}
+_RULES = (*contact.RULES, *roughness.RULES, *oscillator.RULES)
+VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 
 
 def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
@@ -40,9 +32,8 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     Returns the scene as nested dicts, without `extends`, and with what follows from its load; a key that takes a
     real number holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
-    chain, merged = read_chain(_locate(name_or_path, scenes_folder), scenes_folder)
-    values = merged.values
-    uncertainties, wrong = uncertain.taken_apart(values, scene_schema())
+    chain, merged = read_chain(locate(name_or_path, scenes_folder), scenes_folder)
+    values, uncertainties, wrong = _taken_apart(merged.values, scene_schema(), ())
     if merged.file_of(("targets",)) != chain[0] and isinstance(values.get("targets"), list):
         values["targets"] = plan.default_targets(values, bool(uncertainties))
     if values.get("load") is not None and isinstance(values.get("targets"), list):
@@ -50,7 +41,7 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
     found = [(path, text, False) for path, text in wrong] + _refusals(values)
     faulty = {".".join(map(str, path)) for path, _, is_value in found if is_value}
     lines = [line(merged.file_of(path), path, text) for path, text, _ in found]
-    for keys, text in _mistakes(_without(faulty, values), faulty):
+    for keys, text in _mistakes(_without(faulty, values), faulty, {key for key, _ in uncertainties}):
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         topmost = min(map(merged.file_of, paths), key=chain.index)  # the one that the user most likely edits
         lines.append(line(topmost, paths[0], text))
@@ -58,7 +49,33 @@ def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
         raise InputError(list(dict.fromkeys(lines)))
     whole = File.model_validate(values).model_dump(mode="json", exclude_unset=True)
     whole = friction.with_load(whole)
-    return whole | ({"standard_uncertainties": uncertainties} if uncertainties else {})
+    return whole | ({"standard_uncertainties": sorted(uncertainties)} if uncertainties else {})
+
+
+def _taken_apart(value: Any, part: Values, path: KeyPath) -> tuple[Any, list[list[Any]], list[tuple[KeyPath, str]]]:
+    """A part of a scene with values in the place of numbers with a standard uncertainty, where the schema allows one.
+
+    Such a number is `mass_kg: {value: 10, standard_uncertainty: 1}`. Stages read the value in its place, and those that
+    ask for uncertainties read them as the key `standard_uncertainties`: results of the others keep their names.
+    Returns also the uncertainties, [dotted key, number] each, and mistakes, by path.
+    """
+    if isinstance(value, dict) and part.get("uncertain"):
+        number, error = value.get(VALUE), value.get(UNCERTAINTY)
+        key, is_whole = ".".join(map(str, path)), value.keys() == {VALUE, UNCERTAINTY}
+        if is_whole and isinstance(number, int | float) and isinstance(error, int | float) and 0.0 < error <= number:
+            return number, [[key, float(error)]], []
+        form = f"{{{VALUE}: 10, {UNCERTAINTY}: 1}}, with an uncertainty > 0 and <= the value"
+        return number, [], [(path, f"{shown(value)} is not allowed; write a number, or {form}")]
+    if not isinstance(value, dict | list):
+        return value, [], []
+    names = list(value) if isinstance(value, dict) else range(len(value))
+    found = {name: _taken_apart(value[name], inner(part, name), (*path, name)) for name in names}
+    numbers = {name: number for name, (number, _, _) in found.items()}
+    return (
+        numbers if isinstance(value, dict) else list(numbers.values()),
+        [one for _, some, _ in found.values() for one in some],
+        [one for _, _, some in found.values() for one in some],
+    )
 
 
 def _refusals(values: Values) -> list[tuple[KeyPath, str, bool]]:
@@ -79,11 +96,12 @@ def _nulls(values: Any, path: KeyPath = ()) -> Iterator[KeyPath]:
         yield from _nulls(value, (*path, key))
 
 
-def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
+def _mistakes(scene: Values, faulty: set[str], uncertain: set[str]) -> Iterator[Mistake]:
     """What the targets lack, forms that exclude each other, and every rule across keys that the scene breaks.
 
     scene : the merged scene, with None for every value that was refused
     faulty : dotted keys that were refused; rules that read them, or anything in or around them, are left out
+    uncertain : dotted keys of the numbers that have a standard uncertainty
     """
 
     def sound(key: str) -> bool:
@@ -95,6 +113,12 @@ def _mistakes(scene: Values, faulty: set[str]) -> Iterator[Mistake]:
             yield missing(f"needed for {', '.join(targets)}", key, "targets")
     for part in (friction, roughness, oscillator):
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
+    is_smooth = scene.get("load") is not None and given(scene, "roughness.covariance") != "exponential"
+    for key in uncertain if not is_smooth else ():
+        if key.startswith("roughness."):
+            yield Mistake(
+                (key,), "an uncertainty is not allowed; the law of scatter takes load and heights with a slope"
+            )
     unread = plan.sections_not_read(scene) if scene.get("targets") and sound("targets") else set()
     for keys, holds, allowed in _RULES:
         if not (unread.isdisjoint(key.partition(".")[0] for key in keys) and all(map(sound, keys))):
@@ -112,105 +136,3 @@ def _without(faulty: set[str], value: Any, path: str = "") -> Any:
     if isinstance(value, dict):
         return {key: _without(faulty, item, f"{path}.{key}" if path else key) for key, item in value.items()}
     return value
-
-
-def scene_names(scenes_folder: Path) -> list[str]:
-    """Names of all scenes of a folder, sorted."""
-    return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
-
-
-class Merged:
-    """The values of overlaid files, and for each key the file that gave it last."""
-
-    def __init__(self, top: Path) -> None:
-        self.values: Values = {}
-        self._files: dict[KeyPath, Path] = {(): top}
-
-    def file_of(self, path: KeyPath) -> Path:
-        """The file that gave the value at this path or, where there is none, what is around it."""
-        return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
-
-    def overlay(self, file: Path, given: Values) -> None:
-        """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
-        own = set(_keys(given))
-        for replaced in {old for key in own for old in _REPLACED.get(key, ())} - own:
-            section, _, name = replaced.rpartition(".")
-            inside = self.values if not section else _inside(self.values, section)
-            inside.pop(name, None)
-        self._merge(self.values, given, file, ())
-
-    def _merge(self, base: Values, given: Values, file: Path, path: KeyPath) -> None:
-        for key, value in given.items():
-            here = (*path, key)
-            self._files[here] = file
-            if isinstance(value, dict):
-                if not isinstance(base.get(key), dict):
-                    base[key] = {}
-                self._merge(base[key], value, file, here)
-            else:
-                base[key] = value
-
-
-def _keys(values: Values) -> Iterator[str]:
-    """Dotted keys of the sections and of what they hold."""
-    for name, value in values.items():
-        yield name
-        yield from (f"{name}.{key}" for key in _keys(value)) if isinstance(value, dict) else ()
-
-
-def _inside(values: Values, section: str) -> Values:
-    """The section of that name; empty where there is none."""
-    inner = given(values, section)
-    return inner if isinstance(inner, dict) else {}
-
-
-def _locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
-    """The file of a scene by name or path; the name must be fit for the folder of its results."""
-    given = str(name_or_path)
-    is_path = isinstance(name_or_path, Path) or given.endswith(".yaml") or "/" in given
-    name = Path(given).stem if is_path else given
-    where = display(Path(given) if is_path else scenes_folder)
-    if not re.fullmatch(WORD, name) or name in RESERVED:
-        reason = "it is reserved" if name in RESERVED else NAME
-        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {reason}")
-    if is_path:
-        return Path(given)
-    file, known = scenes_folder / f"{name}.yaml", scene_names(scenes_folder)
-    if name not in known:
-        raise InputError(f"{display(file)}: no such file; {guess(name, known)}scenes: {', '.join(known)}")
-    return file
-
-
-def _stay_inside(file: Path) -> None:
-    """Refuses a link that leads out of the folder of the scenes: what is read should be what the project shows."""
-    real = os.path.realpath(file)  # of a link to itself, too
-    if file.is_symlink() and not Path(real).is_relative_to(os.path.realpath(file.parent)):
-        raise InputError(f"{display(file)}: a link to {shown(real)}, out of its folder; copy the file")
-
-
-def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
-    """The files of a scene from the top of its overlays down, and their values merged."""
-    known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
-    chain = [top]
-    documents: list[Values] = []
-    while len(documents) < len(chain):
-        file = chain[-1]
-        _stay_inside(file)
-        values = read(file)
-        values |= friction.with_listed_records(values)
-        documents.append(values)
-        if "extends" not in values:
-            break
-        base = values.pop("extends")
-        if base not in known:
-            names = sorted(known)
-            text = f"{shown(base)} is not allowed; {guess(str(base), names)}scenes: {', '.join(names)}"
-            raise InputError(line(file, ("extends",), text))
-        chain.append(known[base])
-        if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
-            text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
-            raise InputError(line(file, ("extends",), text))
-    merged = Merged(top)
-    for file, values in zip(reversed(chain), reversed(documents), strict=True):
-        merged.overlay(file, values)
-    return chain, merged

@@ -13,7 +13,6 @@ from roughslip.limits import MOST_NUMBERS
 
 Values = dict[str, Any]  # a scene, or a part of one, as nested dicts
 KeyPath = tuple[str | int, ...]
-MEMORY = f"{MOST_NUMBERS} (0.8 GB of memory)"  # the most numbers of an array, as a rule says it
 
 
 class Mistake(NamedTuple):
@@ -31,6 +30,16 @@ class Rule(NamedTuple):
     allowed: str  # a format of the same values
 
 
+def fits(keys: tuple[str, ...], count: Callable[..., float], words: str, most: int = MOST_NUMBERS) -> Rule:
+    """The rule of a table that fits into memory. count : its numbers, from the values of the keys; words : the same"""
+    return Rule(keys, lambda *values: count(*values) <= most, f"{words} at most {most}, which fit into memory")
+
+
+def is_increasing(values: Sequence[float]) -> bool:
+    """Whether each number exceeds the one before it."""
+    return all(low < high for low, high in pairwise(values))
+
+
 def refused(value: Any, allowed: str, *keys: str) -> Mistake:
     """The mistake of a value, by what is allowed. keys : its own first, then those that limit it."""
     return Mistake(keys, f"{shown(value)} is not allowed; {allowed}")
@@ -41,20 +50,9 @@ def missing(reason: str, *keys: str) -> Mistake:
     return Mistake(keys, f"missing; {reason}")
 
 
-def not_together(key: str, value: Any, other: str, equals: Any = None, *, allowed: str = "give one") -> Mistake:
-    """The mistake of a key that another one excludes. equals : the value of the other one that does so."""
-    condition = other if equals is None else f"{other} = {equals}"
-    return Mistake((key, other), f"{shown(value)} is not allowed together with {condition}; {allowed}")
-
-
-def increasing(key: str) -> Rule:
-    """The rule of a list whose numbers increase."""
-    return Rule((key,), strictly_increasing, "strictly increasing")
-
-
-def strictly_increasing(values: list[float]) -> bool:
-    """Whether each number exceeds the one before it."""
-    return all(low < high for low, high in pairwise(values))
+def not_together(scene: Values, key: str, other: str) -> Mistake:
+    """The mistake of a key that another one excludes."""
+    return Mistake((key, other), f"{shown(given(scene, key))} is not allowed together with {other}; give one")
 
 
 def given(scene: Values, key: str) -> Any:

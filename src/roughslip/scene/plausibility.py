@@ -12,7 +12,7 @@ from typing import Any
 
 from roughslip.limits import LEAST_CONTACT, WINDOWS
 from roughslip.scene.contact import terms, training_columns
-from roughslip.scene.loader import read_chain
+from roughslip.scene.files import read_chain
 from roughslip.scene.mistakes import Values, given
 from roughslip.scene.types import get
 from roughslip.study.plan import stages_needed

@@ -8,10 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
-
 from roughslip.scene.mistakes import Mistake, Rule, Values, given, missing, not_together, refused
-from roughslip.scene.section import Line, Section, choice, many, number, part, text, word
+from roughslip.scene.section import Line, Section, key, many, word
 
 MODELS = Path(__file__).resolve().parents[1] / "surface" / "models.py"
 
@@ -36,51 +34,36 @@ def _literals(model: ast.ClassDef) -> dict[str, Any]:
 
 
 COVARIANCES = covariance_shapes()
-Shape = Annotated[float, Field(ge=0.02, le=10000, description="A shape [-]")]
-Wavelength = Annotated[float, Field(gt=0, le=1, description="A wavelength [m]")]
-Distance = Annotated[float, Field(ge=1e-11, le=0.01, description="A distance [m]")]
+Shape = Annotated[float, key(ge=0.02, le=10000)]
+Wavelength = Annotated[float, key("m", gt=0, le=1)]
+Distance = Annotated[float, key("m", ge=1e-11, le=0.01)]
 
 
 class Scan(Section):
     """A measured surface; models are fitted to it, and surfaces are sampled from these."""
 
-    file: Line = text(
-        "File of the scan; its path starts at the folder of the scene file or of the project. Allowed: a format of an "
-        "instrument that SurfaceTopography reads, a .nc map, or a .txt matrix with a row for each y",
-        longest=500,
-    )
-    spacing_m: tuple[Distance, Distance] | None = many(
-        "Distance of neighbouring points along x and along y, where the file does not give it", default=None
-    )
-    height_unit: Literal["m", "mm", "um", "nm", "pm"] | None = choice(
-        "Unit of the heights, where the file does not give it", default=None
-    )
-    form: Literal["mean", "plane", "quadratic"] = choice(
-        "Form that is removed from the scan first, by a least squares fit"
-    )
-    cutoff_m: float | None = number(
-        "Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than "
-        "it are no part of the surface",
-        "m",
-        ge=1e-10,
-        le=0.1,
-        default=None,
-    )
-    endless_lay: Literal["x", "y"] | None = choice(
-        "Axis along which the lay is taken as infinitely long, where grooves are longer than half the scan: the "
-        "model is that across the lay, and sampled surfaces are equal along it",
-        default=None,
-    )
-    covariance: str = word(
-        "Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, "
-        "measured the estimate itself",
-        ("best", "measured", *COVARIANCES),
-    )
-    marginal: Literal["gaussian", "empirical"] = choice("Distribution of the heights; empirical is the measured one")
-    outliers: Literal["keep", "missing"] | None = choice(
-        "What is done with points far from the bulk of the heights and from their neighbours; keep where not given",
-        default=None,
-    )
+    file: Line = key(max_length=500)
+    """File of the scan; its path starts at the folder of the scene file or of the project. Allowed: a format of an
+    instrument that SurfaceTopography reads, a .nc map, or a .txt matrix with a row for each y."""
+    spacing_m: tuple[Distance, Distance] | None = many(default=None)
+    """Distance of neighbouring points along x and along y, where the file does not give it."""
+    height_unit: Literal["m", "mm", "um", "nm", "pm"] | None = key(default=None)
+    """Unit of the heights, where the file does not give it."""
+    form: Literal["mean", "plane", "quadratic"] = key()
+    """Form that is removed from the scan first, by a least squares fit."""
+    cutoff_m: float | None = key("m", ge=1e-10, le=0.1, default=None)
+    """Cutoff of a high-pass after removal of the form, the areal Gaussian filter of ISO 16610-61: waves longer than it
+    are no part of the surface."""
+    endless_lay: Literal["x", "y"] | None = key(default=None)
+    """Axis along which the lay is taken as infinitely long, where grooves are longer than half the scan: the model is
+    that across the lay, and sampled surfaces are equal along it."""
+    covariance: str = word(("best", "measured", *COVARIANCES))
+    """Model of the autocorrelation, fitted; best is the one of the smallest Bayesian criterion, measured the estimate
+    itself."""
+    marginal: Literal["gaussian", "empirical"] = key()
+    """Distribution of the heights; empirical is the measured one."""
+    outliers: Literal["keep", "missing"] | None = key(default=None)
+    """What is done with points far from the bulk of the heights and from their neighbours; keep where not given."""
 
 
 class Roughness(Section):
@@ -89,90 +72,58 @@ class Roughness(Section):
     A field has covariance, rms_height_m and correlation_length_m, a fractal has wavelengths_m, hurst and rms_height_m.
     """
 
-    covariance: str = word(
-        "Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), "
-        "matern has a smoothness, self_affine a Hurst exponent and bandwidth; or a model of your own",
-        tuple(COVARIANCES),
-        default=None,
-        or_file=True,
-    )
-    rms_height_m: float = number(
-        "Root mean square of the heights, Sq", "m", uncertain="surface", gt=0, le=0.01, default=None
-    )
-    correlation_length_m: float = number(
-        "Distance at which the covariance has fallen to 1/e; below the cell the heights are independent",
-        "m",
-        uncertain="surface",
-        gt=0,
-        le=1,
-        default=None,
-    )
-    correlation_length_across_m: float | None = number(
-        "Correlation length across the lay of an anisotropic surface; correlation_length_m is then that along the lay",
-        "m",
-        gt=0,
-        le=1,
-        default=None,
-    )
-    lay_rad: float | None = number(
-        "Angle from the sliding direction x to the lay; 0 where not given", "rad", ge=-3.1416, le=3.1416, default=None
-    )
-    smoothness: float | None = number(
-        "Smoothness nu of a matern covariance; 0.5 is exponential, large ones come close to gaussian",
-        ge=0.05,
-        le=20,
-        default=None,
-    )
-    hurst: float | None = number(
-        "Hurst exponent of a self_affine covariance or a fractal; the fractal dimension of the surface is 3 minus it",
-        ge=0.01,
-        le=1,
-        default=None,
-    )
-    bandwidth: float | None = number(
-        "Longest over shortest wavelength of the power law of a self_affine covariance", ge=1.01, le=1e6, default=None
-    )
-    beta_shapes: tuple[Shape, Shape] | None = many(
-        "Shapes a and b of a Beta distribution of the heights, where they are not Gaussian; with a above b valleys "
-        "hang below a plateau",
-        default=None,
-    )
-    correct_correlation: bool = choice(
-        "Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, "
-        "and the transformation to the marginal changes it a little",
-        default=False,
-    )
-    wavelengths_m: tuple[Wavelength, Wavelength] | None = many(
-        "Shortest and longest wave of a fractal: Weierstrass-Mandelbrot waves with random phases, eq. (1) and its form "
-        "in two dimensions",
-        default=None,
-    )
-    scan: Scan = part()
+    covariance: str = word(tuple(COVARIANCES), default=None, or_file=True)
+    """Covariance at distance r over the correlation length: gaussian is exp(-r^2), exponential is exp(-r), matern has a
+    smoothness, self_affine a Hurst exponent and bandwidth; or a model of your own."""
+    rms_height_m: float = key("m", uncertain="surface", gt=0, le=0.01, default=None)
+    """Root mean square of the heights, Sq."""
+    correlation_length_m: float = key("m", uncertain="surface", gt=0, le=1, default=None)
+    """Distance at which the covariance has fallen to 1/e; below the cell the heights are independent."""
+    correlation_length_across_m: float | None = key("m", gt=0, le=1, default=None)
+    """Correlation length across the lay of an anisotropic surface; correlation_length_m is then that along the lay."""
+    lay_rad: float | None = key("rad", ge=-3.1416, le=3.1416, default=None)
+    """Angle from the sliding direction x to the lay; 0 where not given."""
+    smoothness: float | None = key(ge=0.05, le=20, default=None)
+    """Smoothness nu of a matern covariance; 0.5 is exponential, large ones come close to gaussian."""
+    hurst: float | None = key(ge=0.01, le=1, default=None)
+    """Hurst exponent of a self_affine covariance or a fractal; the fractal dimension of the surface is 3 minus it."""
+    bandwidth: float | None = key(ge=1.01, le=1e6, default=None)
+    """Longest over shortest wavelength of the power law of a self_affine covariance."""
+    beta_shapes: tuple[Shape, Shape] | None = many(default=None)
+    """Shapes a and b of a Beta distribution of the heights, where they are not Gaussian; with a above b valleys hang
+    below a plateau."""
+    correct_correlation: bool = key(default=False)
+    """Whether the covariance is that of the heights. Otherwise it is that of the underlying Gaussian field, and the
+    transformation to the marginal changes it a little."""
+    wavelengths_m: tuple[Wavelength, Wavelength] | None = many(default=None)
+    """Shortest and longest wave of a fractal: Weierstrass-Mandelbrot waves with random phases, eq. (1) and its form in
+    two dimensions."""
+    scan: Scan = key(default=None)
 
 
 FIELD = ("covariance", "rms_height_m", "correlation_length_m")
 SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in shapes))
 CORRECT, BETA, WAVES = "correct_correlation", "beta_shapes", "wavelengths_m"
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, BETA)
+STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 # The keys that each form may have.
 FORMS = {
     "covariance": (*FIELD, *FIELD_OPTIONS, CORRECT),
     WAVES: (WAVES, "hurst", "rms_height_m"),
     "scan": ("scan", CORRECT),
 }
-STATED = ("spacing_m", "height_unit")  # for a file that does not give them
+KEYS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
 
-_REPLACES = {
-    **dict.fromkeys((*FIELD, *FIELD_OPTIONS), (WAVES, "scan")),
-    **dict.fromkeys(("rms_height_m", "hurst"), ("scan",)),
-    "covariance": (WAVES, "scan", *SHAPES),
-    WAVES: (*(key for key in FORMS["covariance"] if key not in ("rms_height_m", "hurst")), "scan"),
-    "scan": (*FORMS["covariance"], WAVES),
-    "scan.marginal": (CORRECT,),
-}
-REPLACES = {f"roughness.{key}": tuple(f"roughness.{old}" for old in keys) for key, keys in _REPLACES.items()}
+
+def _replaced(key: str) -> tuple[str, ...]:
+    """The keys that no form has together with this one, and those that belong to one covariance or one scan alone."""
+    allowed = {other for keys in FORMS.values() if key in keys for other in keys}
+    more = {"covariance": SHAPES, "scan": (CORRECT,)}.get(key, ())
+    return tuple(f"roughness.{other}" for other in KEYS if other in more or other not in allowed)
+
 
 _LENGTH, _WAVES, _CELL = "roughness.correlation_length_m", "roughness.wavelengths_m", "strip.cell_m"
+REPLACES = {f"roughness.{key}": _replaced(key) for key in KEYS} | {"roughness.scan.marginal": (f"roughness.{CORRECT}",)}
 RULES = (
     Rule(
         ("strip.window_m", _LENGTH),
@@ -180,14 +131,10 @@ RULES = (
         f"at least twice {_LENGTH} = {{1}} [m]",
     ),
     Rule(
-        (_WAVES, "strip.window_m"),
-        lambda waves, window: waves[0] <= waves[1] <= 4 * window,
-        "the shortest first, the longest at most four times strip.window_m = {1} [m]",
-    ),
-    Rule(
-        (_WAVES, _CELL),
-        lambda waves, cell: waves[0] > 2 * cell,
-        "a shortest wave of more than two cells, strip.cell_m = {1} [m]",
+        (_WAVES, "strip.window_m", _CELL),
+        lambda waves, window, cell: 2 * cell < waves[0] <= waves[1] <= 4 * window,
+        "the shortest first, of more than two cells, strip.cell_m = {2} [m]; the longest at most four times "
+        "strip.window_m = {1} [m]",
     ),
     Rule(
         ("strip.expansion_spacing_m", _CELL, _WAVES),
@@ -203,29 +150,29 @@ RULES = (
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """Roughness has exactly one of its forms, and the keys of that form alone."""
+    """Roughness has exactly one of its forms, the keys of that form alone, and the shapes of its covariance."""
     roughness = scene.get("roughness")
     if not isinstance(roughness, dict):
         return
-    form = next((key for key in ("scan", WAVES) if key in roughness), "covariance")
-    every = {key for keys in FORMS.values() for key in keys}
-    for key, value in roughness.items():
-        if key in every.difference(FORMS[form]):
-            yield not_together(f"roughness.{key}", value, f"roughness.{form}")
-    for key in {"covariance": FIELD, WAVES: FORMS[WAVES]}.get(form, ()):
-        if key not in roughness:
+    form = next((name for name in ("scan", WAVES) if name in roughness), "covariance")
+    for name in roughness.keys() & {*KEYS} - {*FORMS[form]}:
+        yield not_together(scene, f"roughness.{name}", f"roughness.{form}")
+    for name in {"covariance": FIELD, WAVES: FORMS[WAVES], "scan": ()}[form]:
+        if name not in roughness:
             forms = f"give {', '.join(FIELD)}, or {WAVES} with hurst and rms_height_m, or scan"
-            yield missing(forms, f"roughness.{key}")
+            yield missing(forms, f"roughness.{name}")
     if form == "covariance":
-        yield from _field_mistakes(roughness)
-    if CORRECT in roughness and form == "covariance" and BETA not in roughness:
-        yield missing(f"goes with roughness.{CORRECT}", f"roughness.{BETA}", f"roughness.{CORRECT}")
+        yield from _shape_mistakes(roughness)
+    goes_with = {CORRECT: BETA, "lay_rad": "correlation_length_across_m"} if form == "covariance" else {}
+    for name, other in goes_with.items():
+        if name in roughness and other not in roughness:
+            yield missing(f"goes with roughness.{name}", f"roughness.{other}", f"roughness.{name}")
     if CORRECT in roughness and given(scene, "roughness.scan.marginal") == "gaussian":
         allowed = "a gaussian marginal changes no correlation"
         yield refused(roughness[CORRECT], allowed, f"roughness.{CORRECT}", "roughness.scan.marginal")
 
 
-def _field_mistakes(field: Values) -> Iterator[Mistake]:
+def _shape_mistakes(field: Values) -> Iterator[Mistake]:
     kind = str(field.get("covariance"))
     for shape in SHAPES if kind in COVARIANCES else ():
         keys = f"roughness.{shape}", "roughness.covariance"
@@ -233,5 +180,3 @@ def _field_mistakes(field: Values) -> Iterator[Mistake]:
             yield refused(field[shape], f"roughness.covariance = {kind} has none", *keys)
         elif shape not in field and shape in COVARIANCES[kind]:
             yield missing(f"roughness.covariance = {kind} needs it", *keys)
-    if "lay_rad" in field and "correlation_length_across_m" not in field:
-        yield missing("goes with roughness.lay_rad", "roughness.correlation_length_across_m", "roughness.lay_rad")

@@ -16,7 +16,6 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from roughslip.scene.mistakes import KeyPath, Values, given, guess, shown
 from roughslip.scene.types import File
-from roughslip.study.graph import targets
 
 FILE, PAGE = Path("config/scene.schema.json"), Path("docs/reference/keys.md")
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
@@ -53,7 +52,6 @@ def scene_schema() -> dict[str, Any]:
     """The schema of a scene after its overlays are merged, and of `extends`. Do not change it."""
     raw = File.model_json_schema(schema_generator=_Schema)
     schema = _inlined(raw, raw.pop("$defs"))
-    schema["properties"]["targets"]["items"] = {"type": "string", "enum": list(targets())}
     extends = {
         "description": "Name of the scene that this file overlays; mappings merge, numbers, text and lists replace",
         "type": "string",
@@ -70,11 +68,20 @@ def _inlined(part: Any, sections: Values) -> Any:
         return part
     if "$ref" in part:
         part = sections[part["$ref"].rpartition("/")[2]]
-    others = {key: _inlined(item, sections) for key, item in part.items() if (key, item) != ("default", None)}
-    if "description" in others and "properties" in others:
-        others["description"] = " ".join(others["description"].split())
-        others.pop("title", None)
-    return others
+    whole = {key: _inlined(item, sections) for key, item in part.items() if (key, item) != ("default", None)}
+    if isinstance(whole.get("description"), str):
+        whole["description"] = " ".join(whole["description"].split())
+    if "properties" in whole:
+        whole.pop("title", None)
+    return whole
+
+
+def source_of(key: str) -> str:
+    """The source of uncertainty of a number by its dotted key, as its field says."""
+    part = scene_schema()
+    for name in key.split("."):
+        part = inner(part, int(name) if name.isdigit() else name)
+    return str(part["uncertain"])
 
 
 def keys(part: Values | None = None, prefix: str = "") -> Iterator[tuple[str, Values]]:
@@ -146,25 +153,8 @@ def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, st
             yield path, _refusal(value, part), True
 
 
-# What is no longer there, key or word, and what to do instead.
-GONE = {
-    "accuracy": "give numbers of samples; docs/how-to/accuracy.md says what half width they leave",
-    "array": "call the heights of the file height, heights, topography or z, or export them alone",
-    "auto": "give a number, or leave the key out where it may be missing",
-    "extrapolate_mesh": "leave it out: strips are solved on cells of strip.cell_m alone",
-    "figure_basins": "simulate the states of interest: roughslip.oscillator.simulate",
-    "figure_field": "the pressure of strips is expanded at every node, for figure3",
-    "figure_residence": "answer.json has the durations of both states",
-    "readings": "leave it out: readings are judged on what the figures compute",
-    "survival": "answer.json has the durations of both states",
-    "sweep": "write a scene file for each value; --config scenes=one,other runs them on one page",
-}
-
-
 def _refusal(value: Any, part: Values) -> str:
     """The text of the line on a value that is not allowed."""
-    if isinstance(value, str) and value in GONE:
-        return f"{shown(value)} is gone; {GONE[value]}"
     if isinstance(value, str) and part["type"] in ("integer", "number"):
         return f"{shown(value)} is text, not a number; {_as_number(value, part)}"
     near = guess(value, part["enum"]) if isinstance(value, str) and "enum" in part else ""
@@ -190,8 +180,8 @@ def describe_allowed(part: Values) -> str:
             once = ", each once" if part.get("uniqueItems") else ""
             return f"a list of {number}{once}, of {describe_allowed(inner(part, 0))}"
     bounds = " and ".join(f"{sign} {part[key]:.12g}" for key, sign in _BOUNDS.items() if key in part)
-    unit = re.search(r" \[[^\]-]+\]$", part["description"])
-    return f"a {'whole ' * (part['type'] == 'integer')}number {bounds}{unit.group() if unit else ''}"
+    unit = f" [{part['unit']}]" if "unit" in part else ""
+    return f"a {'whole ' * (part['type'] == 'integer')}number {bounds}{unit}"
 
 
 def _as_number(text: str, part: Values) -> str:
@@ -210,8 +200,6 @@ def _as_number(text: str, part: Values) -> str:
 
 def _nearest_key(key: str, value: Any, part: Values) -> str:
     """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
-    if key in GONE:
-        return f"it is gone: {GONE[key]}"
     if value is None and key.isdigit():  # {damping_ratio: 0,1} has the keys damping_ratio and 1
         return f"is it the decimal comma of a number? Write a point, as in 0.{key}"
     allowed = list(part["properties"])
@@ -238,7 +226,7 @@ def page() -> str:
 
 def _row(key: str, part: Values) -> str:
     """Name, meaning, what is allowed and default of a key, as cells of a table."""
-    meaning = re.sub(r" \[[^]]*\]$", "", part["description"]).replace("|", r"\|")
+    meaning = part["description"].removesuffix(".").replace("|", r"\|")
     allowed = describe_allowed(part) + (", or `{value: ..., standard_uncertainty: ...}`" * ("uncertain" in part))
     default = f"`{part['default']}`" if "default" in part else ""
     return f"| `{key.rpartition('.')[2]}` | {meaning} | {allowed} | {default} |"

@@ -1,7 +1,7 @@
 """Sections of a scene: each field says its meaning, unit, range, default, and whether it can be uncertain, once.
 
-A section is a class on `Section` with fields such as `samples: int = number("Strips that are solved", ge=8)`. Its
-JSON schema, the check of scene files and the words of their mistakes follow from the fields. A new key is a field.
+A section is a class on `Section` with fields such as `width_m: float = key("m", gt=0)`, and a text below each. Its JSON
+schema, the check of scene files and the words of their mistakes follow from the fields. A new key is a field.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ FILE_AND_CLASS = r"[^:\s][^:]*\.py:[A-Za-z_]\w*"  # of a user's own law or covar
 class Section(BaseModel):
     """Base class of the sections: closed and frozen. A section of a stage holds only the keys that the stage reads."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
     if not TYPE_CHECKING:  # which knows the fields
 
@@ -34,44 +36,26 @@ class Section(BaseModel):
             )
 
 
-def number(meaning: str, unit: str = "-", *, default: Any = ..., uncertain: str = "", **bounds: float) -> Any:
-    """A field for a number; its annotation says whether it is a real or a whole one.
+def key(unit: str = "", *, default: Any = ..., uncertain: str = "", **limits: Any) -> Any:
+    """A field, of a number with its unit. The text below the field says what it means.
 
-    uncertain : source to which a standard uncertainty belongs (`scene.uncertain`); none without one
-    bounds : gt, ge, lt, le
+    uncertain : source to which a standard uncertainty of the number belongs; without one it can have none
+    limits : those of pydantic's Field
     """
-    options: dict[str, Any] = {**bounds, "json_schema_extra": {"uncertain": uncertain} if uncertain else None}
-    return Field(default, description=f"{meaning} [{unit}]", **options)
+    extra = {name: value for name, value in (("unit", unit), ("uncertain", uncertain)) if value}
+    return Field(default, json_schema_extra=extra or None, **limits)
 
 
-def choice(meaning: str, *, default: Any = ...) -> Any:
-    """A field for one of the words of a Literal, or for true or false."""
-    return Field(default, description=meaning)
-
-
-def text(meaning: str, *, longest: int, default: Any = ...) -> Any:
-    """A field for text on one line, of 1 to `longest` characters."""
-    return Field(default, description=meaning, min_length=1, max_length=longest)
-
-
-def part() -> Any:
-    """A field for a section that may be absent; its docstring says what it is."""
-    return Field(None)
-
-
-def word(meaning: str, words: Collection[str], *, default: Any = ..., or_file: bool = False) -> Any:
+def word(words: Collection[str], *, default: Any = ..., or_file: bool = False) -> Any:
     """A field for one of several words that are found at run time, or for a class in a file of the user."""
     pattern = "|".join([*words, FILE_AND_CLASS] if or_file else words)
-    extra: dict[str, Any] = {"enum": list(words)}
-    if or_file:
-        extra["or_file"] = True
-    return Field(default, description=meaning, pattern=f"^({pattern})$", json_schema_extra=extra)
+    extra = {"enum": list(words), **({"or_file": True} if or_file else {})}
+    return Field(default, pattern=f"^({pattern})$", json_schema_extra=extra)
 
 
-def many(meaning: str, *, default: Any = ..., unique: bool = False, **lengths: int) -> Any:
+def many(*, default: Any = ..., unique: bool = False, **lengths: int) -> Any:
     """A field for a tuple, which a scene file gives as a list. lengths : min_length, max_length"""
-    options: dict[str, Any] = {**lengths, "json_schema_extra": {"uniqueItems": True} if unique else None}
-    return Field(default, description=meaning, strict=False, **options)
+    return Field(default, strict=False, json_schema_extra={"uniqueItems": True} if unique else None, **lengths)
 
 
 def _each_once(values: tuple[T, ...]) -> tuple[T, ...]:
@@ -87,7 +71,7 @@ def _on_one_line(text: str) -> str:
 
 
 EachOnce = AfterValidator(_each_once)
-Line = Annotated[str, AfterValidator(_on_one_line)]
+Line = Annotated[str, Field(min_length=1), AfterValidator(_on_one_line)]
 
 
 def kind_of(field: FieldInfo) -> type[Section] | None:
@@ -110,15 +94,13 @@ def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
 
 def build(kind: type[S], values: Mapping[str, Any]) -> S:
     """A section from the keys that `values` holds, which are valid; reading any other raises AttributeError."""
-    made = kind.model_construct()
-    for name, field in kind.model_fields.items():
-        inner, value = kind_of(field), values.get(name)
-        if name not in values:
-            made.__dict__.pop(name, None)
-            continue
-        if inner is not None and isinstance(value, Mapping):
-            value = build(inner, value)
-        made.__dict__[name] = as_tuples(value)
+    made, held = kind.model_construct(), {}
+    for name, value in values.items():
+        inner = kind_of(kind.model_fields[name])
+        is_section = inner is not None and isinstance(value, Mapping)
+        held[name] = build(inner, value) if is_section else as_tuples(value)
+    made.__dict__.clear()
+    made.__dict__.update(held)
     return made
 
 

@@ -26,9 +26,8 @@ from roughslip.oscillator.laws import law_from_scene
 from roughslip.oscillator.machine import Machine
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.scene.schema import scene_schema
+from roughslip.scene.schema import source_of
 from roughslip.scene.types import Scene
-from roughslip.scene.uncertain import source_of
 from roughslip.study.from_scene import elastic
 from roughslip.study.from_scene.machine import at_penetration, friction_of, is_under_load, machine_of, oscillator_of
 from roughslip.study.from_scene.surface_model import gaussian_model
@@ -137,11 +136,10 @@ def value_of(scene: Scene, key: str) -> float:
 def _of_scene(scene: Scene) -> dict[str, dict[str, tuple[float, float]]]:
     """Value and standard uncertainty of the numbers that the scene gives with one, by source."""
     inputs: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in ("friction curve", "friction process")}
-    schema = scene_schema()
     for key, uncertainty in scene.standard_uncertainties:
         if key in OF_SURFACE.values():
             continue
-        name = source_of(key, schema)
+        name = source_of(key)
         inputs.setdefault(name, {})[key] = value_of(scene, key), uncertainty
     return inputs
 

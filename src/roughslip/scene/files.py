@@ -1,0 +1,192 @@
+"""Scene files: strict YAML, without anchors, tags, repeated keys and numbers that YAML reads oddly; and overlays."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from copy import deepcopy
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from roughslip.errors import InputError
+from roughslip.scene import friction, oscillator, roughness
+from roughslip.scene.mistakes import KeyPath, Values, display, given, guess, line, shown
+from roughslip.scene.schema import FLOAT, INTEGER, NAME, WORD
+
+SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
+RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
+# Keys that a key of an overlay replaces, where the overlay does not give those too.
+REPLACED = {**friction.REPLACES, **roughness.REPLACES, **oscillator.REPLACES}
+_CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
+
+
+def scene_names(scenes_folder: Path) -> list[str]:
+    """Names of all scenes of a folder, sorted."""
+    return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
+
+
+def locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
+    """The file of a scene by name or path; the name must be fit for the folder of its results."""
+    given = str(name_or_path)
+    is_path = isinstance(name_or_path, Path) or given.endswith(".yaml") or "/" in given
+    name = Path(given).stem if is_path else given
+    where = display(Path(given) if is_path else scenes_folder)
+    if not re.fullmatch(WORD, name) or name in RESERVED:
+        reason = "it is reserved" if name in RESERVED else NAME
+        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {reason}")
+    if is_path:
+        return Path(given)
+    file, known = scenes_folder / f"{name}.yaml", scene_names(scenes_folder)
+    if name not in known:
+        raise InputError(f"{display(file)}: no such file; {guess(name, known)}scenes: {', '.join(known)}")
+    return file
+
+
+def read(file: Path) -> Values:
+    """The mapping that a YAML file in UTF-8 holds. Raises InputError, in one line, where it cannot be read."""
+    where = display(file)
+    try:
+        values = deepcopy(_parsed(file.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"{where}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{where}: not UTF-8 text; byte {error.start} is {error.object[error.start]:#04x}") from None
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        at = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
+        since = f", {error.context}" if error.problem and error.context else ""
+        raise InputError(f"{where}: {at}not valid YAML: {error.problem or error.context}{since}") from None
+    except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:  # the last two for wild \U escapes
+        raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(values, dict):
+        raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
+    return values
+
+
+@lru_cache(maxsize=64)
+def _parsed(text: str) -> Any:
+    """The only document of a text as dicts, lists, text, numbers, True, False and None; None where it is empty.
+
+    Kept, as scenes extend the same few files. libyaml takes a tenth of the time of PyYAML, where it is there.
+    """
+    events: Iterator[Any] = yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    next(events)  # the start of the stream
+    if isinstance(next(events), yaml.StreamEndEvent):
+        return None
+    value = _value(next(events), events)
+    next(events)  # the end of the document
+    if not isinstance(further := next(events), yaml.StreamEndEvent):
+        raise _mistake("another document", further)
+    return value
+
+
+def _value(event: Any, events: Iterator[Any]) -> Any:
+    """The value that an event begins. Each is written out: an alias can make a small file endless.
+
+    PyYAML lets a repeated key win without a word. Raises MarkedYAMLError for it, and for a key that is no plain word.
+    """
+    if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
+        raise _mistake("write the value out, without anchor, alias or tag", event)
+    if isinstance(event, yaml.ScalarEvent):
+        return _scalar(event)
+    if isinstance(event, yaml.SequenceStartEvent):
+        items = []
+        while not isinstance(item := next(events), yaml.SequenceEndEvent):
+            items.append(_value(item, events))
+        return items
+    values: dict[str, Any] = {}
+    while not isinstance(key := next(events), yaml.MappingEndEvent):
+        if isinstance(key, yaml.CollectionStartEvent):
+            raise _mistake("a key is a plain word", key)
+        _value(key, events)  # refuses an alias
+        if key.value in values:
+            raise _mistake(f"{shown(key.value)} is given before; give it once", key)
+        values[key.value] = _value(next(events), events)
+    return values
+
+
+def _mistake(problem: str, event: Any) -> yaml.MarkedYAMLError:
+    return yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+
+
+def _scalar(event: yaml.ScalarEvent) -> Any:
+    """PyYAML reads 010 as 8 and 1:30 as 90. What does not look like a plain decimal number (1e9, .inf) stays text."""
+    text = event.value
+    if event.style:  # quoted, or a block of text
+        return text
+    if text in _CONSTANTS:
+        return _CONSTANTS[text]
+    if INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if FLOAT.fullmatch(text) else text
+
+
+class Merged:
+    """The values of overlaid files, and for each key the file that gave it last."""
+
+    def __init__(self, top: Path) -> None:
+        self.values: Values = {}
+        self._files: dict[KeyPath, Path] = {(): top}
+
+    def file_of(self, path: KeyPath) -> Path:
+        """The file that gave the value at this path or, where there is none, what is around it."""
+        return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
+
+    def overlay(self, file: Path, values: Values) -> None:
+        """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
+        own = set(_keys(values))
+        for replaced in {old for key in own for old in REPLACED.get(key, ())} - own:
+            section, _, name = replaced.rpartition(".")
+            inner = given(self.values, section) if section else self.values
+            if isinstance(inner, dict):
+                inner.pop(name, None)
+        self._merge(self.values, values, file, ())
+
+    def _merge(self, base: Values, given: Values, file: Path, path: KeyPath) -> None:
+        for key, value in given.items():
+            here = (*path, key)
+            self._files[here] = file
+            if isinstance(value, dict):
+                if not isinstance(base.get(key), dict):
+                    base[key] = {}
+                self._merge(base[key], value, file, here)
+            else:
+                base[key] = value
+
+
+def _keys(values: Values) -> Iterator[str]:
+    """Dotted keys of the sections and of what they hold."""
+    for name, value in values.items():
+        yield name
+        yield from (f"{name}.{key}" for key in _keys(value)) if isinstance(value, dict) else ()
+
+
+def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
+    """The files of a scene from the top of its overlays down, and their values merged."""
+    known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
+    chain = [top]
+    documents: list[Values] = []
+    while len(documents) < len(chain):
+        file = chain[-1]
+        values = read(file)
+        values |= friction.with_listed_records(values)
+        documents.append(values)
+        if "extends" not in values:
+            break
+        base = values.pop("extends")
+        if base not in known:
+            names = sorted(known)
+            text = f"{shown(base)} is not allowed; {guess(str(base), names)}scenes: {', '.join(names)}"
+            raise InputError(line(file, ("extends",), text))
+        chain.append(known[base])
+        if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
+            text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
+            raise InputError(line(file, ("extends",), text))
+    merged = Merged(top)
+    for file, values in zip(reversed(chain), reversed(documents), strict=True):
+        merged.overlay(file, values)
+    return chain, merged

@@ -89,7 +89,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     of_flat, of_gone, seed = sorted(caught.value.lines)
     assert seed.startswith("config/scenes/wrong.yaml: seed: -1 is not allowed")
     assert of_gone.startswith("config/scenes/gone.yaml: roughness.scan.file: 'gone.al3d' is not there; a path from")
-    assert of_flat.startswith("config/scenes/flat.yaml: roughness.scan.form: nothing is left of the scan once its")
+    assert of_flat.startswith("config/scenes/flat.yaml: roughness.scan: nothing is left of the scan once its")
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
     assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 

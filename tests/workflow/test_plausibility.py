@@ -6,10 +6,9 @@ import shutil
 
 import pytest
 
-from roughslip.scene.plausibility import inherited
 from roughslip.surface.plausibility import rms_slope
 from tests.scene.shipped import CONFIG, shipped_scene
-from workflow.study.surface_check import scene_warnings, surface_mistake, surface_of
+from workflow.study.plausibility import inherited, scene_warnings, surface_mistake, surface_of
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
 GAUSSIAN = {"covariance": "gaussian", "hurst": None, "bandwidth": None}
@@ -28,12 +27,6 @@ def rms(slope: float, cell: float = 1.25e-6) -> dict:
     return {**GAUSSIAN, "correlation_length_m": LENGTH, "rms_height_m": height}
 
 
-def table(static: float) -> dict:
-    """Friction of 0.4 at rest and at most 0.45."""
-    table = [[0.0, 0.4], [0.5, 0.45], [1.0, 0.3]]
-    return {"law": "table", "friction_table": table, "static_friction": static}
-
-
 SELF_AFFINE = {"covariance": "self_affine", "hurst": 0.5, "correlation_length_m": 1.37e-5}
 
 # By key the values on either side of a threshold, the plausible one first, and what the warning says.
@@ -48,13 +41,10 @@ SIDES = [
     # of 60 µm over 11, and over 14
     ("roughness", SELF_AFFINE | {"bandwidth": 11}, SELF_AFFINE | {"bandwidth": 14}, "cells of 1.25e-06 m above a qu"),
     ("roughness.correlation_length_m", 6.0e-5, 6.1e-5, "correlation length 6.1e-05 m along the belt (roughness.corr"),
-    ("oscillator", table(0.45), table(0.44), "oscillator.static_friction = 0.44 is below 0.45, the largest of"),
     # C(8 + 3, 3) = 165
     ("expansion.samples", 330, 329, "expansion.samples = 329 are fewer than 2 for each of the 165 terms"),
     # 4 mm hold 40 correlation lengths of 0.1 mm; 9 strips hold 360 >= 330
     ("strip.training_samples", 9, 8, "strip.training_samples = 8 have 320 independent columns, fewer than 2 for each"),
-    # a thousandth of 600 x 25 um is two cells of 2.74 um
-    ("strip.cell_m", 2.73e-6, 2.75e-6, "strip.cell_m = 2.75e-06 m lets a window count with 2 cells in contact"),
 ]
 OF_STRIPS = {"targets": ["figure3"]}  # else the square of `resolved` would be warned of as well
 LONG = {"roughness": {"correlation_length_m": 1.0e-4}, "strip": {"window_m": 1.0e-3}}

@@ -17,12 +17,11 @@ from roughslip.errors import InputError
 from roughslip.scene.files import scene_names
 from roughslip.scene.loader import load
 from roughslip.scene.mistakes import display, guess, line, shown
-from roughslip.scene.plausibility import inherited
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get
 from roughslip.study import plan
 from roughslip.study.graph import STAGES
-from workflow.study.surface_check import check_surface
+from workflow.study.plausibility import check_scene, inherited
 
 USER_FILES = sorted({key for stage in STAGES.values() for key in stage.user_files.values()})
 KEYS = ("scenes", "scenes_folder", "memory_mb")
@@ -198,7 +197,7 @@ class Scenes:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
         reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
         scan = Path(self.user_files(name, "roughness.scan.file")[0]) if reads else None
-        return check_surface(self._folders[name] / f"{name}.yaml", self[name], scan, self._marks)
+        return check_scene(self._folders[name] / f"{name}.yaml", self[name], scan, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:

@@ -1,0 +1,214 @@
+"""Look at a scene that is allowed before its first job: is it plausible, and has any surface its numbers?
+
+A warning says what, its number, the key, and what to do. Those on surfaces stand in `roughslip.surface.plausibility`.
+Libraries of numbers are imported for scenes that need them alone, and the warnings of a checked scene are kept.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from roughslip.atomic_write import replacing
+from roughslip.compilation.source_hash import closure_hash
+from roughslip.errors import InputError, RoughslipError
+from roughslip.limits import WINDOWS
+from roughslip.scene.contact import terms, training_columns
+from roughslip.scene.files import read_chain
+from roughslip.scene.mistakes import given, line
+from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
+from roughslip.scene.schema import own_code
+from roughslip.scene.types import get, scene_of
+from roughslip.study.files import checksum
+from roughslip.study.plan import stages_needed
+
+Scene = dict[str, Any]
+SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
+    "young_modulus_pa": (1e5, "soft rubber", 1.3e12, "diamond"),
+    "hardness_pa": (1e6, "rubber", 1.5e11, "diamond"),
+}
+SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
+FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
+SOURCE = Path(__file__).resolve().parents[2] / "src"
+_CHECKS = "roughslip.scene.loader roughslip.scan.topography roughslip.surface.plausibility"
+_OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
+
+
+def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[str], list[str]]:
+    """Mistakes of the surface of a scene, a line each with the key, and what is implausible in the scene.
+
+    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone.
+    marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
+    """
+    own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(scene).values()]
+    checks = [checksum(Path(__file__)), closure_hash(_CHECKS, SOURCE)] if marks else []
+    made_of = [scene, checksum(scan) if scan else "", own, checks]
+    mark = (marks or Path()) / f"{hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()}.json"
+    if marks and mark.is_file():
+        return [], json.loads(mark.read_text(encoding="utf-8"))
+    section = "roughness"
+    try:
+        section, text = surface_mistake(scene)
+        if text:
+            return [line(file, tuple(section.split(".")), text)], []
+        warnings = scene_warnings(scene)
+        section = "roughness.scan"
+        warnings += [] if scan is None else _scan_warnings(scene, scan)
+    except RoughslipError as error:
+        lines = error.lines if isinstance(error, InputError) else [str(error)]
+        return [line(file, tuple(section.split(".")), text) for text in lines], []
+    if marks:
+        with replacing(mark) as temporary:
+            temporary.write_text(json.dumps(warnings), encoding="utf-8")
+    return [], warnings
+
+
+def _scan_warnings(scene: Scene, file: Path) -> list[str]:
+    """Warnings of a scan. Raises InputError where it cannot be read as the scene states, ParameterError for a form."""
+    from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography
+    from roughslip.scan.topography import remove_form, slope_warnings
+
+    spacing, unit, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
+    return list(slope_warnings(remove_form(read_scan(file, tuple(spacing) if spacing else None, unit), form)))
+
+
+def cells_of(scene: Scene) -> dict[str, float]:
+    """[m] edge of the cells of strip and square, by key, of those that the scene solves."""
+    stages, cells = stages_needed(scene), {}
+    if "contact" in stages:
+        cells["strip.cell_m"] = get(scene, "strip.cell_m")
+    if "karhunen_loeve" in stages:
+        cells["square.edge_m / square.nodes"] = get(scene, "square.edge_m") / get(scene, "square.nodes")
+    return cells
+
+
+def surface_of(scene: Scene) -> tuple[Any, tuple[float, float], str] | None:
+    """Covariance of the heights, its 1/e lengths [m] along x and y, and the key that gives them.
+
+    None where no contact is solved, or where they follow from a scan. Raises ParameterError or IllPosedError where no
+    surface has the numbers of the scene.
+    """
+    section = get(scene, "roughness")
+    if not cells_of(scene) or section["scan"] is not None:
+        return None
+    if section["wavelengths_m"] is not None:
+        from roughslip.study.from_scene.surface_model import fractal_law  # with scipy
+
+        law = fractal_law(scene_of(scene).roughness)
+        return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.wavelengths_m"
+    from roughslip.surface.models import covariance_of  # with scipy.special
+
+    options = {key: section[key] for key in FIELD_OPTIONS if key != BETA and section[key] is not None}
+    field = covariance_of(*(section[key] for key in FIELD), **options)
+    return field, field.axis_lengths_m, "roughness.correlation_length_m"
+
+
+def surface_mistake(scene: Scene) -> tuple[str, str]:
+    """A section of the scene and what is wrong with it, before any strip is solved; "" where nothing is.
+
+    Correlation lengths may not be far below the cells; a load takes heights with slope, and contact that is neither
+    full nor of too few nodes. Raises as `surface_of`.
+    """
+    cell, surface = cells_of(scene).get("strip.cell_m"), surface_of(scene)
+    if cell is None or surface is None:
+        return "roughness", ""
+    covariance, lengths, key = surface
+    if (length := min(lengths)) * FINEST < cell:
+        nodes = 4 * WINDOWS * get(scene, "strip.window_m") / max(length, sys.float_info.min)  # a tiny one rounds to 0
+        return "roughness", (
+            f"a correlation length of {length:.3g} m ({key}) is below a hundredth of strip.cell_m = {cell:.3g} m: "
+            f"to resolve it a strip would take {nodes:.2g} nodes along the belt. For heights independent from node to "
+            f"node, give {cell / 10:.2g} m"
+        )
+    if scene.get("load") is None:
+        return "load", ""
+    from roughslip.study.from_scene.periodic_cell import CONTACT
+    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope, slope_mistake
+
+    if text := slope_mistake(covariance):
+        return "roughness.covariance", text
+    hardness = get(scene, "material.hardness_pa") or math.inf
+    share = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
+    pressure, slope = scene["load"]["nominal_pressure_pa"], rms_slope(covariance, cell)
+    return "load", contact_mistake(pressure, _modulus(scene), slope, hardness, share)
+
+
+def _modulus(scene: Scene) -> float:
+    """E* [Pa]."""
+    from roughslip.contact.influence import Material  # with numpy
+
+    return Material(
+        *(get(scene, f"material.{key}") for key in ("young_modulus_pa", "poisson_ratio"))
+    ).plane_strain_modulus_pa
+
+
+def scene_warnings(scene: Scene) -> list[str]:
+    """What is implausible in a scene and its surface, before anything is solved; raises as `surface_of`."""
+    surface, cells = surface_of(scene), cells_of(scene)
+    if surface is None:
+        return [*_materials(scene), *_training(scene, None)]
+    from roughslip.surface.plausibility import rms_slope, warnings, yield_warning
+
+    window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
+    lines = [*_materials(scene), *_training(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    if scene.get("load") is not None and get(scene, "material.hardness_pa") is None and "strip.cell_m" in cells:
+        slope = rms_slope(surface[0], cells["strip.cell_m"])
+        lines.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
+    return list(filter(None, lines))
+
+
+def _materials(scene: Scene) -> Iterator[str]:
+    for key, (low, softest, high, hardest) in SOLIDS.items() if cells_of(scene) else ():
+        value = get(scene, f"material.{key}")
+        if value is not None and not low <= value <= high:
+            which = f"below the {low:g} Pa of {softest}" if value < low else f"above the {high:g} Pa of {hardest}"
+            yield f"material.{key} = {value:.3g} Pa is {which}: check the unit, Pa"
+
+
+def _training(scene: Scene, length_m: float | None) -> Iterator[str]:
+    """Few samples for the terms of an expansion. Columns of a strip count once a correlation length, where it is known.
+
+    length_m : 1/e length of the heights along the belt
+    """
+    stages, degree, samples = stages_needed(scene), get(scene, "expansion.degree"), get(scene, "expansion.samples")
+    if stages.isdisjoint({"chaos_square", "chaos_strip"}):
+        return
+    needed = SAMPLES_PER_TERM * terms(degree)
+    few = f"fewer than {SAMPLES_PER_TERM} for each of the {terms(degree)} terms of expansion.degree = {degree}"
+    if "chaos_square" in stages and samples < needed:
+        yield f"expansion.samples = {samples} are {few}. Take at least {needed}, or a lower degree"
+    if "chaos_strip" in stages:
+        strips, window = get(scene, "strip.training_samples"), WINDOWS * get(scene, "strip.window_m")
+        columns = training_columns(window / get(scene, "strip.cell_m"))
+        if length_m is not None:
+            columns = min(columns, max(1, int(window / length_m * (1 + 1e-9))))
+        if strips * columns < needed:
+            yield (
+                f"strip.training_samples = {strips} have {strips * columns} independent columns, {few}. Take at "
+                f"least {math.ceil(needed / columns)}, or a lower degree"
+            )
+
+
+def inherited(name: str, scenes_folder: Path) -> list[str]:
+    """Warnings on what a valid scene inherits and hardly means: a friction curve of another machine.
+
+    A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
+    """
+    chain, merged = read_chain(scenes_folder / f"{name}.yaml", scenes_folder)
+
+    def height(*keys: str) -> int:
+        """The topmost file that gives one of these keys, counted from the top; beyond the last where none does."""
+        files = (merged.file_of(tuple(key.split("."))) for key in keys if given(merged.values, key) is not None)
+        return min(map(chain.index, files), default=len(chain))
+
+    curve = height(*(f"oscillator.{key}" for key in _OWN_CURVE))
+    own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve < len(chain)]
+    return own and [
+        f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
+        "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
+    ]

@@ -42,18 +42,18 @@ def key(unit: str = "", *, default: Any = ..., uncertain: str = "", **limits: An
     uncertain : source to which a standard uncertainty of the number belongs; without one it can have none
     limits : those of pydantic's Field
     """
-    extra = {name: value for name, value in (("unit", unit), ("uncertain", uncertain)) if value}
+    extra: dict[str, Any] = {name: value for name, value in (("unit", unit), ("uncertain", uncertain)) if value}
     return Field(default, json_schema_extra=extra or None, **limits)
 
 
 def word(words: Collection[str], *, default: Any = ..., or_file: bool = False) -> Any:
     """A field for one of several words that are found at run time, or for a class in a file of the user."""
     pattern = "|".join([*words, FILE_AND_CLASS] if or_file else words)
-    extra = {"enum": list(words), **({"or_file": True} if or_file else {})}
+    extra: dict[str, Any] = {"enum": list(words), **({"or_file": True} if or_file else {})}
     return Field(default, pattern=f"^({pattern})$", json_schema_extra=extra)
 
 
-def many(*, default: Any = ..., unique: bool = False, **lengths: int) -> Any:
+def many(*, default: Any = ..., unique: bool = False, **lengths: Any) -> Any:
     """A field for a tuple, which a scene file gives as a list. lengths : min_length, max_length"""
     return Field(default, strict=False, json_schema_extra={"uniqueItems": True} if unique else None, **lengths)
 
@@ -97,8 +97,7 @@ def build(kind: type[S], values: Mapping[str, Any]) -> S:
     made, held = kind.model_construct(), {}
     for name, value in values.items():
         inner = kind_of(kind.model_fields[name])
-        is_section = inner is not None and isinstance(value, Mapping)
-        held[name] = build(inner, value) if is_section else as_tuples(value)
+        held[name] = build(inner, value) if inner and isinstance(value, Mapping) else as_tuples(value)
     made.__dict__.clear()
     made.__dict__.update(held)
     return made

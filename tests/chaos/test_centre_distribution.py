@@ -99,18 +99,6 @@ def test_the_interval_of_a_sampled_distance_holds_the_true_one():
     assert np.mean(high) == pytest.approx(0.98 * np.sqrt(1 / 400 + 1 / 1000), rel=0.02)
 
 
-def test_the_error_in_the_tail_is_as_uncertain_as_the_farther_end_of_its_curve():
-    """Of few samples the lower end of the band is farther on a logarithm than the upper one."""
-    known = reference(surfaces=20_000)
-    pressure = np.random.default_rng(3).exponential(1.0, 3000) * (np.random.default_rng(4).random(3000) < 0.2)
-    rows = sampled_rows(pressure, 3000, known)
-    curve, low, high = rows["cumulative"]
-    far, near = known.tail_error(low, curve), known.tail_error(high, curve)
-    value, least, most = rows["tail_error"]
-    assert far > near
-    assert (most - value, least) == pytest.approx((far, max(value - far, 0.0)), rel=1e-12)
-
-
 class Drawn:
     """An expansion that draws given pressures, and the same without each of its groups."""
 

@@ -91,18 +91,6 @@ def test_the_distribution_is_recovered(fitted, true, kind):
     assert np.max(np.abs(curves[0] - curves[1])) < 4 * 0.5 / np.sqrt(SURFACES)
 
 
-@pytest.mark.parametrize("kind", ["trial_pressure", "squared_pressure"])
-def test_predictions_of_left_out_surfaces_miss_the_scatter_and_no_more(fitted, kind):
-    """The share of noise in the variance, and some 166 / (800 nodes at one to three independent each) more."""
-    one, target = samples(TARGETS[kind]), TARGETS[kind]
-    values = target.values(one.pressure, one.gap)
-    weights = target.weights(values)
-    noise = np.average(scatter(one.variables) ** 2, weights=weights)
-    variance = np.average((values - np.average(values, weights=weights)) ** 2, weights=weights)
-    terms, error = 166, fitted[kind].fit.leave_one_out
-    assert noise / variance < error < noise / variance * (1 + 2.5 * terms / SURFACES)
-
-
 def test_the_drift_with_the_distance_is_taken_out(true):
     """Twice the drift at nodes further out changes nothing at the centre, but for errors of the coefficient."""
     target, p = TARGETS["trial_pressure"], true["trial_pressure"]
@@ -168,22 +156,6 @@ def test_ill_posed_samples_are_refused():
             fit_local(given_samples, 1, target)
 
 
-def test_copies_of_a_surface_are_left_out_together():
-    """Otherwise copies would predict each other. The results are those of the surfaces alone."""
-    target = TARGETS["trial_pressure"]
-    alone = samples(target, 5, 300, 3)
-    twice = Samples(
-        *(np.concatenate([part] * 2) for part in (alone.variables,)),
-        alone.distance2,
-        *(np.concatenate([part] * 2) for part in (alone.pressure, alone.gap)),
-    )
-    assert np.array_equal(alone.group, np.arange(300) % GROUPS)
-    assert np.array_equal(twice.group, np.tile(alone.group, 2))
-    one, two = fit_local(alone, 2, target), fit_local(twice, 2, target)
-    assert two.fit.leave_one_out == pytest.approx(one.fit.leave_one_out, rel=1e-9)
-    np.testing.assert_allclose(two.whole.coefficients, one.whole.coefficients, rtol=1e-7, atol=1e-9)
-
-
 def test_predictions_worse_than_a_mean_are_refused():
     """Degree 9 in two variables, bent exponentially: left-out surfaces were missed by six variances, and one draw in
     20 000 was 180 times the largest pressure."""
@@ -200,25 +172,6 @@ def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
     values = np.random.default_rng(9).standard_normal(20)
     without = (values.sum() - values) / 19
     assert np.sum(jackknife_deviations(without) ** 2) == pytest.approx(np.var(values, ddof=1) / 20, rel=1e-12)
-
-
-def test_terms_that_a_symmetry_forbids_are_left_out_as_if_every_surface_had_its_image():
-    """The second variable changes sign. The normal equations of surfaces with their images separate into two
-    parts. Those of even terms are twice those of the surfaces alone. Those of odd terms have a right-hand side of 0."""
-    whole = samples(TARGETS["trial_pressure"], seed=4, surfaces=200, variables=3)
-    image = whole.variables * [1.0, -1.0, 1.0]
-    twice = Samples(
-        np.concatenate([whole.variables, image]),
-        whole.distance2,
-        *(np.concatenate([one, one]) for one in (whole.pressure, whole.gap)),
-    )
-    fit = fit_local(replace(whole, odd=np.array([[0], [1], [0]])), 3, TARGETS["squared_pressure"])
-    expected = fit_local(twice, 3, TARGETS["squared_pressure"])
-    even = expected.indices[:, 1] % 2 == 0
-    np.testing.assert_array_equal(fit.indices, expected.indices[even])
-    unit = np.abs(expected.whole.coefficients).max()
-    np.testing.assert_allclose(fit.whole.coefficients, expected.whole.coefficients[even], rtol=0, atol=1e-12 * unit)
-    np.testing.assert_allclose(expected.whole.coefficients[~even], 0.0, atol=1e-12 * unit)
 
 
 @pytest.mark.parametrize("kind", KINDS)

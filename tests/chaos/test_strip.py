@@ -13,7 +13,7 @@ from scipy.special import ndtri
 from scipy.stats import norm
 
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.scatter import NEIGHBOURS, PLACES, residual_scatter
+from roughslip.chaos.scatter import NEIGHBOURS, residual_scatter
 from roughslip.chaos.strip import (
     conditional_means,
     fit_strip,
@@ -48,23 +48,6 @@ def fitted(target):
     functionals = np.ascontiguousarray(local_functionals(heights, STENCIL).transpose(1, 2, 0))
     values = np.ascontiguousarray(cubic(heights, target).transpose(1, 2, 0))
     return fit_strip(functionals, values, 3, STENCIL, target)
-
-
-@pytest.mark.parametrize("target", TARGETS, ids=lambda target: target.kind)
-def test_a_cubic_target_is_recovered_on_other_strips_of_any_length(target):
-    """A whitened basis of degree 3 spans all cubics of the functionals. Rounding, some 1e-15 of the largest value, is
-    raised by the condition number (below 1e3) and by the whitening (1e2)."""
-    expansion, missed, _ = fitted(target)
-    assert expansion.indices.shape == (165, 8)
-    assert missed.max() < 1e-20
-    for nodes in (40, 2000):
-        heights = strip(nodes, nodes)
-        exact = cubic(heights, target)
-        pressure = target.pressure(expansion.predicted(heights))
-        assert pressure.shape == (2, nodes, ROWS)
-        power = target.values(pressure, np.zeros_like(pressure))
-        np.testing.assert_allclose(power, np.maximum(exact, 0.0), atol=1e-10 * np.abs(exact).max())
-        assert 0.1 < np.mean(pressure > 0) < 0.9
 
 
 def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
@@ -167,17 +150,6 @@ def test_tables_are_the_expectations_of_a_normal_scatter_that_grows(target):
         np.testing.assert_allclose(pressure[:, k], expected, atol=4 * sd / np.sqrt(1300) + 0.01)
 
 
-def test_without_scatter_they_are_those_of_the_prediction():
-    """And so for a scatter that the places of the tables do not resolve."""
-    for scale in (0.0, 0.004):
-        means = conditional_means(*predictions(2, scale), SQUARED)
-        contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
-        assert np.array_equal(contact, np.tile(PLACES_SEEN > 0, (2, 1)))
-        assert np.array_equal(pressure, np.tile(SQUARED.pressure(PLACES_SEEN), (2, 1)))
-    resolved = conditional_means(*predictions(2, 0.2), SQUARED)
-    assert 0.2 < resolved.at(np.full((2, 1), 0.02))[0][0, 0] < 0.9
-
-
 def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
     """A polynomial runs off beyond its samples; the largest target here is 3 and some deviations of 0.21."""
     s, values = predictions(3, 0.3)
@@ -241,16 +213,6 @@ def test_the_centre_goes_on_straight(law):
     np.testing.assert_allclose(further, 3 * beyond, rtol=1e-12)
     slopes = law.mean.derivative()(ends) * np.array([-1.0, 1.0])
     np.testing.assert_allclose(beyond, slopes, rtol=1e-12)
-
-
-def test_a_draw_is_continuous_and_rises_with_its_uniform_number(law):
-    uniform = np.linspace(0, 1, 4001)[:-1]
-    assert np.all(np.diff(law.draw(np.full(4000, 0.3), uniform)) >= 0)
-    # Across a place the law has no jump: it moves over 1e-9 by at most a slope of some 1e3.
-    s = law.places[PLACES // 2] + np.array([-1e-9, 1e-9])
-    for u in (0.0, 0.013, 0.5, 0.999):
-        below, above = law.draw(s, np.full(2, u))
-        assert above == pytest.approx(below, abs=1e-5)
 
 
 def test_a_cubic_without_scatter_is_given_back():

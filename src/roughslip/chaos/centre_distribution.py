@@ -52,17 +52,15 @@ def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.nda
     return np.searchsorted(positive, levels, side="right") / len(positive)
 
 
-def quantile_levels(pressure: np.ndarray, lowest: float = 1e-4, count: int = 120) -> np.ndarray:
+def quantile_levels(pressure: np.ndarray) -> np.ndarray:
     """Levels for the plot of a distribution, dense in both tails.
 
     pressure : (...) [Pa] samples, finite, zero out of contact
-    lowest : [-] smallest probability, below 1/2; the largest is 1 - lowest
-    count : number of probabilities from `lowest` to 1/2
 
-    Returns levels : (2 count - 1,) [Pa] ascending quantiles of the positive pressures, fewer where some are equal.
-    Raises as `cumulative_given_contact`.
+    Returns levels : [Pa] ascending quantiles of the positive pressures, from 1e-4 to 1 - 1e-4. Raises as
+    `cumulative_given_contact`.
     """
-    tail = np.geomspace(lowest, 0.5, count)
+    tail = np.geomspace(1e-4, 0.5, 120)
     probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
     return np.unique(np.quantile(_ascending(pressure), probabilities))
 
@@ -211,13 +209,10 @@ def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -
     distance = reference.distance(pressure)
     root = np.sqrt(1 / contacts + 1 / reference.contacts)
     low, high = distance - KOLMOGOROV_975 * root, distance + NORMAL_95 / 2 * root
-    tail = reference.tail_error(curve, reference.cumulative)
-    moved = max(reference.tail_error(end, curve) for end in band)
     return {
         "cumulative": (curve, *band),
         "contact_probability": (share, float(probability[0]), float(probability[1])),
         "distance_in_contact": (distance, max(low, 0.0), min(high, 1.0)),
-        "tail_error": (tail, max(tail - moved, 0.0), tail + moved),
     }
 
 

@@ -73,7 +73,7 @@ class Convolution:
             fft.c2r(self._spectrum, axes=(0, 1), lastsize=n, forward=False, out=self._rows)
             np.multiply(self._rows, self._unit, out=result, dtype=result.dtype)
             return
-        _padded(field, self._rows)
+        self._rows[:, :ny], self._rows[:, ny:] = field, 0.0
         fft.r2c(self._rows, axes=(1,), out=self._spectrum)
         for part, symbol, block in self._parts:
             if len(self._parts) > 1:
@@ -121,16 +121,6 @@ class NarrowConvolution:
 def fast_length(nodes: int) -> int:
     """The smallest length of at least `nodes` whose transform is fast."""
     return int(fft.good_size(nodes, True))
-
-
-@compiled()
-def _padded(field: np.ndarray, rows: np.ndarray) -> None:
-    """Write the field, followed by zeros, into the rows."""
-    nx, ny = field.shape
-    for i in range(nx):
-        for j in range(ny):
-            rows[i, j] = field[i, j]
-        rows[i, ny:] = 0.0
 
 
 @compiled()

@@ -115,7 +115,7 @@ def work(scene: Scene, job: Job) -> None:
     job.count(fits=1 + len(local.without) + len(equations) * len(designs), draws=draws)
     job.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, scene.expansion.degree)})
     apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
-    columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in rows["monte_carlo"]}
+    columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in rows["roughslip"]}
     values: dict[str, Any] = (
         columns
         | given

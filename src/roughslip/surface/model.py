@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from roughslip.probability import Translation, translate
 from roughslip.probability.translation import Distribution
 from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import circulant_lags, embed, embed_cell
+from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.validation import finite, gate
 
@@ -108,31 +108,6 @@ def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.nd
     return nearest
 
 
-class SurfaceModel(Protocol):
-    """What the stages need of a surface: a field to draw, heights from it, and where the plane stands."""
-
-    @property
-    def rms_height_m(self) -> float:
-        """Sq [m]."""
-
-    @property
-    def lengths_m(self) -> tuple[float, float]:
-        """1/e lengths [m] along x and y, which scale the variables of expansions."""
-
-    @property
-    def mirror_symmetric(self) -> bool:
-        """Whether a surface mirrored along x has the same law; one turned by half a turn always has."""
-
-    def sampler(self, grid: Grid) -> Sampler:
-        """A function that draws a field (nx, ny) [m] on the mesh."""
-
-    def heights(self, field: np.ndarray) -> np.ndarray:
-        """z : (as field) [m] from a field."""
-
-    def plane_height(self, percentile: float | np.ndarray) -> np.ndarray:
-        """h_p [m] that `percentile` per cent of the ensemble of heights lie above; 50 is the median."""
-
-
 @gate
 @dataclass(frozen=True, eq=False)
 class GaussianModel:
@@ -182,6 +157,9 @@ class GaussianModel:
         if self.marginal is None:
             return plane_height(percentile, self.rms_height_m)
         return np.asarray(self.marginal.from_gaussian(plane_height(percentile, 1.0)))
+
+
+SurfaceModel = GaussianModel | WeierstrassMandelbrot  # both draw fields, translate them to heights and place planes
 
 
 @gate

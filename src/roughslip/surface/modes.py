@@ -23,7 +23,7 @@ from roughslip.validation import gate
 
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 LARGEST_RESIDUAL = 1e-9  # relative to the largest eigenvalue
-MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where Lanczos fails
+MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where many modes are wanted
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
 MOST_ROUNDS = 20  # of searches for missing modes
@@ -99,7 +99,8 @@ def karhunen_loeve(covariance: StationaryCovariance, grid: Grid, order: int) -> 
             "ask for fewer modes"
         )
     else:
-        pairs = _lanczos_modes(covariance, grid, order)
+        values, vectors = leading_modes(covariance, grid, order)
+        pairs = _Pairs(covariance.rms_height_m**2 * values, vectors)
     # rounding leaves the tail of a smooth kernel slightly negative
     eigenvalues = np.maximum(pairs.values, 0.0)
     largest = np.argmax(np.abs(np.round(pairs.vectors, 9)), axis=1)
@@ -137,17 +138,6 @@ def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _P
     descending = np.argsort(-np.round(values / variance, 12), kind="stable")
     leading = descending[:order]
     return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T))
-
-
-def _lanczos_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _Pairs:
-    """By products with the matrix; of the matrix itself where these do not converge, if it can be formed."""
-    try:
-        values, vectors = leading_modes(covariance, grid, order)
-    except ConvergenceError:
-        if grid.size > MOST_DENSE_NODES:
-            raise
-        return _dense_modes(covariance, grid, order)
-    return _Pairs(covariance.rms_height_m**2 * values, vectors)
 
 
 def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:

@@ -20,21 +20,20 @@ from roughslip.figures.style import Shown, save
 DATA = Path(__file__).with_name("data")
 FIGURES = {  # by name the module that draws it, and the scene of its numbers
     "figure2": ("figure2", "smoke"),
-    "figure2_traps": ("figure2", "smoke"),
     "figure3": ("figure3", "smoke"),
     "figure3_law": ("figure3", "smoke"),
     "figure5": ("figure5", "smoke"),
-    "figure_chain": ("figure_chain", "smoke"),
+    "figure_chain": ("figure5", "smoke"),
     "figure_map": ("stick_slip", "smoke"),
-    "figure_budget": ("figure_budget", "disc_brake"),
-    "friction_against_load": ("friction_against_load", "disc_brake"),
+    "figure_budget": ("stick_slip", "disc_brake"),
+    "friction_against_load": ("figure3", "disc_brake"),
     "figure_record": ("figure_record", "tribometer"),
     "figure_scan": ("figure_scan", "measured"),
 }
 NAN = ("deterministic_hopf_damping", "deterministic_existence_limit", "deterministic_reattachment")
 NO_CYCLE = ("reattachment_mean", "reattachment_std", "deterministic_reattachment")
 # Numbers that a figure uses and does not draw as they are: ends of a map, moments, texts.
-UNSHOWN = ("x", "y", "map", "map_x", "map_y", "density_edge", "mean", "std", "distance_in_contact")
+UNSHOWN = ("x", "y", "map", "map_x", "map_y", "density_edge", "mean", "std")
 UNSHOWN += tuple(f"beta_{name}" for name in ("a", "b", "lower", "upper", "distance_standardised"))
 SOME = 0.04  # of an array: of several rows a figure may draw one, or their least and largest
 FACTORS = 10.0 ** np.array([0, 2, 3, 6, -3, -6, -9, 24])  # of units

@@ -9,7 +9,7 @@ import pytest
 
 from roughslip import store
 from roughslip.errors import InputError
-from roughslip.figures.figure_budget import figure_budget
+from roughslip.figures.stick_slip import figure_budget
 from roughslip.figures.style import Shown
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.oscillator.friction_laws.table import TableLaw

@@ -1,4 +1,4 @@
-"""Figure 2: distribution of the pressure at the centre of the square; on a second sheet a trap of its expansions."""
+"""Figure 2: distribution of the pressure at the centre of the square."""
 
 from __future__ import annotations
 
@@ -10,15 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import (
-    Shown,
-    draw_curve,
-    heads,
-    legend_above,
-    panels,
-    pressure_unit,
-    with_ends,
-)
+from roughslip.figures.style import Shown, draw_curve, heads, panels, pressure_unit, with_ends
 
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "monte_carlo": ("Monte Carlo (MCS)", {"color": "0.15", "linestyle": "-", "linewidth": 2.2}),
@@ -53,29 +45,6 @@ def figure2(result: Shown) -> Figure:
     probability.margins(x=0.3)
     figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
     heads(figure.axes, "distribution given contact", "low probabilities", "probability of contact")
-    sns.despine(figure)
-    return figure
-
-
-def figure2_traps(result: Shown) -> Figure:
-    """The expansions at variables drawn over all surfaces, and why these are not the ones that were fitted."""
-    figure, (linear, logarithmic, variable) = panels(3, 1, 4.0)
-    curves = {str(name): with_ends(result, "cumulative", method=name) for name in result["method"].values}
-    _distributions(linear, logarithmic, result, curves)
-    for row, name in enumerate(name for name in curves if name != "monte_carlo"):
-        distance = float(result["distance_in_contact"].sel({"method": name}))
-        text = f"distance {distance:.3f}" if np.isfinite(distance) else "fit refused"
-        place = {"xytext": (0.97, 0.05 + 0.09 * row), "textcoords": "axes fraction", "ha": "right"}
-        linear.annotate(text, (0, 0), color=METHODS[name][1]["color"], fontsize="small", **place)
-    edges = result["first_variable_edge"].values
-    variable.stairs(result["first_variable"], edges, fill=True, color="C1", alpha=0.45, label="in contact: fitted")
-    x = np.linspace(edges[0], edges[-1], 400)
-    density = np.exp(-(x**2) / 2) / np.sqrt(2 * np.pi)
-    variable.plot(x, density, color="0.15", label="all surfaces: drawn")
-    variable.set(xlabel="first variable", ylabel="density", xlim=(edges[0], edges[-1]), ylim=(0, None))
-    legend_above(variable)
-    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
-    heads(figure.axes, "drawn over all surfaces", "low probabilities", "where the fit has samples")
     sns.despine(figure)
     return figure
 

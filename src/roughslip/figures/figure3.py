@@ -1,4 +1,4 @@
-"""Figure 3, friction against penetration; distribution and correlation on a second sheet."""
+"""Figure 3, friction against penetration; on a second sheet its distribution and correlation; friction against load."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from scipy.special import betaln, ndtri
 
 from roughslip.figures.style import (
@@ -15,6 +16,7 @@ from roughslip.figures.style import (
     heads,
     legend_above,
     panels,
+    pressure_unit,
     with_ends,
 )
 
@@ -26,6 +28,12 @@ PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
 PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
 PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
+OVER_LOAD = {
+    "real_area": ("real area over apparent area", "real area of contact"),
+    "mean": ("mean of $\\mu$", "mean friction coefficient"),
+    "variation": ("standard deviation over mean", "scatter of the pad"),
+    "no_contact": ("share of windows", "windows without contact"),
+}
 
 
 def figure3(result: Shown) -> Figure:
@@ -144,3 +152,26 @@ def _moment(axes: Axes, result: Shown, name: str, title: str) -> None:
 
 def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
     return np.exp((a - 1) * np.log(u) + (b - 1) * np.log1p(-u) - betaln(a, b))
+
+
+def friction_against_load(result: Shown) -> Figure:
+    """Four panels over the nominal pressure, on a logarithmic axis; the scene's load is a line in each."""
+    figure, axes = panels(4, 1, 3.4)
+    own = float(result["nominal_pressure"])
+    factor, unit = pressure_unit(own)
+    pressures = factor * result["over_loads_nominal_pressure"]
+    for panel, (name, (label, _)) in zip(axes, OVER_LOAD.items(), strict=True):
+        ends = with_ends(result, f"over_loads_{name}")
+        draw_curve(panel, pressures, ends, {"color": "C0", "marker": "o", "ms": 4})
+        panel.axvline(factor * own, color="C3", ls="--", lw=1.2, label="load of the scene")
+        panel.set(xscale="log", xlabel=f"nominal pressure [{unit}]", ylabel=label)
+        panel.set_xticks(pressures, [f"{pressure:.2g}" for pressure in pressures.values])  # those of the points alone
+        panel.xaxis.set_minor_locator(NullLocator())
+        if name in ("real_area", "variation"):
+            panel.set_yscale("log")
+        else:
+            panel.set_ylim(0, 1.0 if name == "no_contact" else None)
+    axes[0].legend(loc="lower right", fontsize="small", frameon=True)
+    heads(axes, *(title for _, title in OVER_LOAD.values()))
+    sns.despine(figure)
+    return figure

@@ -7,14 +7,7 @@ from textwrap import fill
 import seaborn as sns
 from matplotlib.figure import Figure
 
-from roughslip.figures.style import (
-    Shown,
-    draw_curve,
-    heads,
-    legend_above,
-    panels,
-    with_ends,
-)
+from roughslip.figures.style import Shown, draw_curve, heads, legend_above, panels, with_ends
 
 RECORD, CURVE, TWIN = "0.15", "C0", "C1"
 WIDEST = 150  # letters in a line across the figure

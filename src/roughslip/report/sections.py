@@ -37,7 +37,6 @@ SECTIONS = {
         "Eqs. (8) and (9) stand for the pressure when contact occurs, so they are evaluated at surfaces in contact. "
         "Few samples in contact remain for 165 terms, and most of the error is at low probabilities.",
     ),
-    "figure2_traps": Section("Figure 2, drawn over all surfaces"),
     "figure3": Section(
         "Figure 3: friction against penetration",
         "Mean, standard deviation and coefficient of variation of the friction coefficient fall with penetration.",

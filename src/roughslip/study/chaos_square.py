@@ -40,7 +40,6 @@ METHODS = ("monte_carlo", "latin_hypercube", *EQUATIONS, "roughslip")
 EXPANDED = METHODS[2:]
 KNOWN = 20_000  # surfaces in contact at most, at which equations are evaluated
 DRAWS = 400_000  # from a fitted expansion; its distribution then errs by less than that of the samples
-BINS = np.linspace(-4.0, 6.0, 51)  # of the first variable, which is the height of the centre where variables are local
 BY_METHOD, BY_VARIANT, BY_FIT = ("method",), ("variant",), ("fit",)
 VARIABLES = {
     "method": (BY_METHOD, "how the distribution was found"),
@@ -79,8 +78,6 @@ VARIABLES = {
     "given_surfaces": ((), "solved surfaces in contact that no fit has seen"),
     "given_tail_from": ((), "least of the low probabilities that are compared"),
     "design_cumulative": (("pressure",), "distribution of the Latin hypercube samples of the first design"),
-    "first_variable": (("variable_bin",), "density of the first variable of solved surfaces in contact"),
-    "first_variable_edge": (("variable_edge",), "edges of its bins"),
 }
 
 
@@ -205,8 +202,6 @@ def given_contact(
         "given_surfaces": len(known),
         "given_tail_from": tail_from,
         "design_cumulative": (curve, *wilson_interval(curve * contacts, contacts)),
-        "first_variable": np.histogram(known[:, 0], BINS)[0] / len(known) / np.diff(BINS),
-        "first_variable_edge": BINS,
     }
 
 

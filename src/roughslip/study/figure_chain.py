@@ -4,7 +4,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.solve import solve
-from roughslip.figures.figure_chain import CYCLE
+from roughslip.figures.figure5 import CYCLE
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import elastic, surface_model

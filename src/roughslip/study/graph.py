@@ -238,6 +238,7 @@ _ROWS = (
     figure(
         name="friction_against_load",
         of="friction",
+        draws="figure3",
         reads="description load",
         caption="Friction against load: real area of contact, mean and coefficient of variation of the "
         "friction coefficient of the pad, and windows without contact, over two decades of nominal "
@@ -251,15 +252,6 @@ _ROWS = (
         "low probabilities, and (c) the probability of contact. Both expansions (PC) are fitted to "
         "one Latin hypercube design (LHS) and evaluated at solved surfaces in contact that no fit has "
         "seen, with bands over all designs.",
-    ),
-    figure(
-        name="figure2_traps",
-        of="chaos_square",
-        draws="figure2",
-        target="figure2",
-        caption="A trap of Figure 2. (a) and (b): the fits of both variants at variables drawn over all "
-        "surfaces, of which pressures above zero count, and our own expansion of all samples. (c): "
-        "the variables of surfaces in contact, to which the fits belong, next to those drawn.",
     ),
     figure(
         name="figure3",
@@ -288,6 +280,7 @@ _ROWS = (
     figure(
         name="figure_budget",
         of="budget",
+        draws="stick_slip",
         caption="What is worth measuring: the part of each source of uncertainty in the variance of whether "
         "it stick-slips, with the scatter of friction itself, and Sobol' indices of the limits of the "
         "cycle: wide bars total, narrow ones first, lines their 95 % intervals.",
@@ -295,7 +288,7 @@ _ROWS = (
     Stage(
         name="figure_chain",
         module="figure_chain",
-        draws="figure_chain",
+        draws="figure5",
         reads="description seed material roughness oscillator ensemble strip.cell_m "
         "numerics.contact_tolerance friction.mean? friction.statistics? friction.scatter? load? "
         "numerics.contact_area? strip.window_m? strip.width_m? strip.window_spacing_m? strip.samples?",

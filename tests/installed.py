@@ -16,7 +16,7 @@ assert "site-packages" in folder.parts, f"not the installed package: {folder}"
 assert (folder / "py.typed").is_file()
 study = ("snakemake", "matplotlib", "jsonschema", "ducc0", "roughslip.scene", "roughslip.study", "roughslip.report")
 assert not any(map(find_spec, study)), "the study is installed too"
-for example in ("contact_hertz", "own_law_and_trace"):
+for example in ("contact", "own_law_and_trace"):
     runpy.run_path(str(Path(__file__).parents[1] / f"examples/{example}.py"))
 runpy.run_module("roughslip", run_name="__main__")
 print(f"{len(names)} public names")

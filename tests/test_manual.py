@@ -88,7 +88,7 @@ def test_each_public_name_is_on_the_page_of_its_package(api_pages, tmp_path):
         text = (tmp_path / "api" / f"{package}.md").read_text(encoding="utf-8")
         assert [name for name in import_module(package).__all__ if f"{package}.{name}" not in text] == []
     page = (tmp_path / "api/roughslip.contact.md").read_text(encoding="utf-8")
-    assert "Called in {download}`contact_hertz.py <../../../examples/contact_hertz.py>`" in page
+    assert "Called in {download}`contact.py <../../../examples/contact.py>`" in page
     text = "Solve it.\n\nFind p such that::\n\n    B p = u\n\ntolerance : [-] largest residual\n    that is accepted"
     lines = f"{text}\n\nReturns p. Raises ParameterError for others.".split("\n")
     api_pages.as_restructured_text(None, "", "", None, None, lines)

@@ -34,7 +34,7 @@ _HEAD = """# Scene keys
 
 Every key of a scene file, in the order of the types. A key without a default must be given where its section is given,
 by the scene or by the one that it extends. Keys that are not needed everywhere say so. The unit ends the name.
-[Which key affects what](../how-to/which-key.md) lists the figures behind each key. `make schema` writes this page."""
+`snakemake -n mine` lists what would run after a change of a key. `make schema` writes this page."""
 
 
 class _Schema(GenerateJsonSchema):

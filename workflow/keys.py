@@ -24,8 +24,7 @@ from roughslip.compilation.source_hash import FRAME, closure, closure_hash
 from roughslip.errors import InputError
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import part_of
-from roughslip.study import plan
-from roughslip.study.files import checksum
+from roughslip.study import checksum, plan
 from roughslip.study.graph import STAGES, Stage, drawing
 from workflow.study.scenes import Scenes
 
@@ -87,8 +86,8 @@ class Names:
         if stage == "figures":
             configuration["figures"] = plan.figures(whole)
         elif stage == "page":
-            configuration |= {"not_needed": plan.skip_reasons(whole), "warnings": self.scenes.warnings(scene)}
             configuration |= {"captions": plan.captions(), "folder": f"results/{scene}"}
+            configuration["warnings"] = self.scenes.warnings(scene)
             files, inputs = {scene: self.published(scene, without="page")}, inputs | {"records": awaited}
         made_of = {"configuration": configuration, "before": {name: self.entry(scene, name).key for name in before}}
         files_of_user = [file for some in user.values() for file in some]

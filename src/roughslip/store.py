@@ -7,11 +7,12 @@ also available as an xarray Dataset. Stages do not use that, because importing x
 from __future__ import annotations
 
 import csv
+import dataclasses
 import hashlib
 import json
 import platform
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +23,7 @@ import numpy as np
 
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
+from roughslip.probability.estimate import Estimate, columns_of
 from roughslip.validation import gate
 
 if TYPE_CHECKING:
@@ -62,6 +64,41 @@ def with_interval(
         name + suffix: Variable(dimensions, values, units, label)
         for (suffix, label), values in zip(ends.items(), columns, strict=True)
     }
+
+
+def variables_of(result: Any, prefix: str = "", leave_out: Collection[str] = ()) -> dict[str, Variable]:
+    """The numbers, arrays and texts of a result of the library, as its fields describe them.
+
+    prefix : of the names of the variables; leave_out : names of fields
+
+    An estimate becomes three variables, as by `with_interval`. Results within the result are left out.
+    """
+    variables: dict[str, Variable] = {}
+    for field in dataclasses.fields(result):
+        value, name = getattr(result, field.name), prefix + field.name
+        if not field.metadata or field.name in leave_out:
+            continue
+        unit, title = field.metadata["unit"], field.metadata["title"]
+        if isinstance(value, Estimate):
+            dimensions = _dimensions(result, field, value.value)
+            variables |= with_interval(name, dimensions, columns_of(value), unit, title)
+        elif isinstance(value, Mapping):
+            arrays = {key: values for key, values in value.items() if isinstance(values, np.ndarray)}
+            variables |= {key: Variable((key,), values, unit, title) for key, values in arrays.items()}
+        elif isinstance(value, (bool, int, float, str, np.ndarray, np.generic)):
+            variables[name] = Variable(_dimensions(result, field, value), value, unit, title)
+    return variables
+
+
+def _dimensions(result: Any, field: dataclasses.Field[Any], value: Any) -> tuple[str, ...]:
+    """Names of the dimensions of a value; numbered where its field names another number of them.
+
+    A dimension may be a field of the result that holds values of several parameters: it stands for all of these.
+    """
+    given = ((name, getattr(result, name, None)) for name in field.metadata["dims"])
+    names = tuple(one for name, over in given for one in (over if isinstance(over, Mapping) else (name,)))
+    count = np.ndim(value)
+    return names if len(names) == count else tuple(f"{field.name}_{place}" for place in range(count))
 
 
 @dataclass(frozen=True)
@@ -238,7 +275,7 @@ def _storable(path: Path, name: str, variable: Variable) -> Variable:
     values = np.asarray(variable.values)
     if values.dtype.kind == "f" and np.any(np.isinf(values)):
         raise StoreError(f"{path}: {name} holds an infinity; results must be finite")
-    return variable._replace(values=_shortest(values))
+    return variable._replace(values=values.astype(np.int8) if values.dtype.kind == "b" else _shortest(values))
 
 
 def _shortest(values: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ from roughslip.oscillator import (
     run_until_known,
 )
 from roughslip.record.fit import fit_record
-from roughslip.study.from_scene.uncertain_inputs import law_of_record, sources_of_record
+from roughslip.study.budget import law_of_record, sources_of_record
 from tests.record.test_record_fit import DEVIATION, LENGTH, around, record, stribeck
 
 RECORDS, STICKING, RUNS, RANGE = 20, 6, 100, 4.0

@@ -1,4 +1,4 @@
-"""What stages read of a scene, which of them its targets need, and why the others do not run.
+"""What stages read of a scene, and which of them its targets need.
 
 The scene as types: what stages get of it, the schema that is generated from it, and what that says.
 """
@@ -15,13 +15,12 @@ from roughslip.scene import schema
 from roughslip.scene.section import as_tuples
 from roughslip.scene.types import get, scene_of, without_nulls
 from roughslip.study.graph import STAGES
-from roughslip.study.plan import figures, skip_reasons, stages_needed
+from roughslip.study.plan import figures, stages_needed
 from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene, slice_for
 
 KEYS = dict(schema.keys())
 
 ALWAYS = {"page"}
-SEVERAL = {"reference", "verify", "joint_page", "figures"}  # of several scenes together, asked for by name
 OSCILLATOR = {"answer", "cycles", "figures"}
 SCANNED = {"scan", "figures"}
 
@@ -64,24 +63,6 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS
-    assert skip_reasons(given)["scan"] == "friction.statistics is given"
-
-
-def test_every_stage_runs_or_has_a_reason():
-    for name in SCENES:
-        scene = shipped_scene(name)
-        reasons = skip_reasons(scene)
-        assert reasons.keys() == STAGES.keys() - stages_needed(scene) - {*figures(scene)} - SEVERAL
-        asked = {reason.removeprefix("not asked for: ") for reason in reasons.values()}
-        assert set(scene["targets"]).isdisjoint(target for some in asked for target in some.split(", "))
-    paper, given = skip_reasons(shipped_scene("paper")), skip_reasons(shipped_scene("given"))
-    assert paper["scan"] == "roughness.scan is not given"
-    assert given["contact"] == "friction.statistics is given"
-    for name in ("given", "paper"):
-        square = skip_reasons(shipped_scene(name) | {"targets": ["figure2"]})
-        of_oscillator = "figure5, figure_budget, figure_chain, figure_map, friction_against_load"
-        asking = f"not asked for: answer, figure3, {of_oscillator}"
-        assert square["contact"] == square["friction"] == asking
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
     """run(stage, configuration, **arguments) is the result. It stays in the module's folder by the stage's name.
-    run.did and run.skipped are the work that the last stage counted, done and not computed, and run.warnings."""
+    run.did is the work that the last stage counted, and run.warnings what it warned of."""
 
     def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
         row = stage.__name__.rpartition(".")[2]
@@ -45,7 +45,7 @@ def run(folder: Path) -> Callable[..., store.Result]:
         output = folder / f"{name or row}.nc"
         job = job_of(row, configuration, output, also=also, **arguments)
         stage.work(job.scene, job)
-        run_stage.did, run_stage.skipped, run_stage.warnings = dict(job.did), dict(job.skipped), job.warnings
+        run_stage.did, run_stage.warnings = dict(job.did), job.warnings
         return store.read(output)
 
     return run_stage

@@ -3,9 +3,8 @@
 import pytest
 
 from roughslip.errors import StoreError
-from roughslip.study.reference import KEPT as KEPT_FILES
-from roughslip.study.reference import keep
-from roughslip.study.verify import compared_claims, compared_summaries
+from roughslip.study.verify import KEPT as KEPT_FILES
+from roughslip.study.verify import compared_claims, compared_summaries, keep
 
 KEPT = [
     {"id": "one", "verdict": "reproduced", "ours": 1.0, "interval": [0.9, 1.2]},

@@ -16,14 +16,14 @@ from roughslip.oscillator.friction_laws.table import TableLaw
 from roughslip.report.words import next_to_measure, rates_in_words
 from roughslip.scene.types import scene_of
 from roughslip.study import budget
-from roughslip.study.from_scene.surface_model import OPTIONS
-from roughslip.study.from_scene.uncertain_inputs import (
+from roughslip.study.budget import (
     _of_surface,
     law_of_record,
     powers_of_scatter,
     sources_of_record,
     uncertain_inputs,
 )
+from roughslip.study.from_scene.surface_model import OPTIONS
 from roughslip.study.graph import STAGES
 from roughslip.surface import covariance_of
 from tests.study.test_stages_motion import scattered

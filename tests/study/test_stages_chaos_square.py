@@ -14,7 +14,7 @@ from roughslip.errors import IllPosedError
 from roughslip.scene.types import scene_of
 from roughslip.study import chaos_square, karhunen_loeve
 from roughslip.study.from_scene import expansion, geometry, surface_model
-from roughslip.study.from_scene.square import latin_hypercubes, training_design, variables_of
+from roughslip.study.from_scene.geometry import latin_hypercubes, training_design, variables_of
 from tests.study.scenes import CONTACT, changed
 
 MODES, SAMPLES, DRAWS, MONTE_CARLO = 16, 8000, 20_000, 1500

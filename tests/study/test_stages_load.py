@@ -8,11 +8,10 @@ from roughslip.friction.pad import WINDOWS
 from roughslip.friction.windows import window_sums
 from roughslip.scene.types import scene_of
 from roughslip.study import contact, friction
-from roughslip.study.from_scene import domain, periodic_cell
-from roughslip.study.from_scene.periodic_cell import yielding
+from roughslip.study.from_scene import domain
 from roughslip.study.graph import STAGES
 from roughslip.surface.models import covariance_of
-from roughslip.surface.plausibility import rms_slope
+from roughslip.surface.plausibility import rms_slope, yielding
 from tests.study.scenes import CONTACT, changed
 
 STRIPS, MANY = 12, 20
@@ -109,7 +108,7 @@ def test_a_cell_follows_from_windows_correlation_and_contacts():
         (4 * 15e-6**2 / (1200e-6 * 600e-6), (15e-6, 15e-6), (1200e-6, 600e-6)),
         (1e-9, (15e-6, 15e-6), (9600e-6, 4800e-6)),  # twice as many nodes would be more than 2^21
     ):
-        grid = periodic_cell.mesh_of(scene, lengths, light_area)
+        grid = domain.mesh_of(scene, lengths, light_area)
         assert (grid.nx * grid.dx, grid.ny * grid.dy) == pytest.approx(edges)
 
 
@@ -225,7 +224,7 @@ def test_a_pad_of_many_windows_scatters_as_one_that_is_cut_out(run):
     """
     scene = changed(CELLS, load={"nominal_pressure_pa": 1.5e8})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(periodic_cell, "WINDOWS", (24, 24))
+        patch.setattr(domain, "WINDOWS", (24, 24))
         patch.setattr(domain, "FEWEST", 64)
         large = solved(run, scene, "large")
     area, force = blocks_of(large)

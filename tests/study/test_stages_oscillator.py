@@ -23,8 +23,8 @@ from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.level_search import ACCURACY
 from roughslip.scene.types import scene_of
 from roughslip.study import answer, deterministic, stick_slip_map
+from roughslip.study.cycles import CLOSING_PERIODS, cycling_share
 from roughslip.study.from_scene import machine as from_scene
-from roughslip.study.result_tables.ensemble_table import CLOSING_PERIODS, cycling_share
 from tests.study.conftest import job_of
 from tests.study.scenes import OSCILLATOR
 from tests.study.test_stages_motion import scattered

@@ -75,7 +75,7 @@ def test_a_triangle_is_that_of_the_oscillator_too(recorded, tmp_path):
     """An average over a window of two lengths: nothing beyond it."""
     scene, result = scene_of(recorded[0]), store.read(recorded[1])
     variables = {name: result.variable(name) for name in result}
-    variables["additive_shape"] = variables["additive_shape"]._replace(values=np.array(["triangle"]))
+    variables["additive_shape"] = variables["additive_shape"]._replace(values="triangle")
     store.write(tmp_path / "record.nc", variables, store.Key({}, "code"))
     process = friction_of(scene, tmp_path / "record.nc").process
     lags = process.correlation_length_m * np.array([0.0, 0.5, 1.0, 2.0, 3.0])

@@ -22,13 +22,12 @@ from roughslip.probability import BetaDistribution, empirical_distribution
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.scene.types import scene_of
-from roughslip.study.costs import total
+from roughslip.study import scan as scan_stage
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.from_scene.expansion import directions
 from roughslip.study.from_scene.geometry import central_nodes, training_nodes
 from roughslip.study.job import main
-from roughslip.study.page import read_scene
-from roughslip.study.result_tables import scan_table
+from roughslip.study.page import read_scene, total_costs
 from roughslip.surface.model import GaussianModel, gaussian_model
 from roughslip.surface.models import covariance_of
 from roughslip.surface.modes import karhunen_loeve
@@ -92,7 +91,7 @@ def test_the_model_of_a_scan_comes_back_from_disk(tmp_path, covariance, kind):
     law = None if kind == "gaussian" else empirical_distribution(scan.heights, 2e-7)
     variables, attributes = surface_model.stored_model(covariance, law, False, 2e-7)
     path = tmp_path / "scan.nc"
-    variables |= scan_table.of_scan(scan, statistics, scan.missing)
+    variables |= scan_stage.of_scan(scan, statistics, scan.missing)
     store.write(path, variables, store.Key({"seed": 1}, "code"), attributes)
     model = surface_model.restored_model(store.read(path))
     assert model.rms_height_m == pytest.approx(2e-7, rel=1e-12)
@@ -216,13 +215,10 @@ def test_record_holds_costs_counts_and_warnings(tmp_path, capsys):
     job = job_of("contact", {"seed": 5}, tmp_path / "contact.nc")
     job.count(solves=3, convolutions=40)
     job.count(solves=2)
-    job.skip({"solves: no contact": np.int64(1), "nodes: below the plane": 0})
-    job.skip({"solves: no contact": 2})
     job.warn("few strips", "long waves", "few strips")
     record = json.loads(json.dumps(job.record()))
     assert (record["stage"], record["jobs"]) == ("contact", 1)
     assert record["did"] == {"convolutions": 40, "solves": 5}
-    assert record["skipped"] == {"nodes: below the plane": 0, "solves: no contact": 3}
     assert record["warnings"] == ["few strips", "long waves"]  # each once, and in the log
     assert capsys.readouterr().err.splitlines() == ["contact: warning: few strips", "contact: warning: long waves"]
     assert record["cpu_seconds"] == pytest.approx(time.process_time(), abs=0.2)
@@ -271,19 +267,18 @@ def environment() -> dict[str, str]:
 
 def record(stage, cpu, peak, **did):
     numbers = {"cpu_seconds": cpu, "wall_seconds": 2 * cpu, "peak_memory_mib": peak}
-    skipped = {"solves: no contact": did.get("solves", 0)}
-    return {"stage": stage, "jobs": 1, **numbers, "did": did, "skipped": skipped, "warnings": []}
+    return {"stage": stage, "jobs": 1, **numbers, "did": did, "warnings": []}
 
 
 def test_costs_add_up_and_memory_is_that_of_the_largest_job():
-    """Counts of zero are kept. Stages that did not run stand in the last row."""
+    """Counts of zero are kept."""
     jobs = [
         record("friction", 0.0, 90.0, windows=10),
         record("contact", 10.0, 300.0, solves=3, convolutions=40),
         record("contact", 20.0, 250.0, solves=4),
     ]
     jobs[1]["warnings"], jobs[2]["warnings"] = ["b", "c"], ["a", "b"]
-    contact, friction, everything = total(jobs, {"spacing": "given", "design": "not asked for"}, ["of the scene"])
+    contact, _, everything = total_costs(jobs, ["of the scene"])
     assert contact == {
         "stage": "contact",
         "jobs": 2,
@@ -291,14 +286,11 @@ def test_costs_add_up_and_memory_is_that_of_the_largest_job():
         "wall_seconds": 60.0,
         "peak_memory_mib": 300.0,
         "did": {"convolutions": 40, "solves": 7},
-        "skipped": {"solves: no contact": 7},
         "warnings": ["b", "c", "a"],
     }
     assert everything["warnings"] == ["of the scene", "contact: b", "contact: c", "contact: a"]
-    assert friction["skipped"] == {"solves: no contact": 0}
     assert (everything["stage"], everything["jobs"]) == ("all", 3)
     assert everything["did"] == {"convolutions": 40, "solves": 7, "windows": 10}
-    assert everything["not_needed"] == {"design": "not asked for", "spacing": "given"}
 
 
 CAPTIONS = {"figure2": "Pressure.", "figure5": "Cycles."}

@@ -9,9 +9,8 @@ from scipy.special import ndtri
 from roughslip.chaos.variables import latin_hypercube
 from roughslip.scene.types import scene_of
 from roughslip.study import contact_square, karhunen_loeve
-from roughslip.study.from_scene import square
-from roughslip.study.from_scene.square import latin_hypercubes, training_design, variables_of
-from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene import Stream
+from roughslip.study.from_scene.geometry import latin_hypercubes, training_design, variables_of
 from tests.study.scenes import CONTACT, changed
 
 SQ = 2e-7
@@ -33,10 +32,9 @@ def test_all_modes_together_are_the_covariance(run):
     expected = SQ**2 * np.einsum("ik,jl->ijkl", np.exp(-squares / 3e-5**2), np.exp(-squares / 1e-5**2))
     np.testing.assert_allclose(np.einsum("mij,mkl->ijkl", modes, modes), expected, rtol=0, atol=1e-12 * SQ**2)
     assert result["captured_variance"] == pytest.approx(1.0, abs=1e-12)
-    np.testing.assert_allclose(result["variance"], SQ**2, rtol=1e-12)
-    np.testing.assert_allclose(result["eigenvalue"], np.sum(modes**2, axis=(1, 2)), rtol=0, atol=1e-12 * 36 * SQ**2)
-    assert np.all(np.diff(result["eigenvalue"]) <= 1e-12 * 36 * SQ**2)
-    assert result["eigenvalue"].sum() == pytest.approx(36 * SQ**2)
+    np.testing.assert_allclose(result["eigenvalues"], np.sum(modes**2, axis=(1, 2)), rtol=0, atol=1e-12 * 36 * SQ**2)
+    assert np.all(np.diff(result["eigenvalues"]) <= 1e-12 * 36 * SQ**2)
+    assert result["eigenvalues"].sum() == pytest.approx(36 * SQ**2)
 
 
 # The four central nodes of 6 x 6, the centre first; each is lifted alone by a mode of its own, and nothing else is.
@@ -58,7 +56,7 @@ def design_of(monkeypatch):
 
 @pytest.fixture
 def lifted(stored, monkeypatch):
-    monkeypatch.setattr(square, "PENETRATION", 20.0)
+    monkeypatch.setattr(contact_square, "PENETRATION", 20.0)
     modes = np.zeros((36, 6, 6))
     for mode, (i, j) in enumerate(CENTRAL):
         modes[mode, i, j] = SQ
@@ -141,7 +139,7 @@ def test_what_the_modes_carry_in_the_mean_at_the_centre_and_at_the_corner(run):
     modes = modes_of(run, RESOLVED, 64, modes=101)
     shares = [float(modes[f"captured_{where}"]) for where in ("variance", "at_centre", "at_corner")]
     np.testing.assert_allclose(shares, [0.950, 0.957, 0.718], atol=0.002)
-    variance = modes["variance"] / SQ**2
+    variance = np.sum(modes["modes"] ** 2, axis=0) / SQ**2
     np.testing.assert_allclose(shares, [variance.mean(), variance[32, 32], variance[0, 0]], rtol=1e-12)
 
 

@@ -12,9 +12,8 @@ from roughslip.contact.influence import Influence
 from roughslip.friction.windows import friction_coefficient, window_sums
 from roughslip.scene.types import scene_of
 from roughslip.study import chaos_strip, contact, expansion_strip
-from roughslip.study.from_scene import domain, geometry
+from roughslip.study.from_scene import Stream, domain, geometry
 from roughslip.study.from_scene.geometry import training_columns
-from roughslip.study.from_scene.streams import Stream
 from roughslip.study.from_scene.surface_model import surface_model
 from tests.study.scenes import CONTACT, changed
 

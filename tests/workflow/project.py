@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from roughslip.compilation.source_hash import compiled_folder
-from roughslip.study import die_with_parent
-from roughslip.study.files import checksum
+from roughslip.study import checksum, die_with_parent
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("Snakefile", "workflow", "src", "config", "profiles", "requirements.lock", "pyproject.toml")

@@ -25,8 +25,7 @@ import pytest
 
 from roughslip.compilation.source_hash import closure_hash
 from roughslip.errors import InputError, StoreError
-from roughslip.study import job
-from roughslip.study.files import checksum, is_whole
+from roughslip.study import checksum, is_whole, job
 from roughslip.study.graph import Stage
 from tests.workflow.project import ROOT, Project, as_a_user, digests
 from workflow.study import earlier_runs

@@ -14,7 +14,7 @@ from typing import Any
 
 from snakemake.io import report
 
-from roughslip.study.files import is_whole
+from roughslip.study import is_whole
 from roughslip.study.graph import STAGES
 from workflow.keys import STORE, Entry, Names
 from workflow.study.publish import LISTED, is_current, is_published

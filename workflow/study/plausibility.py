@@ -24,7 +24,7 @@ from roughslip.scene.mistakes import given, line
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
-from roughslip.study.files import checksum
+from roughslip.study import checksum
 from roughslip.study.plan import stages_needed
 
 Scene = dict[str, Any]
@@ -127,13 +127,12 @@ def surface_mistake(scene: Scene) -> tuple[str, str]:
         )
     if scene.get("load") is None:
         return "load", ""
-    from roughslip.study.from_scene.periodic_cell import CONTACT
-    from roughslip.surface.plausibility import MOST_CELL_NODES, contact_mistake, rms_slope, slope_mistake
+    from roughslip.surface.plausibility import CELL_CONTACT, MOST_CELL_NODES, contact_mistake, rms_slope, slope_mistake
 
     if text := slope_mistake(covariance):
         return "roughness.covariance", text
     hardness = get(scene, "material.hardness_pa") or math.inf
-    share = CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
+    share = CELL_CONTACT * math.prod(lengths) / (MOST_CELL_NODES * cell**2)
     pressure, slope = scene["load"]["nominal_pressure_pa"], rms_slope(covariance, cell)
     return "load", contact_mistake(pressure, _modulus(scene), slope, hardness, share)
 

@@ -26,7 +26,7 @@ FRAME = (
     "roughslip.errors",
     "roughslip.public_names",
     "roughslip.validation",
-    *(f"roughslip.study.{name}" for name in ("graph", "plan", "job", "files")),
+    *(f"roughslip.study.{name}" for name in ("graph", "plan", "job")),
 )
 MOST_KEPT = 2000  # files; more are the remains of many edits, and the memory starts anew
 

@@ -33,9 +33,9 @@ SHOWN = 3.0  # lags with intervals go to this many times the reach of the autoco
 class Autocorrelation:
     """Autocorrelation r = C / C(0) at lags of both signs, and what is read from it."""
 
-    lag_x: np.ndarray = described("lags along x, zero in the middle", "m", "x")
-    lag_y: np.ndarray = described("lags along y, zero in the middle", "m", "y")
-    correlation: Estimate = described("correlation r, with pointwise interval", "1", "x y")
+    lag_x: np.ndarray = described("lags along x, zero in the middle", "m", "lag_x")
+    lag_y: np.ndarray = described("lags along y, zero in the middle", "m", "lag_y")
+    correlation: Estimate = described("correlation r, with pointwise interval", "1", "lag_x lag_y")
     length_x: Estimate = described("first lag along x at which r falls to 1/e", "m")
     length_y: Estimate = described("first lag along y at which r falls to 1/e", "m")
     lay: Estimate = described(

@@ -12,9 +12,8 @@ from roughslip.oscillator.machine import OF_OSCILLATOR
 from roughslip.oscillator.state_durations import states_of_answer
 from roughslip.report.words import answer_summary
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
+from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import friction_of, machine_of
-from roughslip.study.from_scene.streams import Stream
 from roughslip.study.job import Job
 
 VARIED = OF_OSCILLATOR
@@ -32,7 +31,6 @@ def work(scene: Scene, job: Job) -> None:
         return
     answered = answer(machine, sampling, VARIED, job.progress)
     job.count(runs=answered.trials)
-    job.skip({skip_reasons.KEPT: answered.trials - sampling.realisations})
     shown_friction = {
         "friction_mean": friction.mean,
         "friction_deviation": friction.deviation,

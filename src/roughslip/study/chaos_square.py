@@ -29,10 +29,8 @@ from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS, designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
-from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
-from roughslip.study.from_scene.square import latin_hypercubes, training_design, variables_of
-from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene import Stream, expansion, geometry, surface_model
+from roughslip.study.from_scene.geometry import latin_hypercubes, training_design, variables_of
 from roughslip.study.job import Job
 
 EQUATIONS = ("equation_8", "equation_9")
@@ -83,7 +81,7 @@ VARIABLES = {
 
 def work(scene: Scene, job: Job) -> None:
     """Fit eqs. (8) and (9) and our expansion, sample them, and compare them with the solved samples."""
-    batches, scene = store.read_all(job.paths("contact")), scene
+    batches = store.read_all(job.paths("contact"))
     surface = store.read(job.path("surface"))
     nodes, sampled = (samples_of(batches, design, "pressure") for design in ("monte_carlo", "latin_hypercube"))
     sampled, drawing = sampled[:, 0], [scene.seed, Stream.DRAWS]
@@ -110,7 +108,6 @@ def work(scene: Scene, job: Job) -> None:
     given = given_contact(equations, nodes, directions, designs, solved, scene.seed)
     draws = DRAWS + sum(one.size for one in drawn.values())
     job.count(fits=1 + len(local.without) + len(equations) * len(designs), draws=draws)
-    job.skip({skip_reasons.SYMMETRIC: skip_reasons.forbidden_terms(local.indices, scene.expansion.degree)})
     apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
     columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in rows["roughslip"]}
     values: dict[str, Any] = (
@@ -158,7 +155,7 @@ def local_expansion(
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap, odd)
     local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
-    points = samples_of(batches, "expansion", "point_pressure") if elastic.counts_shares(scene) else pressure
+    points = samples_of(batches, "expansion", "point_pressure") if geometry.counts_shares(scene) else pressure
     return local, EdgeCorrection(pressure, points, samples.group), directions[0]
 
 

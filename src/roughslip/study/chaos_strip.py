@@ -13,8 +13,7 @@ from roughslip.chaos.strip import (
 )
 from roughslip.chaos.variables import NAMES, Stencil, local_functionals
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
-from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
+from roughslip.study.from_scene import expansion, geometry, surface_model
 from roughslip.study.job import Job
 
 
@@ -36,8 +35,6 @@ def work(scene: Scene, job: Job) -> None:
     means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
     fitted = on_all_rows(half, grid.ny)
     job.count(fits=missed.size)
-    terms = skip_reasons.forbidden_terms(half.indices, degree)
-    job.skip({skip_reasons.TURNED: grid.ny - len(half.coefficients), skip_reasons.SYMMETRIC: terms})
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by
     force = grid.cell_area * grid.ny * pressure.mean(axis=(0, 2, 3))
     title = "mean force on a column of the training strips"
@@ -50,7 +47,7 @@ def work(scene: Scene, job: Job) -> None:
 
 def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarray:
     """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
-    if not elastic.counts_shares(scene):
+    if not geometry.counts_shares(scene):
         return np.ones(levels)
     trained = sum(len(batch["pressure"]) for batch in batches)
     area, of_nodes = (store.join(batches, name)[:trained] for name in ("area", "area_of_nodes"))

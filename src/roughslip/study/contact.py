@@ -8,9 +8,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
-from roughslip.study.from_scene import geometry, periodic_cell
-from roughslip.study.from_scene.domain import Domain, domains
+from roughslip.study.from_scene import geometry
+from roughslip.study.from_scene.domain import Domain, domains, index_of
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
 
@@ -35,10 +34,9 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
     columns = np.arange(0) if domain.periodic else geometry.training_columns(domain.middle())
     trained = 0 if domain.periodic else max(0, min(scene.strip.training_samples, numbers.stop) - numbers.start)
     pressure, gap = np.zeros((2, trained, levels, len(columns), domain.grid.ny))
-    apart, products = 0, 0
+    products = 0
     for row, number in enumerate(numbers):
         for level, solution in enumerate(domain.solutions(domain.heights(number))):
-            apart += solution.method == "none"
             area[row, level] = domain.blocks(domain.touched(solution))
             force[row, level] = domain.blocks(solution.pressure)
             of_nodes[row, level] = domain.blocks(solution.contact).sum()
@@ -48,7 +46,6 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
                 pressure[row, level], gap[row, level] = solution.pressure[columns], solution.signed_gap[columns]
         job.progress(row + 1, count)
     job.count(solves=levels * count, convolutions=products)
-    job.skip({skip_reasons.NO_CONTACT: apart})
     of_sample, of_level = f"sample{size}", f"level{size}"
     of_blocks = (of_sample, of_level, f"along{size}", f"across{size}")
     unit, what = ("Pa", "nominal pressure") if domain.periodic else ("percent", "share of heights above the plane")
@@ -67,7 +64,7 @@ def solved(job: Job, domain: Domain, size: str) -> dict[str, store.Variable]:
     if domain.periodic:
         title = "share of the real area that bears the hardness"
         variables[f"yielded{size}"] = store.Variable((of_sample, of_level), yielded, "1", title)
-        index = periodic_cell.index_of(scene, gaussian_model(scene, job.optional("scan")))
+        index = index_of(scene, gaussian_model(scene, job.optional("scan")))
         variables["plasticity_index"] = store.Variable((), index, "1", "E* h' / H, zero in elastic contact")
     if trained:
         columns_of = ("training_sample", of_level, "column", "y")

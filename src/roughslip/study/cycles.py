@@ -1,57 +1,183 @@
-"""Stage cycles: the motion without scatter, an ensemble of friction paths, and what that sums up to."""
+"""Stage cycles: the motion without scatter, an ensemble of friction paths at every damping, and their sums."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
+from roughslip.errors import IllPosedError
+from roughslip.oscillator.counts import ensemble as ensemble_counts
+from roughslip.oscillator.cycles import count_difference, reattachment_statistics
+from roughslip.oscillator.motion import Trajectory, simulate, trajectory
+from roughslip.oscillator.path import KeptPath
+from roughslip.probability.estimate import student_95, wilson_interval
 from roughslip.scene.types import Scene
 from roughslip.study.deterministic import without_scatter
-from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene import Stream
+from roughslip.study.from_scene.machine import (
+    DISCARDED_PERIODS,
+    DRAWN_PERIODS,
+    damping_ratios,
+    friction_of,
+    friction_paths,
+    machine_of,
+)
 from roughslip.study.job import Job
-from roughslip.study.oscillator import with_scatter
-from roughslip.study.result_tables import ensemble_table
 
+DRAWN = 12  # trajectories at most, a bundle that the eye can still part
 HISTOGRAM_BINS = 48
+CLOSING_PERIODS = 10.0
+SHARE = "share of the time in stick-slip, of all that is stick-slip or sliding"
+BOTH = ("damping_ratio", "time")  # the same with and without scatter
 Variables = dict[str, store.Variable]
 
 
-def _unsaid(*texts: str) -> None:
-    """Says nothing."""
-
-
 def work(scene: Scene, job: Job) -> None:
-    """Write all three."""
+    """Write all three. Names of the motion without scatter begin with `deterministic_`."""
     plain = without_scatter(scene, job)
-    ensemble = with_scatter(scene, job, range(scene.ensemble.realisations))
-    store.write(job.outputs["deterministic"], plain, job.key)
-    store.write(job.outputs["ensemble"], ensemble, job.key)
-    store.write(job.output, summed_up(scene, job, plain, ensemble), job.key)
+    runs = with_scatter(scene, job, range(scene.ensemble.realisations))
+    kept = ("friction_", "load_response_")
+    of_plain = {
+        name if name in BOTH or name.startswith(kept) else f"deterministic_{name}": variable
+        for name, variable in plain.items()
+    }
+    store.write(job.output, of_plain | runs | summed_up(scene, job, plain, runs), job.key)
 
 
-def summed_up(scene: Scene, job: Job, plain: Variables, ensemble: Variables) -> Variables:
-    """Return M_d - E[M_S], micro-slips, moments and histogram of the reattachment point, and what is drawn."""
-    generator = np.random.default_rng([scene.seed, Stream.BOOTSTRAP])
-    runs = ensemble_table.Runs(*(ensemble[name].values for name in ensemble_table.STORED))
-    known = {name: variable.values for name, variable in plain.items()}
-    nominal = scene.ensemble.duration_periods, scene.oscillator.damping_ratio
-    warn = job.warn if runs.place.size else _unsaid  # without a cycle there is nothing to have statistics of
-    variables = ensemble_table.ensemble_variables(known, runs, nominal, generator, warn)
-    events, edges = np.histogram(runs.place, HISTOGRAM_BINS)
-    cut = ensemble["negative_friction"].values > 0
-    if cut.any():
+def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
+    """Return counts of each run at every damping, and at the scene's own its reattachments and a few trajectories."""
+    ensemble, statistics = scene.ensemble, job.optional("friction")
+    friction, own = friction_of(scene, statistics), machine_of(scene, statistics)
+    paths, periods = friction_paths(scene, friction), ensemble.duration_periods
+    over = {"damping": np.array(damping_ratios(scene, own, friction))}
+    counts, places, last, drawn = [], [], [], []
+    for row, number in enumerate(taken):
+        path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
+        counts.append(ensemble_counts(own, [path], paths.spacing, periods, over=over))
+        nominal = simulate(own.oscillator, own.law, path, paths.spacing, periods, own.options)
+        places.append(nominal.reattachments(DISCARDED_PERIODS))
+        last.append(nominal.last_cycle)
+        if number < DRAWN:
+            until = DISCARDED_PERIODS + DRAWN_PERIODS
+            drawn.append(trajectory(own.oscillator, own.law, path, paths.spacing, until, own.options))
+        job.progress(row + 1, len(taken))
+    fields = ("cycles", "micro_slips", "last_cycle", "stick_slip", "cuts")
+    of_runs: dict[str, Any] = {name: np.concatenate([getattr(one, name) for one in counts]) for name in fields}
+    whole = replace(counts[0], **of_runs, steps=sum(one.steps for one in counts))
+    job.count(
+        runs=whole.cycles.size, cycles=whole.cycles.sum(), steps=whole.steps, negative_friction_cut=whole.cuts.sum()
+    )
+    owners, run, event = np.repeat(taken, [len(place) for place in places]), ("runs",), ("event",)
+    title = "natural periods until the last cycle at the scene's own damping"
+    variables = store.variables_of(whole) | {
+        "realisation": store.Variable(run, np.array(taken), "1", "number of the run"),
+        "nominal_last_cycle": store.Variable(run, np.array(last), "1", title),
+        "reattachment": store.Variable(event, np.concatenate(places), "m", "X at the start of stick"),
+        "reattachment_realisation": store.Variable(event, owners, "1", "its realisation"),
+    }
+    return variables | trajectories(drawn)
+
+
+def trajectories(drawn: list[Trajectory]) -> Variables:
+    """Those that are drawn, without the periods that are discarded."""
+    if not drawn:
+        return {}
+    shown = drawn[0].time >= 2 * np.pi * DISCARDED_PERIODS
+    variables = {"time": store.Variable(("time",), drawn[0].time[shown], "1", "tau = omega t")}
+    for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):
+        values = np.array([getattr(trajectory, name)[shown] for trajectory in drawn])
+        variables[name] = store.Variable(("drawn", "time"), values, "m", f"{title} of the runs that are drawn")
+    return variables
+
+
+def summed_up(scene: Scene, job: Job, plain: Variables, runs: Variables) -> Variables:
+    """Return M_d - E[M_S], time in stick-slip, moments and histogram of the reattachment point."""
+    cycles, micro_slips, place, cuts = (runs[name].values for name in ("cycles", "micro_slips", "reattachment", "cuts"))
+    counts = count_difference(plain["cycles"].values, cycles)
+    returns = count_difference(np.zeros(cycles.shape[1]), -(cycles + micro_slips))
+    if np.any(cuts):
         job.warn(
-            f"friction would be negative in {np.count_nonzero(cut)} of {cut.size} runs and is cut to zero there: its "
+            f"friction would be negative in {np.count_nonzero(cuts)} of {cuts.size} runs and is cut to zero there: its "
             "mean is then higher and its scatter smaller than asked"
         )
+    events, edges = np.histogram(place, HISTOGRAM_BINS)
     density = events / max(events.sum(), 1) / np.diff(edges)
-    variables["histogram"] = store.Variable(("bin",), density, "m-1", "density of the reattachment point")
-    variables["histogram_edge"] = store.Variable(("edge",), edges, "m", "edges of its bins")
-    variables["time"] = plain["time"]
-    for name in ("position", "velocity"):
-        variables[name] = ensemble[name]._replace(long_name=f"{name} of the runs that are drawn")
-    for name in ("position", "velocity", "reattachment", "departure"):
-        variables[f"deterministic_{name}"] = plain[name]._replace(long_name=f"{name} without scatter")
-    responses = [f"load_response_{kind}" for kind in ("additive", "multiplicative")]
-    of_friction = ("friction_scatter", "friction_percentile", *responses)
-    variables |= {name: plain[name] for name in of_friction if name in plain}
-    job.count(events=len(runs.place))
+    job.count(events=len(place))
+    numbers = {
+        "events": (len(place), "reattachments that end a cycle"),
+        "nominal_damping": (scene.oscillator.damping_ratio, "damping ratio of the reattachments"),
+        "realisations": (len(cycles), "runs"),
+    }
+    variables = {name: store.Variable((), value, "1", title) for name, (value, title) in numbers.items()} | {
+        "mean_cycles": store.Variable(("damping",), counts.mean, "1", "mean cycles E[M_S]"),
+        "histogram": store.Variable(("bin",), density, "m-1", "density of the reattachment point"),
+        "histogram_edge": store.Variable(("edge",), edges, "m", "edges of its bins"),
+    }
+    duration, closing = scene.ensemble.duration_periods, closing_periods(float(plain["period"].values))
+    still = np.array([cycling_share(column, duration, closing) for column in runs["last_cycle"].values.T]).T
+    closed = f"share of runs with a cycle in the last {closing:g} natural periods"
+    for name, values, title in (
+        ("difference", (counts.difference, counts.low, counts.high), "M_d - E[M_S]"),
+        ("returns", (returns.difference, returns.low, returns.high), "mean number of reattachments, with micro-slips"),
+        ("still_cycling", still, closed),
+        ("stick_slip_share", share_of_time(runs["stick_slip"].values), SHARE),
+    ):
+        variables |= store.with_interval(name, ("damping",), values, "1", title)
+    share = cycling_share(runs["nominal_last_cycle"].values, duration, closing)
+    variables |= store.with_interval("cycling_share", (), share, "1", f"{closed}, at the nominal damping")
+    generator = np.random.default_rng([scene.seed, Stream.BOOTSTRAP])
+    return variables | of_reattachment(place, runs["reattachment_realisation"].values, generator, job.warn)
+
+
+def of_reattachment(
+    place: np.ndarray, owner: np.ndarray, generator: np.random.Generator, warn: Callable[[str], None]
+) -> Variables:
+    """Moments of the point of reattachment. place : (events,) [m]; owner : (events,) the run of each"""
+    statistics = None
+    try:
+        statistics = reattachment_statistics(place, owner, generator)
+    except IllPosedError as error:
+        if place.size:  # without a cycle there is nothing to have statistics of
+            warn(f"{error}; the statistics of the reattachment point are stored as NaN")
+    variables: Variables = {}
+    for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
+        title = f"reattachment point X_gh: {name.replace('_', ' ')}"
+        ends = getattr(statistics, name, [np.nan] * 3)
+        variables |= store.with_interval(f"reattachment_{name}", (), ends, unit, title)
     return variables
+
+
+def closing_periods(period: float) -> float:
+    """Natural periods at the end of a run in which one that cycles shows a cycle. period : in tau, NaN without one."""
+    return float(np.nanmax([CLOSING_PERIODS, 2 * period / (2 * np.pi)]))
+
+
+def cycling_share(last_cycle: np.ndarray, duration_periods: float, closing: float) -> tuple[float, float, float]:
+    """Share of the runs with a cycle in the closing periods, with its 95 % interval.
+
+    last_cycle : (runs,) natural periods until the last cycle, 0 for a run without one
+    closing : [natural periods] CLOSING_PERIODS, or two cycles where these take longer
+    """
+    runs = len(last_cycle)
+    cycling = int(np.count_nonzero(last_cycle > max(duration_periods - closing, 0.0)))
+    low, high = wilson_interval(cycling, runs)
+    return cycling / runs, float(low), float(high)
+
+
+def share_of_time(stick_slip: np.ndarray) -> np.ndarray:
+    """(3, dampings) mean share of the time in stick-slip with Student's 95 % interval, cut at 0 and 1.
+
+    stick_slip : (runs, dampings) of each run, NaN where it reaches no state; all NaN where fewer than two runs do
+    """
+    known = np.count_nonzero(~np.isnan(stick_slip), axis=0)
+    is_known = known > 1
+    interval = np.full((3, stick_slip.shape[1]), np.nan)
+    columns, runs = stick_slip[:, is_known], known[is_known]
+    mean = np.nanmean(columns, axis=0)
+    half = student_95(runs) * np.nanstd(columns, axis=0, ddof=1) / np.sqrt(runs)
+    interval[:, is_known] = mean, np.maximum(mean - half, 0.0), np.minimum(mean + half, 1.0)
+    return interval

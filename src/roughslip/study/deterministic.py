@@ -19,7 +19,6 @@ from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory, trajectory
 from roughslip.scene.friction import SCATTERS
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
 from roughslip.study.from_scene.machine import (
     DISCARDED_PERIODS,
     DRAWN_PERIODS,
@@ -81,51 +80,40 @@ def without_scatter(scene: Scene, job: Job) -> dict[str, store.Variable]:
             f"{duration:g}: they show neither stick-slip nor sliding. Raise ensemble.duration_periods"
         )
     job.count(runs=counts.cycles.size + 1, cycles=int(counts.cycles.sum()))
-    job.skip({skip_reasons.STICK: np.sum(counts.cycles + counts.micro_slips)})
-    return of_motion(limits, cycle, counts, drawn, DISCARDED_PERIODS) | of_friction(job, machine, friction)
+    return of_motion(limits, cycle, counts, drawn) | of_friction(job, machine, friction)
 
 
 def of_motion(
-    limits: tuple[float | None, float | None], cycle: LimitCycle | None, counts: Counts, drawn: Trajectory, after: float
+    limits: tuple[float | None, float | None], cycle: LimitCycle | None, counts: Counts, drawn: Trajectory
 ) -> dict[str, store.Variable]:
-    """Limits, cycle and counts, and the trajectory after so many natural periods."""
+    """Limits, cycle and counts, and the trajectory without the periods that are discarded."""
     variables = {
         name: store.Variable((), np.nan if value is None else value, *title)
         for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
     variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
-    shown = drawn.time >= 2 * np.pi * after
+    shown = drawn.time >= 2 * np.pi * DISCARDED_PERIODS
     return variables | {
         "damping_ratio": store.Variable(("damping",), counts.over["damping"], "1", "damping ratio D"),
         "cycles": store.Variable(("damping",), counts.cycles[0], "1", "cycles M_d"),
         "time": store.Variable(("time",), drawn.time[shown], "1", "tau = omega t"),
-        "position": store.Variable(("time",), drawn.position[shown], "m", "X"),
-        "velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau"),
+        "position": store.Variable(("time",), drawn.position[shown], "m", "X without scatter"),
+        "velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau without scatter"),
     }
 
 
 def of_friction(job: Job, machine: Machine, friction: Friction) -> dict[str, store.Variable]:
-    """The friction of the scene, with a warning where its windows are far from those of its load."""
+    """The scatter of the friction, and where it is that of windows how that of the load's windows moves the limit."""
     scene, result = job.scene, statistics_of(job.scene, job.optional("friction"))
-    columns = {
-        "scatter": (friction.pad_deviation, "1", "standard deviation of the coefficient of all windows in parallel"),
-        "mean": (friction.mean, "1", "mean friction coefficient"),
-        "standard_deviation": (friction.deviation, "1", "standard deviation of the coefficient of a window"),
-        "correlation_length_m": (friction.length_m, "m", "correlation length of the coefficient of a window"),
-    }
-    if isinstance(friction.marginal, tuple):
-        shapes = zip(("beta_a", "beta_b"), friction.marginal, strict=True)
-        columns |= {name: (value, "1", "shape of the Beta distribution of a window") for name, value in shapes}
-    variables = {f"friction_{name}": store.Variable((), *column) for name, column in columns.items()}
-    if result is not None and not is_record(result) and not is_under_load(result):
-        title = (
-            "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
-        )
-        for kind, moved in load_responses(scene, result, machine, friction).items():
-            variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
-        percentile = MEDIAN
-        variables["friction_percentile"] = store.Variable((), percentile, "percent", "penetration of the windows")
-        warn_of_load(job, result, friction.pad_deviation)
+    title = "standard deviation of the coefficient of all windows in parallel"
+    variables = {"friction_scatter": store.Variable((), friction.pad_deviation, "1", title)}
+    if result is None or is_record(result) or is_under_load(result):
+        return variables
+    warn_of_load(job, result, friction.pad_deviation)
+    title = "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
+    for kind, moved in load_responses(scene, result, machine, friction).items():
+        variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
+    variables["friction_percentile"] = store.Variable((), MEDIAN, "percent", "penetration of the windows")
     return variables
 
 
@@ -155,9 +143,8 @@ def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     )
     force, given = section.normal_force_n, section.windows_in_parallel
     if max(needed / given, given / needed) > MISSED:
-        percentile = MEDIAN
         job.warn(
-            f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {percentile:g} a window bears "
+            f"{force:g} N on oscillator.windows_in_parallel = {given}: at percentile {MEDIAN:g} a window bears "
             f"{force / needed:.3g} N, so the force needs {needed:.4g} windows ({low:.4g} to {high:.4g}). Their "
             f"friction would scatter by {std:.2g} in place of {scatter:.2g}; give load, or other windows or penetration"
         )

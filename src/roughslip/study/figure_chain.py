@@ -7,10 +7,9 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure5 import CYCLE
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import elastic, surface_model
+from roughslip.study.from_scene import Stream, geometry, surface_model
 from roughslip.study.from_scene.domain import own_cells
 from roughslip.study.from_scene.machine import friction_of, friction_paths
-from roughslip.study.from_scene.streams import Stream
 from roughslip.study.job import Job
 
 SOLVED, SHOWN = 128, 96  # cells on an edge of the square
@@ -37,8 +36,8 @@ def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
             heights, summit = drawn, highest
         if summit > plane:
             break
-    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
-    solution = solve(elastic.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
+    tolerance, hardness = scene.numerics.contact_tolerance, geometry.hardness_pa(scene)
+    solution = solve(geometry.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
     return heights[middle, middle], solution.pressure[middle, middle]
 
 

@@ -25,7 +25,7 @@ from roughslip.atomic_write import replacing
 from roughslip.compilation.source_hash import FRAME, closure_hash
 from roughslip.errors import RoughslipError, StoreError
 from roughslip.scene.types import Scene, scene_of
-from roughslip.study.files import checksum, describe
+from roughslip.study import checksum, describe
 from roughslip.study.graph import STAGES, Stage, drawing
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -42,7 +42,7 @@ class Job:
     outputs : the files that it makes, by name; `output` is the result
     numbers, design : of its samples, for a stage that is split into batches
     scenes : of a stage that looks at whole scenes, by scene its results by the names under which they are published
-    did, skipped : counts of what was done, and of what was not needed, by what and why
+    did : counts of what was done
     warnings : what limits the result, a line each: in the log, in costs.json, on the page, at the end of a run
     """
 
@@ -55,7 +55,6 @@ class Job:
     design: str = ""
     scenes: Mapping[str, Mapping[str, Path]] = field(default_factory=dict)
     did: Counter[str] = field(default_factory=Counter)
-    skipped: Counter[str] = field(default_factory=Counter)
     warnings: list[str] = field(default_factory=list)
     _loop: tuple[int, int, float, float] = (0, 0, 0.0, 0.0)  # done, done at first, when, and when a line was last said
 
@@ -81,10 +80,6 @@ class Job:
     def count(self, **did: float) -> None:
         """Add to what the job did: `job.count(solves=3)`."""
         self.did.update({name: int(number) for name, number in did.items()})
-
-    def skip(self, counts: Mapping[str, int]) -> None:
-        """Add to what the job did not compute, by what it is and why: `{"solves: no contact": 3}`."""
-        self.skipped.update({name: int(number) for name, number in counts.items()})
 
     def warn(self, *texts: str) -> None:
         """Say what limits the result, each line: what, its number, what follows or what to do."""
@@ -124,7 +119,6 @@ class Job:
             "wall_seconds": round(time.time() - _BEGAN, 3),
             "peak_memory_mib": round(usage.ru_maxrss * KILOBYTES / 2**20, 1),
             "did": dict(sorted(self.did.items())),
-            "skipped": dict(sorted(self.skipped.items())),
             "warnings": self.warnings,
         }
 

@@ -20,18 +20,11 @@ def work(scene: Scene, job: Job) -> None:
             "more of them, or a longer correlation length"
         )
     job.count(modes=len(expansion.modes))
-    captured = {
-        "captured_variance": (expansion.captured_variance, "in the mean over the mesh"),
-        "captured_at_centre": (expansion.captured_at(grid.centre), "at the centre"),
-        "captured_at_corner": (expansion.captured_at((0, 0)), "at the corner"),
-    }
-    variables = {
+    variables = store.variables_of(expansion) | {
         "x": store.Variable(("x",), grid.x(), "m", "node along the belt"),
         "y": store.Variable(("y",), grid.y(), "m", "node across the belt"),
-        "modes": store.Variable(("mode", "x", "y"), expansion.modes, "m", "modes times the root of their eigenvalues"),
-        "eigenvalue": store.Variable(("mode",), expansion.eigenvalues, "m2", "eigenvalues of the covariance matrix"),
-        "variance": store.Variable(("x", "y"), expansion.variance(), "m2", "variance of the truncated expansion"),
     }
-    for name, (share, where) in captured.items():
-        variables[name] = store.Variable((), share, "1", f"share of the variance that the modes carry, {where}")
+    for name, node in (("centre", grid.centre), ("corner", (0, 0))):
+        title = f"share of the variance that the modes carry, at the {name}"
+        variables[f"captured_at_{name}"] = store.Variable((), expansion.captured_at(node), "1", title)
     store.write(job.output, variables, job.key)

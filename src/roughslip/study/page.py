@@ -2,7 +2,8 @@
 
 import json
 import os
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,12 @@ from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report.page import SceneReport, page
 from roughslip.scene.types import Scene, scene_of, without_nulls
-from roughslip.study.costs import total
-from roughslip.study.from_scene.periodic_cell import yielding
 from roughslip.study.job import Job
+from roughslip.surface.plausibility import yielding
 from roughslip.verdicts.statements import claims
 
 BY_LAW = "load_std_by_law"  # of friction under the load, where the law holds
-
-
+SCENES = Path("config", "scenes")
 Files = Mapping[str, Path]
 
 
@@ -33,9 +32,6 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
     return whole
 
 
-SCENES = Path("config", "scenes")
-
-
 def picture(path: Path) -> bytes:
     """A picture. Raises StoreError where it is missing."""
     try:
@@ -48,7 +44,7 @@ def square_represented(modes: store.Result) -> list[str]:
     """How many modes the square has, and what they carry."""
     mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
     return [
-        f"The square is expanded in {len(modes['eigenvalue'])} modes.",
+        f"The square is expanded in {len(modes['eigenvalues'])} modes.",
         f"They carry {mean:.1f} % of the variance in the mean over the mesh, {centre:.1f} % at the centre and "
         f"{corner:.1f} % at the corner.",
     ]
@@ -78,8 +74,8 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
         result = store.read(files["surface/scan.nc"])
         count = int(result["outliers"])
         sentences["figure_scan"] = [
-            f"Of the scan was read: {result['read'][0]}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
-            f"Model of its surface: {result['model'][0]}.",
+            f"Of the scan was read: {result['read']}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
+            f"Model of its surface: {result['model']}.",
         ]
     under_load = store.read(files["friction/statistics.nc"]) if "friction" in stages else {}
     if "contact" in stages and "plasticity_index" not in under_load:
@@ -124,6 +120,34 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
     )
 
 
+def total_costs(records: list[dict[str, Any]], warnings: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """What every stage cost, did and warned of: a row a stage, and a last row for the whole scene.
+
+    warnings : on the scene itself, which the last row shows before those of the stages
+
+    Seconds and counts add up over the jobs; peak memory is that of the largest job.
+    """
+    stages = sorted({record["stage"] for record in records})
+    rows = [_sum(stage, [record for record in records if record["stage"] == stage]) for stage in stages]
+    of_stages = (f"{row['stage']}: {text}" for row in rows for text in row["warnings"])
+    return [*rows, _sum("all", records) | {"warnings": [*warnings, *of_stages]}]
+
+
+def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
+    did: Counter[str] = Counter()
+    for record in records:
+        did.update(record["did"])
+    seconds = {name: round(sum(record[name] for record in records), 3) for name in ("cpu_seconds", "wall_seconds")}
+    return {
+        "stage": stage,
+        "jobs": len(records),
+        **seconds,
+        "peak_memory_mib": max((record["peak_memory_mib"] for record in records), default=0.0),
+        "did": dict(sorted(did.items())),
+        "warnings": list(dict.fromkeys(text for record in records for text in record["warnings"])),
+    }
+
+
 def judged(job: Job) -> list[dict[str, Any]]:
     """Return the claims of a scene, from what it has of the pressure at the centre, of friction and of cycles."""
     paths = {name: job.optional(name) for name in ("square", "friction", "oscillator")}
@@ -139,7 +163,7 @@ def work(scene: Scene, job: Job) -> None:
     if "claims" in job.outputs:
         store.write_json(job.outputs["claims"], judged(job))
         records = [store.read_json(path) for path in sorted(job.paths("records"))]
-        store.write_json(job.outputs["costs"], total(records, part["not_needed"], part["warnings"]))
+        store.write_json(job.outputs["costs"], total_costs(records, part["warnings"]))
         (own,) = files.values()
         own |= {f"{name}.json": job.outputs[name] for name in ("claims", "costs")}
         own["keys/page.json"] = job.output.parent / "key.json"

@@ -1,12 +1,10 @@
-"""Which stages a scene needs, why others are skipped, and what these lack: all from the rows of the graph."""
+"""Which stages a scene needs, and what these lack: all from the rows of the graph."""
 
 from __future__ import annotations
 
-from functools import cache
-
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import get
-from roughslip.study.graph import EVERY_SCENE, STAGES, Stage, targets
+from roughslip.study.graph import EVERY_SCENE, STAGES, Stage
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "friction", "numerics")
@@ -67,56 +65,31 @@ def sections_not_read(scene: Values) -> set[str]:
     return unread if "chaos_square" in stages else unread | {"square"}
 
 
-def skip_reasons(scene: Values) -> dict[str, str]:
-    """The stages of any target that do not run for those of the scene, each with the reason."""
-    reached = _reached(scene, tuple(scene["targets"]))
-    asking = {name: ", ".join(target for target in targets() if name in _all_of(target)) for name in STAGES}
-    needed = _needed(scene, (EVERY_SCENE, *scene["targets"]))
-    skipped = [name for name in sorted(STAGES) if asking[name] and name not in needed]
-    return {name: reached.get(name) or f"not asked for: {asking[name]}" for name in skipped}
-
-
 def makers(stage: Stage, stages: frozenset[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
     return sorted({*stage.makers, *stage.collects.values()} & stages)
 
 
-def _failing(scene: Values, stage: Stage) -> str:
-    """Why a stage does not run: the first of its conditions that does not hold in the scene; "" where all do."""
-    for condition in filter(None, stage.runs_if.split(" and ")):
-        key = condition.removeprefix("not ")
-        is_given = get(scene, key) is not None
-        if is_given == condition.startswith("not "):
-            return f"{key} is {'given' if is_given else 'not given'}"
-    return ""
+def _runs(scene: Values, stage: Stage) -> bool:
+    """Whether all conditions of a stage hold in the scene."""
+    conditions = filter(None, stage.runs_if.split(" and "))
+    return all((get(scene, key.removeprefix("not ")) is None) == key.startswith("not ") for key in conditions)
 
 
 def _needed(scene: Values, wanted: tuple[str, ...]) -> set[str]:
-    return {name for name, reason in _reached(scene, wanted).items() if not reason}
+    """Stages that these targets need: their own, those that make the inputs of one, and companions.
 
-
-def _reached(scene: Values | None, wanted: tuple[str, ...]) -> dict[str, str]:
-    """Stages that these targets may need: their own, those that make the inputs of one, and companions.
-
-    Each has the first condition that fails on every way to it, as the reason why it does not run; "" where it is
-    needed. An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
-    Without a scene all conditions hold.
+    An input that nothing can replace is needed even if the condition of the stage that makes it does not hold.
     """
-    reached: dict[str, str] = {}
-    pending = [(stage.name, "") for target in wanted for stage in STAGES.values() if stage.target == target]
+    needed: set[str] = set()
+    pending = [stage.name for target in wanted for stage in STAGES.values() if stage.target == target]
     while pending:
-        name, reason = pending.pop(0)
-        if name in reached and (reason or not reached[name]):
+        name = pending.pop()
+        if name in needed:
             continue
-        reached[name] = reason
-        companions = {stage.name: False for stage in STAGES.values() if name in stage.comes_with.split()}
-        for other, is_always in (STAGES[name].makers | companions).items():
-            failing = "" if is_always or scene is None else _failing(scene, STAGES[other])
-            pending.append((other, reason or failing))
-    return reached
-
-
-@cache
-def _all_of(target: str) -> frozenset[str]:
-    """Every stage that a target may need, in any scene."""
-    return frozenset(_reached(None, (target,)))
+        needed.add(name)
+        others = STAGES[name].makers | {
+            stage.name: False for stage in STAGES.values() if name in stage.comes_with.split()
+        }
+        pending += [other for other, is_always in others.items() if is_always or _runs(scene, STAGES[other])]
+    return needed

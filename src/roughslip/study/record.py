@@ -15,12 +15,12 @@ from roughslip.record.process import through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.scene.types import Scene, get
-from roughslip.study.from_scene import elastic
-from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene import Stream, geometry
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
-from roughslip.study.result_tables import record_table
 
+KINDS = ("additive", "multiplicative")
+MOST_DRAWN = 2000  # samples of the record that are drawn
 TWINS = 2  # synthetic records next to the measured one
 OF_SURFACE = ("roughness.covariance", "material.young_modulus_pa", "strip.width_m", "oscillator.normal_force_n")
 LAW_ERROR = 0.1  # of the law of scatter: two of its rms errors
@@ -66,7 +66,7 @@ def work(scene: Scene, job: Job) -> None:
             "which is taken"
         )
     job.count(samples=slid.samples.friction.size)
-    variables = record_table.of_fit(found, slid, beta_shapes(found)) | _drawn(scene.seed, found, slid)
+    variables = of_fit(found, slid) | _drawn(scene.seed, found, slid)
     if has_surface(job.key.configuration):
         try:
             by_law = of_surface(scene, float(np.mean(found.mean)), variables["lag"].values)
@@ -76,6 +76,43 @@ def work(scene: Scene, job: Job) -> None:
             job.warn(is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0]))
             variables |= by_law
     store.write(job.output, variables, job.key)
+
+
+def of_fit(found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
+    """Curve and scatter with their errors, what else is in the record, and the samples that are drawn."""
+    samples, curve, speed = slid.samples, found.curve, ("speed",)
+    notes = np.array(found.notes + slid.notes or ("nothing",))
+    variables = store.variables_of(found, leave_out=("mean", "explained"))
+    variables |= store.variables_of(curve, "curve_", leave_out=("friction", "speeds_m_per_s")) | {
+        "shape": store.Variable((), found.scatter(found.kind).shape, "1", "shape of the autocorrelation"),
+        "note": store.Variable(("note",), notes, "1", "what the record leaves open"),
+        "record_mean": store.Variable((), float(np.mean(found.mean)), "1", "mean friction coefficient over the record"),
+        "curve_speed": store.Variable(speed, curve.speeds_m_per_s, "m/s", "sliding speed"),
+        "beta_shapes": store.Variable(("shape_of_beta",), beta_shapes(found), "1", "shapes of the Beta distribution"),
+        **store.with_interval("curve", speed, (curve.friction, *curve.interval()), "1", "mean friction coefficient"),
+    }
+    for kind in KINDS:
+        scatter, numbers = found.scatter(kind), ("standard_deviation", "correlation_length_m")
+        variables |= store.variables_of(scatter, f"{kind}_", leave_out=numbers)
+        shown = ("std", "1", "standard deviation"), ("length", "m", "correlation length")
+        for number, ends, (name, unit, title) in zip(numbers, scatter.interval(), shown, strict=True):
+            columns = getattr(scatter, number), *ends
+            variables |= store.with_interval(f"{kind}_{name}", (), columns, unit, f"{title} of {kind} scatter")
+    drawn = {
+        "time": (samples.elapsed, "s", "time of sliding"),
+        "speed": (samples.speed, "m/s", "sliding speed"),
+        "friction": (samples.friction, "1", "friction coefficient as measured"),
+        "explained": (found.explained, "1", "curve, drift and period"),
+    }
+    step = _step(slid)
+    return variables | {
+        f"sample_{name}": store.Variable(("sample",), values[::step], unit, title)
+        for name, (values, unit, title) in drawn.items()
+    }
+
+
+def _step(slid: Sliding) -> int:
+    return -(-slid.samples.friction.size // MOST_DRAWN)
 
 
 def has_surface(configuration: dict[str, Any]) -> bool:
@@ -90,7 +127,7 @@ def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store
     """
     window = scene.strip.window_m, scene.strip.width_m
     pressure = scene.oscillator.normal_force_n / (scene.oscillator.windows_in_parallel * window[0] * window[1])
-    law = gaussian_model(scene).covariance, elastic.material(scene).plane_strain_modulus_pa, pressure, window
+    law = gaussian_model(scene).covariance, geometry.material(scene).plane_strain_modulus_pa, pressure, window
     deviation = mean * scatter_of_friction(*law)
     covariance = deviation**2 * autocorrelation_of_friction(*law, lags_m)
     return {
@@ -122,14 +159,13 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     lags = min(LAGS, even.size - 1)
     products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
     modelled = fit.deviation**2 * fit.scatter.autocorrelation(even[:lags])
-    step = -(-samples.friction.size // record_table.MOST_DRAWN)
     twins = []
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])
         path = fit.deviation * fit.weight * fit.scatter.path(place, generator)
         memory = samples.course(fit.time_constant, fit.weight).memory
         noise = fit.noise * generator.standard_normal(place.size)
-        twins.append((found.explained + through_instrument(path, memory) + noise)[::step])
+        twins.append((found.explained + through_instrument(path, memory) + noise)[:: _step(slid)])
     titles = "autocovariance of the residuals", "autocovariance of the fitted scatter"
     return {
         "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),

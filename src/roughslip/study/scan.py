@@ -3,6 +3,7 @@
 The best of the models fitted to a scan whose surfaces can be sampled on the meshes of the scene.
 """
 
+import math
 import sys
 from collections.abc import Iterator, Sequence
 
@@ -12,19 +13,22 @@ from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
+from roughslip.probability.estimate import columns_of
 from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
+from roughslip.scan.spectrum import rings
 from roughslip.scan.statistics import ScanStatistics, scan_statistics
 from roughslip.scan.topography import Topography, high_pass, remove_form
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.job import Job
-from roughslip.study.result_tables import scan_table
 from roughslip.surface import model as surface
+from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
+MOST_DRAWN = 400  # points on an axis of a map that is drawn
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
 UNSAMPLED = {"figure_scan", "figure2"}  # targets that draw no strips; squares are expanded in modes
@@ -104,9 +108,48 @@ def work(scene: Scene, job: Job) -> None:
         lengths = f"sub-areas of {statistics.sub_areas.lengths:.1f} correlation lengths"
         job.warn(f"{lengths}: intervals of the scan are too narrow, scan a larger area")
     job.count(points=scan.heights.size)
-    variables |= scan_table.of_scan(scan, statistics, found_outliers)
-    variables["model"] = store.Variable(("model",), np.array([words]), "1", "model of the autocorrelation")
+    variables |= of_scan(scan, statistics, found_outliers)
+    variables["model"] = store.Variable((), words, "1", "model of the autocorrelation")
     store.write(job.output, variables, job.key, attributes)
+
+
+def of_scan(scan: Topography, statistics: ScanStatistics, outlying: np.ndarray) -> dict[str, store.Variable]:
+    """Every statistic with its interval, a map to draw, and the mesh. outlying : (nx, ny) bool, true at outliers"""
+    step, axis, on_map = math.ceil(max(scan.grid.shape) / MOST_DRAWN), ("axis",), ("map_x", "map_y")
+    marked = np.zeros([-(-n // step) for n in scan.grid.shape], dtype=int)  # a point drawn stands for step x step
+    np.maximum.at(marked, tuple(places // step for places in np.nonzero(outlying)), 1)
+    density, is_sufficient = statistics.density, statistics.sub_areas.sufficient
+    variables = {
+        "outliers": store.Variable((), int(outlying.sum()), "1", "points that are outliers of the heights"),
+        "map_outlier": store.Variable(on_map, marked, "1", "1 where a point of the map stands for outliers"),
+        "map": store.Variable(on_map, scan.heights[::step, ::step], "m", "heights, thinned"),
+        "map_x": store.Variable(("map_x",), scan.grid.x()[::step], "m", "place along x"),
+        "map_y": store.Variable(("map_y",), scan.grid.y()[::step], "m", "place along y"),
+        "points": store.Variable(axis, np.array(scan.grid.shape), "1", "points of the scan along x and y"),
+        "spacing": store.Variable(axis, np.array([scan.dx, scan.dy]), "m", "distances of neighbouring points"),
+        "missing": store.Variable((), float(scan.missing.mean()), "1", "share of the points that have no height"),
+        "read": store.Variable((), scan.read, "1", "what was read of the file, cut and missing"),
+        "sufficient": store.Variable((), is_sufficient, "1", "whether the sub-areas are long enough for intervals"),
+        "density_edge": store.Variable(("edge",), density.edges, "m", "edges of bins of height"),
+        **store.with_interval("density", ("bin",), columns_of(density.density), "m-1", "density of heights"),
+    }
+    for part in (statistics, statistics.autocorrelation, statistics.spectrum):
+        variables |= store.variables_of(part, leave_out=("rows",))
+    return variables
+
+
+def of_model(covariance: Covariance, scan: Topography, statistics: ScanStatistics) -> dict[str, store.Variable]:
+    """A fitted model at the lags and on the rings of a scan; of an endless lay, at the lags across it alone."""
+    parts, own = statistics.sub_areas, statistics.autocorrelation
+    lags = [own.lag_x[:, None], own.lag_y[None, :]]
+    if parts.endless is not None:
+        lags[parts.endless] = 0.0 * lags[parts.endless]
+    correlation = np.asarray(covariance(*lags)) / covariance.rms_height_m**2
+    found = {"model_correlation": store.Variable(("lag_x", "lag_y"), correlation, "1", "autocorrelation of the model")}
+    if parts.endless is None:
+        power = rings(scan.grid, parts).expected(covariance.spectrum)
+        found["model_power"] = store.Variable(("R",), power, "m4", "radially averaged power spectrum of the model")
+    return found
 
 
 def fitted_model(
@@ -119,8 +162,7 @@ def fitted_model(
 
     Raises IllPosedError, ConvergenceError or ParameterError where the scan has no model that can be sampled.
     """
-    wanted = job.scene.roughness.scan
-    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
+    wanted, endless = job.scene.roughness.scan, statistics.sub_areas.endless
     kind, covariance, words = wanted.covariance, None, "measured autocorrelation"
     correct, drawn = job.scene.roughness.correct_correlation, {}
     if kind != "measured":
@@ -128,7 +170,7 @@ def fitted_model(
         fitted, refused = fitted_covariances(kinds, scan, statistics)
         best, left = best_sampled(fitted, marginal, correct, meshes(job.scene), endless)
         covariance = best.covariance
-        words, drawn = model_in_words(best, len(fitted) - len(left)), scan_table.of_model(covariance, scan, statistics)
+        words, drawn = model_in_words(best, len(fitted) - len(left)), of_model(covariance, scan, statistics)
         job.warn(*(f"a better model, {model}: {covariance.kind} is taken, or try measured" for model in left))
         for reason in refused:
             print(f"scan: not fitted: {reason}", file=sys.stderr)

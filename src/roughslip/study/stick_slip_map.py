@@ -14,9 +14,8 @@ from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.lattice_map import LatticeMap, lattice_map
 from roughslip.scene.oscillator import StickSlipMap
 from roughslip.scene.types import Scene
-from roughslip.study import skip_reasons
+from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import machine_of
-from roughslip.study.from_scene.streams import Stream
 from roughslip.study.job import Job
 
 # Points that are run: a tenth of the runs at 24 x 24 points, and the same error of the probability, 0.006; of a coarse
@@ -32,7 +31,7 @@ LIMITS = {
 
 def work(scene: Scene, job: Job) -> None:
     """Write the share of stick-slip in the second half of the runs, and the limits in damping along the other axis."""
-    scene, asked = scene, scene.map
+    asked = scene.map
     own = machine_of(scene, job.optional("friction"))
     ranges = box(own, scene.ensemble.marginal, asked)
     names = tuple(ranges)
@@ -46,9 +45,6 @@ def work(scene: Scene, job: Job) -> None:
     shares = lattice_map(probability, asked.points, min(MOST_COMPUTED, int(SHARE * asked.points**2)))
     limits = limits_along(job, own, names[1], axes[1] if names[0] == "damping" else None)
     job.count(runs=at_points.runs, steps=at_points.steps)
-    spared = asked.points**2 * RUNS - at_points.runs
-    skipped = {skip_reasons.STICK: at_points.sticks, skip_reasons.KEPT: at_points.runs - at_points.paths}
-    job.skip(skipped | {skip_reasons.BETWEEN: spared})
     variables = of_shares(shares)
     for axis, name, values in zip(POINT, names, axes, strict=True):
         parameter = PARAMETERS[name]
@@ -133,14 +129,14 @@ class PointRuns:
     own : the machine that changes from point to point
     periods : natural periods of a run after its first departure
     seed : of the random numbers; each realisation adds its own
-    runs, steps, sticks, paths : counts of what was done
+    runs, steps : counts of what was done
     """
 
     def __init__(self, own: Machine, periods: float, seed: tuple[int, ...]) -> None:
         self._own, self._periods, self._seed = own, periods, seed
         self._of_friction: tuple[float, ...] | None = None
         self._kept: dict[int, KeptPath] = {}
-        self.runs = self.steps = self.sticks = self.paths = 0
+        self.runs = self.steps = 0
 
     def shares(self, values: Mapping[str, float], realisations: Sequence[int]) -> np.ndarray:
         """(realisations,) [-] at a point, given by values of the parameters of the box."""
@@ -152,10 +148,8 @@ class PointRuns:
         for row, number in enumerate(realisations):
             if number not in self._kept:
                 self._kept[number] = self._drawn.kept_path([*self._seed, number])
-                self.paths += 1
             motion, first, states = run_until_known(point, self._kept[number], self._drawn.paths.spacing, self._periods)
             share = states.share(first + 0.5 * self._periods, first + self._periods)
             shares[row] = np.nan_to_num(share)  # micro-slips alone are no stick-slip
             self.runs, self.steps = self.runs + 1, self.steps + motion.steps
-            self.sticks += motion.cycles + motion.micro_slips
         return shares

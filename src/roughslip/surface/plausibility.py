@@ -16,6 +16,7 @@ LENGTHS = 10.0  # correlation lengths a window, at least
 FULL = 2.0  # p / (E* h') of four rms pressures of full contact, E* h' / 2: a share of 3e-5 would be in tension
 LIGHT_AREA = math.sqrt(2.0 * math.pi)  # A E* h' / N at light loads, Bush et al., Wear 35 (1975) 87
 MOST_CELL_NODES = 2**21  # of a periodic cell, whose solve takes 0.7 GB
+CELL_CONTACT = 4.0  # correlation areas in contact in a periodic cell, at least
 ROUNDING = 1e-9
 # Greatest index E* h' / H of elastic contact. Of the elastic real area in light contact at most exp(-2 / index^2) has
 # pressures above H (Persson, J. Chem. Phys. 115 (2001) 3840): 2e-10 here, 0.14 at 1, where solved surfaces have 0.04.
@@ -68,6 +69,16 @@ def plasticity_index(modulus_pa: float, slope: float, hardness_pa: float) -> flo
     Source: Mikic, Int. J. Heat Mass Transfer 17 (1974) 205, with the slope of a profile in place of h'.
     """
     return modulus_pa * slope / hardness_pa
+
+
+def yielding(index: float, share: float) -> str:
+    """Whether the contact of a load yields, as the log and the page say it.
+
+    index : E* h' / H, zero in elastic contact; share : of the real area that bears the hardness
+    """
+    if not index:
+        return "The contact is elastic: material.hardness_pa is not given."
+    return f"The plasticity index E* h' / H is {index:.2g}; {100 * share:.2g} % of the real area bears the hardness."
 
 
 def yield_warning(young_modulus_pa: float, modulus_pa: float, slope: float) -> str:

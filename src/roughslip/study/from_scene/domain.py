@@ -2,11 +2,17 @@
 
 A block is as long along the belt as the distance of two windows, and as wide as a window. Blocks one behind the other
 are a window, so that friction follows from the contact area and normal force of blocks.
+
+A cell has whole windows along and across the belt, at least WINDOWS of them and EDGE correlation lengths. All of it
+bears the nominal pressure, so it also needs many contacts. The expected real area is sqrt(2 pi) p / (E* h') of it at
+light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87). It is at least CONTACT correlation areas, some 20 contacts.
+What the period itself does is measured in docs/notebook/contact.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -14,18 +20,30 @@ from pathlib import Path
 
 import numpy as np
 
+from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import ContactSolution, solve_loads, sweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import elastic, geometry, periodic_cell
-from roughslip.study.from_scene.streams import Stream
-from roughslip.study.from_scene.surface_model import gaussian_model, scan_warnings, surface_model
+from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings, surface_model
 from roughslip.study.job import Job
 from roughslip.surface.model import GaussianModel, SurfaceModel
+from roughslip.surface.plausibility import (
+    CELL_CONTACT,
+    LIGHT_AREA,
+    MOST_CELL_NODES,
+    contact_mistake,
+    plasticity_index,
+    rms_slope,
+    slope_mistake,
+    yield_warning,
+)
 
+WINDOWS = 6, 2  # along and across, at least: lags of three windows are within half a period
+EDGE = 8.0  # correlation lengths of an edge, at least
 SAMPLE = 8  # windows of cells that stand for a sample of the scene
 FEWEST = 16  # cells that are resampled, at least
 FACTORS = tuple(10.0 ** np.array([-1.0, -0.5, 0.5, 1.0]))  # of the nominal pressure of the load
@@ -62,11 +80,11 @@ class Domain:
         """Heights (nx, ny) [m] of a sample, as cells of constant pressure need them where edges of contacts count."""
         stream = Stream.CELL if self.periodic else Stream.STRIP
         drawn = self.model.heights(self.sample(np.random.default_rng([self.scene.seed, stream, number])))
-        return cell_heights(drawn, self.grid) if self.periodic and elastic.counts_shares(self.scene) else drawn
+        return cell_heights(drawn, self.grid) if self.periodic and geometry.counts_shares(self.scene) else drawn
 
     def solutions(self, heights: np.ndarray) -> list[ContactSolution]:
         """The contact of a sample at every level."""
-        tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
+        tolerance, hardness = self.scene.numerics.contact_tolerance, geometry.hardness_pa(self.scene)
         if self.periodic:
             return solve_loads(self._influence, heights, self.levels, tolerance, hardness)
         planes = self.model.plane_height(np.array(self.levels)).tolist()
@@ -74,7 +92,7 @@ class Domain:
 
     def touched(self, solution: ContactSolution) -> np.ndarray:
         """(nx, ny) share of each cell in contact, or whether its node is."""
-        return solution.shares if elastic.counts_shares(self.scene) else solution.contact
+        return solution.shares if geometry.counts_shares(self.scene) else solution.contact
 
     def middle(self) -> slice:
         """Columns without the margins of a strip."""
@@ -90,7 +108,7 @@ class Domain:
 
     @cached_property
     def _influence(self) -> Influence:
-        modulus = elastic.material(self.scene).plane_strain_modulus_pa
+        modulus = geometry.material(self.scene).plane_strain_modulus_pa
         return Influence(self.grid, modulus, periodic=self.periodic)
 
 
@@ -108,9 +126,9 @@ def domains(job: Job) -> list[Domain]:
 
 def own_cells(scene: Scene, scan: Path | None) -> Domain:
     """Cells under the load of the scene. Raises IllPosedError where none serve."""
-    periodic_cell.check_slope(scan)
+    check_slope(scan)
     model, nominal = gaussian_model(scene, scan), float(scene.load.nominal_pressure_pa)
-    grid, mistake = periodic_cell.mesh_under(scene, model, nominal)
+    grid, mistake = mesh_under(scene, model, nominal)
     if mistake:
         raise IllPosedError(mistake)
     return _cells(scene, model, grid, (nominal,), scene.strip.samples, FEWEST)
@@ -120,10 +138,10 @@ def _under_load(job: Job) -> list[Domain]:
     """Cells under the load, and for each size of cells those that bear two decades of pressure about it."""
     scene, scan = job.scene, job.optional("scan")
     own, model, left_out = own_cells(scene, scan), gaussian_model(scene, scan), {}
-    job.warn(*periodic_cell.warnings(scene, model, scan))
+    job.warn(*cell_warnings(scene, model, scan))
     meshes: dict[float, Grid] = {}
     for pressure in (own.levels[0] * float(factor) for factor in FACTORS):
-        grid, mistake = periodic_cell.mesh_under(scene, model, pressure)
+        grid, mistake = mesh_under(scene, model, pressure)
         if mistake:
             left_out[pressure] = mistake
         else:
@@ -142,3 +160,65 @@ def _cells(
     windows = grid.size * grid.cell_area / (scene.strip.window_m * scene.strip.width_m)
     count = max(round(samples * SAMPLE / windows), fewest)
     return Domain(scene, model, grid, pressures_pa, count, model.cell_sampler(grid), periodic=True)
+
+
+def mesh_of(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Grid:
+    """The smallest cell that serves, or one of at most MOST_CELL_NODES nodes. Its shorter edge doubles until it serves.
+
+    lengths_m : 1/e lengths of the heights along and across
+    light_area : [-] share of the cell in contact that is expected
+    """
+    strip = scene.strip
+    window, width = strip.window_m, strip.width_m
+    along, across = (
+        2 * math.ceil(max(least, EDGE * length / edge) / 2)
+        for least, length, edge in zip(WINDOWS, lengths_m, (window, width), strict=True)
+    )
+    needed = CELL_CONTACT * math.prod(lengths_m) / light_area
+    most = MOST_CELL_NODES * strip.cell_m**2
+    while along * window * across * width < min(needed, most / 2):
+        along, across = (2 * along, across) if along * window <= across * width else (along, 2 * across)
+    x, y = (round(size / strip.cell_m) for size in (window, width))
+    return Grid(along * x, across * y, strip.cell_m, strip.cell_m)
+
+
+def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[Grid, str]:
+    """The mesh of a cell under a nominal pressure, and what is wrong where the pressure is too high or too low.
+
+    Raises IllPosedError where a cell of WINDOWS and EDGE has too many nodes.
+    """
+    modulus, hardness = geometry.material(scene).plane_strain_modulus_pa, geometry.hardness_pa(scene)
+    slope = rms_slope(model.covariance, scene.strip.cell_m)
+    share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
+    least = CELL_CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
+    mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
+    grid = mesh_of(scene, model.lengths_m, share)
+    if grid.size > MOST_CELL_NODES:
+        raise IllPosedError(
+            f"a periodic cell of {WINDOWS[0]} x {WINDOWS[1]} windows and {EDGE:g} correlation lengths takes "
+            f"{grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows; scene keys: "
+            "strip.cell_m, strip.window_m, strip.width_m"
+        )
+    return grid, mistake
+
+
+def index_of(scene: Scene, model: GaussianModel) -> float:
+    """Plasticity index E* h' / H [-], zero in elastic contact."""
+    modulus, slope = geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)
+    return plasticity_index(modulus, slope, geometry.hardness_pa(scene))
+
+
+def check_slope(scan: Path | None) -> None:
+    """Raise IllPosedError for a covariance fitted to a scan whose slope is infinite."""
+    fitted = None if scan is None else fitted_covariance(store.read(scan))
+    if fitted is not None and (text := slope_mistake(fitted)):
+        raise IllPosedError(f"roughness.scan.covariance: {text}. Of a scan, measured ends at its spacing")
+
+
+def cell_warnings(scene: Scene, model: GaussianModel, scan: Path | None) -> Iterator[str]:
+    """That the surface of a scan would yield where the scene gives no hardness."""
+    if scan is None or scene.material.hardness_pa is not None:
+        return
+    modulus, slope = geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)
+    if text := yield_warning(scene.material.young_modulus_pa, modulus, slope):
+        yield text

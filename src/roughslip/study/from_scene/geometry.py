@@ -1,15 +1,40 @@
-"""From a stage's slice of the scene to meshes, blocks, and nodes at which the pressure is kept."""
+"""From a stage's slice of the scene to material, meshes, blocks, designs, and nodes at which the pressure is kept."""
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from roughslip.chaos.variables import latin_hypercube
+from roughslip.contact.influence import Influence, Material
 from roughslip.grid import Grid
-from roughslip.limits import LEAST_CONTACT, MARGIN, TRAINING_SPACING, WINDOWS
+from roughslip.limits import LEAST_CONTACT, MARGIN, TRAINING_SPACING, WINDOWS, designs_of
 from roughslip.scene.types import Scene
+from roughslip.study.from_scene import Stream
 
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
+
+
+def material(scene: Scene) -> Material:
+    """Elastic constants."""
+    return Material(scene.material.young_modulus_pa, scene.material.poisson_ratio)
+
+
+def hardness_pa(scene: Scene) -> float:
+    """Highest contact pressure H [Pa], infinite where the scene gives none: the contact is elastic then."""
+    return math.inf if scene.material.hardness_pa is None else scene.material.hardness_pa
+
+
+def counts_shares(scene: Scene) -> bool:
+    """Whether a cell at the edge of a contact counts by its covered share, and not as a whole."""
+    return bool(scene.numerics.contact_area == "corrected")
+
+
+def influence(scene: Scene, grid: Grid) -> Influence:
+    """Influence coefficients of the material on a mesh."""
+    return Influence(grid, material(scene).plane_strain_modulus_pa)
 
 
 def square_grid(scene: Scene) -> Grid:
@@ -127,3 +152,22 @@ def _nodes(lengths_m: tuple[float, float], grid: Grid, lines: list[list[int]]) -
     distance2 = ((x - (grid.nx - 1) / 2) * grid.dx / along) ** 2 + ((y - (grid.ny - 1) / 2) * grid.dy / across) ** 2
     order = np.argsort(distance2, kind="stable")
     return Nodes(x[order], y[order], (distance2 - distance2[0])[order])
+
+
+def variables_of(seed: int, number: int, modes: int) -> np.ndarray:
+    """xi : (modes,) of a Monte Carlo sample by its number."""
+    return np.random.default_rng([seed, Stream.MONTE_CARLO, number]).standard_normal(modes)
+
+
+def latin_hypercubes(scene: Scene, modes: int) -> Iterator[np.ndarray]:
+    """xi : (samples, modes) of each of the designs that the paper's equations are fitted to, the first as if alone."""
+    seed = [scene.seed, Stream.LATIN_HYPERCUBE]
+    for number, part in enumerate(designs_of(scene.square.latin_hypercube_samples)):
+        generator = np.random.default_rng([*seed, number] if number else seed)
+        yield latin_hypercube(generator, part.stop - part.start, modes)
+
+
+def training_design(scene: Scene, modes: int) -> np.ndarray:
+    """xi : (samples, modes) of the design that our expansion is fitted to."""
+    generator = np.random.default_rng([scene.seed, Stream.EXPANSION_DESIGN])
+    return latin_hypercube(generator, scene.expansion.samples, modes)

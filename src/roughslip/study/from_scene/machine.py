@@ -92,7 +92,7 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
         kind, mean = scene.friction.scatter, float(result["record_mean"])
         deviation = float(result[f"{kind}_std"]) * (mean if multiplies else 1.0)
         length, (a, b) = float(result[f"{kind}_length"]), map(float, result["beta_shapes"])
-        if str(result[f"{kind}_shape"][0]) == "triangle":
+        if str(result[f"{kind}_shape"]) == "triangle":
             pad = triangular_pad
     else:
         column = "" if is_under_load(result) else "combined_"

@@ -13,7 +13,7 @@ from roughslip.grid import Grid
 from roughslip.probability import BetaDistribution, EmpiricalDistribution
 from roughslip.scene.roughness import Roughness, Scan
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene.streams import Stream
+from roughslip.study.from_scene import Stream
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance

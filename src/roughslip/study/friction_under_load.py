@@ -1,10 +1,13 @@
 """What periodic cells say of friction: of the pad and its windows under the load, and of pads under loads about it."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from roughslip import store
 from roughslip.friction.marginal import SET_WINDOWS, BetaFit, fit_beta
-from roughslip.friction.pad import WINDOWS, Blocks, Estimates, Surface, pad_edges, pad_estimates, under_load
+from roughslip.friction.pad import WINDOWS, Blocks, Estimates, Surface, pad_edges, pad_estimates, pad_means, under_load
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
@@ -13,15 +16,15 @@ from roughslip.friction.windows import SCALE, SHAPE, estimate_of, friction_coeff
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import elastic, geometry
-from roughslip.study.from_scene.periodic_cell import yielding
-from roughslip.study.from_scene.streams import Stream
-from roughslip.study.from_scene.surface_model import gaussian_model
+from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.study.job import Job
-from roughslip.study.result_tables.pad_autocorrelation import PARTS, correlated, correlation_variables
-from roughslip.surface.plausibility import ELASTIC
+from roughslip.surface.plausibility import ELASTIC, yielding
 
 REPLICATES, REPLICATES_THERE = 400, 200  # under the load, and over loads
+PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
+LAGS = 49  # slipped distances
+BEYOND = 6.0  # correlation lengths of the heights by which it reaches over the length of the pad
 TITLES = {
     "shear_strength": ((), "Pa", "shear strength that gives the pad its mean friction coefficient"),
     "real_area": ((), "1", "contact area over the apparent area"),
@@ -123,7 +126,7 @@ def by_law(scene: Scene) -> float:
     """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
     strip, load = scene.strip, scene.load
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
-    modulus = elastic.material(scene).plane_strain_modulus_pa
+    modulus = geometry.material(scene).plane_strain_modulus_pa
     return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
 
 
@@ -138,3 +141,28 @@ def of_windows(
     moments = ("mean", *SCALE, *SHAPE)
     found |= {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
     return found, fit_beta(mu[valid])
+
+
+def correlation_variables(scene: Scene, scan: Path | None, length_m: float | None = None) -> dict[str, store.Variable]:
+    """What with `pad_parts` gives the autocorrelation of the friction of a pad over the slipped distance."""
+    strip, surface = scene.strip, correlated(scene, scan)
+    pads = [pad_edges(count, strip.window_m, strip.width_m, length_m) for count in WINDOWS]
+    lags = np.array([np.linspace(0.0, length + BEYOND * surface.lengths_m[0], LAGS) for length, _ in pads])
+    sizes = strip.window_spacing_m, strip.width_m
+    means = np.array([pad_means(surface, *sizes, pad, row) for pad, row in zip(pads, lags, strict=True)])
+    title = "means of the parts over pairs of points of a pad and of the pad a lag behind"
+    return {
+        "pad_lag": store.Variable(("pad", "lag_of_pad"), lags, "m", "slipped distances"),
+        "pad_means": store.Variable(("pad", "lag_of_pad", "part"), means, "1", title),
+    }
+
+
+def correlated(scene: Scene, scan: Path | None = None) -> Surface:
+    """Correlation of the heights of the surface; of translated ones, that of the Gaussian field behind them."""
+    roughness, model = scene.roughness, surface_model(scene, scan)
+    if roughness.wavelengths_m is None:
+        covariance: Any = gaussian_model(scene, scan).covariance
+    else:
+        covariance = fractal_law(roughness)
+    variance = covariance.rms_height_m**2
+    return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)

@@ -7,21 +7,24 @@ Lags determine lengths and lay, but hardly a smoothness or a Hurst exponent: a s
 short waves still fits them. Rings of the spectrum determine the shape, but no directions, and they distort lengths
 where a model does not hold. So with rings the shape is the best for both, with lengths and lay fitted to the lags at
 that shape, and models are compared by both. Each sum of squares is weighted by its effective number of independent
-estimates.
+estimates: of n whose errors, from leaving out parts of the scan, have the correlation R, it is (tr R)^2 / tr R^2.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
+from scipy.special import stdtrit
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.results import described, result
-from roughslip.scan.fit_data import Estimates, RingPowers, lags_to_fit, profile_to_fit, rings_to_fit
-from roughslip.scan.statistics import ScanStatistics
+from roughslip.scan.autocorrelation import Autocorrelation
+from roughslip.scan.jackknife import CONFIDENCE
+from roughslip.scan.statistics import HIGHEST, LEAKAGE, ROLL_OFF, ScanStatistics, rings
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import MODELS
@@ -30,6 +33,8 @@ from roughslip.validation import gate
 MOST_ANISOTROPIC = 2.5  # bound of half the logarithm of the ratio of lengths: 1 to 150
 NEAR_BOUND = 0.01  # share of the range of a shape
 NEAR_LAGS = 0.3  # correlation above which lags enter the first guess
+MOST_LAGS = 4000  # of both signs: more say the same again, at a cost
+DIRECTIONS = 4  # in which the lags across an endless lay are taken, so that fits find them isotropic
 
 
 @result
@@ -47,13 +52,51 @@ class CovarianceFit:
     )
 
 
+@dataclass(frozen=True)
+class Lags:
+    """An estimated autocorrelation at the lags of one half plane, without lag zero, whose correlation is exactly 1.
+
+    x, y : (n,) [m] lags
+    correlation : (n,) [-]
+    standard_error : (n,) [-] positive
+    number : n' that are independent in effect
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    correlation: np.ndarray
+    standard_error: np.ndarray
+    number: float
+
+    def distance(self, covariance: Covariance) -> np.ndarray:
+        """(n,) a model less the estimate, in standard errors."""
+        correlation = covariance(self.x, self.y) / covariance.rms_height_m**2
+        return np.asarray((correlation - self.correlation) / self.standard_error)
+
+
+@dataclass(frozen=True)
+class RingPowers:
+    """An estimated spectrum, averaged over rings of wave vectors.
+
+    power : (m,) [m^4] positive
+    standard_error : (m,) [-] of its logarithm, positive
+    number : m' that are independent in effect
+    expected : the powers (m,) [m^4] of a model on the same rings
+    """
+
+    power: np.ndarray
+    standard_error: np.ndarray
+    number: float
+    expected: Callable[[Covariance], np.ndarray]
+
+    def distance(self, covariance: Covariance) -> np.ndarray:
+        """(m,) logarithm of the power of a model over the estimated one, in standard errors."""
+        model = np.maximum(self.expected(covariance), np.finfo(float).tiny)  # a gaussian may underflow
+        return np.asarray(np.log(model / self.power) / self.standard_error)
+
+
 def fit_covariance(
-    kind: str,
-    lags: Estimates,
-    rms_height_m: float,
-    *,
-    rings: RingPowers | None = None,
-    cutoff_wavelength_m: float | None = None,
+    kind: str, lags: Lags, rms_height_m: float, rings: RingPowers | None, cutoff_wavelength_m: float
 ) -> CovarianceFit:
     """Least squares of (estimate - model) / standard error.
 
@@ -64,33 +107,42 @@ def fit_covariance(
     cutoff_wavelength_m : of self_affine [m], not fitted: geometric mean of both axes, such as twice the pixel
 
     Returns the fit of two lengths and a lay. Raises IllPosedError where there are too few lags, ConvergenceError where
-    least squares stops.
+    the search fails, ParameterError for another kind.
     """
     if kind not in MODELS:
         raise ParameterError(f"there is no covariance {kind!r}; choose one of {', '.join(MODELS)}")
     model = MODELS[kind]
-    if model.has_cutoff != (cutoff_wavelength_m is not None):
-        raise ParameterError(f"a {kind} model {'needs a' if model.has_cutoff else 'has no'} cut-off wavelength")
-    build = _builder(model, rms_height_m, cutoff_wavelength_m)
     start, low, high = _start_and_bounds(model, lags)
     n, p = len(lags.x), len(start)
     if n <= p:
         raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags")
-    number, number_of_rings = lags.number, 0.0 if rings is None else rings.number
-    weight = math.sqrt(number / n)
 
-    def of_lags(parameters: np.ndarray) -> np.ndarray:
-        correlation = build(parameters)(lags.x, lags.y) / rms_height_m**2
-        return np.asarray(weight * (correlation - lags.correlation) / lags.standard_error)
+    def build(parameters: np.ndarray) -> Covariance:
+        """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
+        mean, cos, sin = map(float, parameters[:3])
+        e, lay, shape = math.hypot(cos, sin), 0.5 * math.atan2(sin, cos), None
+        if model.fitted_shape is not None:
+            least, most = model.shapes[model.fitted_shape.name]
+            value = math.exp(parameters[3]) if model.fitted_shape.logarithmic else float(parameters[3])
+            shape = min(max(value, least), most)  # the exponential of a bound may round past it
+        cutoff = cutoff_wavelength_m if model.has_cutoff else None
+        return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff)
 
-    def of_rings(parameters: np.ndarray) -> np.ndarray:
-        if rings is None:
-            return np.zeros(0)
-        return math.sqrt(number_of_rings / len(rings.power)) * rings.distance(build(parameters))
+    def residual(data: Lags | RingPowers | None) -> Callable[[np.ndarray], np.ndarray]:
+        """Distances whose sum of squares has the weight of the effective number."""
 
+        def of(parameters: np.ndarray) -> np.ndarray:
+            if data is None:
+                return np.zeros(0)
+            return math.sqrt(data.number / len(data.standard_error)) * data.distance(build(parameters))
+
+        return of
+
+    of_lags, of_rings = residual(lags), residual(rings)
     x = _solved(model, of_lags, start, low, high)
     if rings is not None and model.fitted_shape is not None:
         x = _profiled(model, of_lags, of_rings, x, low, high)
+    number, number_of_rings = lags.number, 0.0 if rings is None else rings.number
     squares, squares_of_rings = np.sum(of_lags(x) ** 2), np.sum(of_rings(x) ** 2)
     return CovarianceFit(
         build(x),
@@ -109,18 +161,14 @@ def fitted_covariances(
     A self_affine spectrum goes on to the highest wavenumber of the scan. With an endless lay the fits are those of
     the profile across it, isotropic and without rings. Raises IllPosedError where none can be.
     """
-    endless = statistics.sub_areas.endless
-    if endless is None:
-        lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics)
-    else:
-        lags, rings = profile_to_fit(statistics.autocorrelation, endless), None
+    endless, rms_height_m = statistics.sub_areas.endless, float(statistics.rms_height.value)
+    lags = lags_to_fit(statistics.autocorrelation, endless)
+    powers = rings_to_fit(scan, statistics) if endless is None else None
     fits: list[CovarianceFit] = []
     refused: dict[str, list[str]] = {}  # kinds by the reason
     for kind in kinds:
-        cutoff = 2.0 * math.sqrt(scan.dx * scan.dy) if MODELS[kind].has_cutoff else None
-        rms_height_m = float(statistics.rms_height.value)
         try:
-            fits.append(fit_covariance(kind, lags, rms_height_m, rings=rings, cutoff_wavelength_m=cutoff))
+            fits.append(fit_covariance(kind, lags, rms_height_m, powers, 2.0 * math.sqrt(scan.dx * scan.dy)))
         except (IllPosedError, ConvergenceError) as error:
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
@@ -130,24 +178,7 @@ def fitted_covariances(
     return sorted(fits, key=lambda fit: fit.criterion), reasons
 
 
-def _builder(
-    model: type[Covariance], rms_height_m: float, cutoff_wavelength_m: float | None
-) -> Callable[[np.ndarray], Covariance]:
-    """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
-
-    def build(parameters: np.ndarray) -> Covariance:
-        mean, cos, sin = map(float, parameters[:3])
-        e, lay, shape = math.hypot(cos, sin), 0.5 * math.atan2(sin, cos), None
-        if model.fitted_shape is not None:
-            low, high = model.shapes[model.fitted_shape.name]
-            value = math.exp(parameters[3]) if model.fitted_shape.logarithmic else float(parameters[3])
-            shape = min(max(value, low), high)  # the exponential of a bound may round past it
-        return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff_wavelength_m)
-
-    return build
-
-
-def _start_and_bounds(model: type[Covariance], lags: Estimates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _start_and_bounds(model: type[Covariance], lags: Lags) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """First guess from the quadratic form x'Gx = (-ln r)^(2/alpha) of near lags: alpha = 2 gaussian, 1 exponential."""
     near = (lags.correlation > NEAR_LAGS) & (lags.correlation < 0.999)
     if near.sum() < 3:
@@ -221,3 +252,62 @@ def _profiled(
     if abs(shape - bound) < NEAR_BOUND * (high[-1] - low[-1]):  # the search never ends at one
         shape = min(bound, shape, key=total)
     return at(shape)
+
+
+def lags_to_fit(estimate: Autocorrelation, endless: int | None = None) -> Lags:
+    """Estimates at every lag, or every second, third ... on each axis where these are too many.
+
+    endless : axis of an endless lay. Lags across it are taken, each in several directions, so that fits find them
+        isotropic. The effective number of estimates does not change, since copies err together
+    """
+    step = math.ceil(math.sqrt(estimate.rows[0].size / MOST_LAGS))
+    kept = tuple(slice(n // 2 % step, None, step) for n in estimate.rows[0].shape)
+    reach = estimate.correlation.high - estimate.correlation.low
+    error = (reach / (2 * stdtrit(len(estimate.rows) - 2, 0.5 + 0.5 * CONFIDENCE)))[kept]
+    rows, lags = estimate.rows[(slice(None), *kept)], (estimate.lag_x[kept[0]], estimate.lag_y[kept[1]])
+    if endless is None:
+        x, y = np.meshgrid(*lags, indexing="ij")
+        half = (x > 0) | ((x == 0) & (y > 0))
+        x, y, rows, error = x[half], y[half], rows[:, half], error[half]
+    else:
+        middle = error.shape[endless] // 2
+        rows, error, across = (
+            np.take(rows, middle, 1 + endless),
+            np.take(error, middle, endless),
+            lags[1 - endless],
+        )
+        outer, angles = across > 0, np.arange(DIRECTIONS) * math.pi / DIRECTIONS
+        x, y = (np.outer(part, across[outer]).ravel() for part in (np.cos(angles), np.sin(angles)))
+        rows, error = np.tile(rows[:, outer], DIRECTIONS), np.tile(error[outer], DIRECTIONS)
+    return Lags(x, y, rows[0], error, effective_number(rows[1:], error))
+
+
+def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | None:
+    """Powers of the rings to which lags are not sensitive; None where the scan has fewer than two of them.
+
+    The band starts at ROLL_OFF over the shorter length and ends at HIGHEST of the highest wavenumber. Rings below the
+    side lobes of the window are left out.
+    """
+    parts, power = statistics.sub_areas, statistics.spectrum.power
+    q = statistics.spectrum.wavenumber
+    kept = (q >= ROLL_OFF / min(parts.extent)) & (q <= HIGHEST * math.pi / max(scan.dx, scan.dy))
+    kept &= power.value > LEAKAGE * power.value.max()
+    if kept.sum() < 2:
+        return None
+    over = rings(scan.grid, parts)
+    error = np.log(power.high / power.low)[kept] / (2 * stdtrit(parts.number - 1, 0.5 + 0.5 * CONFIDENCE))
+    number = effective_number(np.log(statistics.spectrum.rows[1:, kept]), error)
+    return RingPowers(power.value[kept], error, number, lambda model: over.expected(model.spectrum)[kept])
+
+
+def effective_number(without_part: np.ndarray, standard_error: np.ndarray) -> float:
+    """n' of the module's heading; n where no parts are given.
+
+    without_part : (B, n) estimates without each part of the scan
+    """
+    parts = len(without_part)
+    if not parts:
+        return float(standard_error.size)
+    errors = math.sqrt((parts - 1) / parts) * (without_part - without_part.mean(axis=0)) / standard_error
+    gram = errors @ errors.T
+    return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,7 +16,7 @@ import netCDF4
 import numpy as np
 
 from roughslip.errors import InputError
-from roughslip.scan.text_table import METRES, HasHeader, read_table
+from roughslip.scan.text_table import METRES, NoMatrix, Reading, read_table
 from roughslip.scan.topography import Topography, topography
 from roughslip.validation import gate
 
@@ -28,28 +27,6 @@ ARRAYS = ("h5", "mat", "npz")  # formats of named arrays, which say nothing of w
 NAMES = ("heights", "height", "topography", "z")  # of the channel of heights among several, in any case of letters
 
 
-@dataclass(frozen=True)
-class Stated:
-    """What a scene states where the file does not give it. unit : of the heights; spacing : (dx, dy) [m]"""
-
-    unit: str | None
-    spacing: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
-class Reading:
-    """What a file holds.
-
-    heights : (nx, ny) [m], nan where there is none
-    spacing : (dx, dy) [m]
-    words : the channel, its unit and how it is written
-    """
-
-    heights: np.ndarray
-    spacing: tuple[float, float]
-    words: str
-
-
 @gate
 def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit: str | None = None) -> Topography:
     """Read a scan from a file.
@@ -58,9 +35,9 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
     spacing : (dx, dy) [m] distances of neighbouring points, where the file does not give them
     unit : unit of the heights, a key of METRES, where the file does not give it
 
-    Text without a header is a matrix, a row for each y, or points x, y, z. Values in the file cannot be replaced. Of
-    several channels the one of heights is that whose name is one of NAMES, else the first of an instrument; named
-    arrays are then refused. `read` of the scan says what was.
+    Text without a header is a matrix, a row for each y. Values in the file cannot be replaced. Of several channels the
+    one of heights is that whose name is one of NAMES, else the first of an instrument; named arrays are then refused.
+    `read` of the scan says what was.
 
     Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
     """
@@ -69,8 +46,13 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
         raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
-    reading = _read(path, Stated(unit, spacing))
-    scan = topography(reading.heights, *reading.spacing, str(path), reading.words)
+    found = _read(path)
+    if found.values.size > MOST_POINTS:
+        points = " x ".join(map(str, found.values.shape))
+        smaller = "export a part of the scan, or every second point"
+        raise InputError(f"{path}: {points} points; at most {MOST_POINTS} are read: {smaller}")
+    unit, spacing = _settled(path, found, unit, spacing)
+    scan = topography(found.values * _metres(path, unit), *spacing, str(path), f"{found.words} in {unit}")
     deviation, diagonal = float(np.std(scan.heights)), math.hypot(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not deviation < diagonal:
         raise InputError(
@@ -81,33 +63,39 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
     return scan
 
 
-def _read(path: Path, stated: Stated) -> Reading:
-    suffix = path.suffix.lower()
-    if suffix == ".nc":
-        return _read_netcdf(path, stated)
+def _read(path: Path) -> Reading:
+    """What a file holds. A reader of instruments' files can fail in any way on a damaged one."""
     with path.open("rb") as file:
         start = file.read(4096)
     if not start:
         raise InputError(f"{path}: empty; export it again")
+    suffix, header = path.suffix.lower(), None
     if suffix in TEXT and (start.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\0" not in start):
         try:
-            return _read_text(path, stated)
-        except HasHeader as header:
-            return _read_instrument(path, stated, start, header)
-    return _read_instrument(path, stated, start)
+            return read_table(path)
+        except NoMatrix as error:
+            header = error
+    try:
+        return _read_netcdf(path) if suffix == ".nc" else _read_instrument(path, start, header)
+    except InputError:
+        raise
+    except Exception as error:
+        if "unit" in str(error).lower():
+            raise InputError(f"{path}: no unit of length for heights or distances ({error}); export lengths") from error
+        reason = (str(error).strip().splitlines() or ["no reason given"])[0][:200]
+        raise InputError(f"{path}: truncated or damaged ({type(error).__name__}: {reason}); export it again") from error
 
 
 def _settled(
-    path: Path, unit: str | None, spacing: tuple[float, float] | None, stated: Stated, hint: str = ""
+    path: Path, found: Reading, unit: str | None, spacing: tuple[float, float] | None
 ) -> tuple[str, tuple[float, float]]:
     """Unit of heights and spacing [m]: each of the file or of the scene, of one of them alone.
 
-    unit, spacing : in the file
-    hint : goes with what is missing. Raises InputError with all that is missing or twice there.
+    unit, spacing : of the scene. Raises InputError with all that is missing or twice there.
     """
     rows = (
-        ("unit of heights", "roughness.scan.height_unit", unit, stated.unit),
-        ("spacing", "roughness.scan.spacing_m", spacing, stated.spacing),
+        ("unit of heights", "roughness.scan.height_unit", found.unit, unit),
+        ("spacing", "roughness.scan.spacing_m", found.spacing, spacing),
     )
     wrong = [
         f"the file gives its {what}, {own}; remove {key} = {said}" for what, key, own, said in rows if own and said
@@ -115,8 +103,8 @@ def _settled(
     absent = [(what, key) for what, key, own, said in rows if not own and not said]
     if absent:
         what, keys = (" and ".join(names) for names in zip(*absent, strict=True))
-        wrong.append(f"the file does not give its {what}; set {keys}{hint}")
-    unit, spacing = unit or stated.unit, spacing or stated.spacing
+        wrong.append(f"the file does not give its {what}; set {keys}")
+    unit, spacing = found.unit or unit, found.spacing or spacing
     if wrong or unit is None or spacing is None:
         raise InputError(f"{path}: {'; '.join(wrong)}")
     return unit, spacing
@@ -132,61 +120,24 @@ def _metres(path: Path, unit: str) -> float:
     return METRES[unit]
 
 
-def _check_points(path: Path, shape: tuple[int, ...]) -> None:
-    """Refuses heights of that shape that are no map, or one of more than MOST_POINTS."""
-    if len(shape) != 2:
-        raise InputError(f"{path}: holds {len(shape)}-dimensional heights; a map of heights has two dimensions")
-    if math.prod(shape) > MOST_POINTS:
-        smaller = "export a part of the scan, or every second point"
-        raise InputError(f"{path}: {shape[0]} x {shape[1]} points; at most {MOST_POINTS} are read: {smaller}")
-
-
-def _damaged(path: Path, error: Exception) -> InputError:
-    reason = (str(error).strip().splitlines() or ["no reason given"])[0][:200]
-    return InputError(f"{path}: truncated or damaged ({type(error).__name__}: {reason}); export it again")
-
-
-def _read_text(path: Path, stated: Stated) -> Reading:
-    table = read_table(path)
-    _check_points(path, table.values.shape)
-    spacing, hint = None, ""
-    if table.steps is not None:
-        hint = f" (its points lie {table.steps[0]:.4g} x {table.steps[1]:.4g} apart, in a unit that it does not give)"
-        if len(table.units) == 3:
-            spacing = table.steps[0] * METRES[table.units[0]], table.steps[1] * METRES[table.units[1]]
-        elif stated.spacing is not None:
-            ratio = stated.spacing[0] * table.steps[1] / (stated.spacing[1] * table.steps[0])
-            if not math.isclose(ratio, 1.0, rel_tol=0.01):
-                said = f"{stated.spacing[0]:.4g} x {stated.spacing[1]:.4g} m"
-                raise InputError(f"{path}: the stated spacing of {said} has another ratio than the file{hint}")
-    unit, spacing = _settled(path, table.units[-1] if table.units else None, spacing, stated, hint)
-    return Reading(table.values * METRES[unit], spacing, f"{table.words}, heights in {unit}")
-
-
-def _read_netcdf(path: Path, stated: Stated) -> Reading:
+def _read_netcdf(path: Path) -> Reading:
     """A variable `heights(x, y)` with attribute `units`, and coordinates x, y with theirs.
 
     `mask`, where there is one, is 1 at missing points. SurfaceTopography calls the attributes `unit`.
     """
-    try:
-        with netCDF4.Dataset(path) as file:
-            if "heights" not in file.variables:
-                raise InputError(f"{path}: no variable heights; it has {', '.join(file.variables) or 'none'}")
-            heights = file.variables["heights"]
-            if sorted(heights.dimensions) != ["x", "y"]:
-                raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
-            _check_points(path, heights.shape)
-            axes = [file.variables[axis] for axis in "xy" if axis in file.variables]
-            steps = [_step(path, axis) for axis in axes]
-            spacing = (steps[0], steps[1]) if len(steps) == 2 else None
-            unit, spacing = _settled(path, _unit(heights), spacing, stated)
-            values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan) * _metres(path, unit)
-            if "mask" in file.variables:
-                values[np.ma.filled(file.variables["mask"][:], 1) != 0] = np.nan
-            values = values if heights.dimensions == ("x", "y") else values.T
-    except (OSError, RuntimeError, ValueError, TypeError, IndexError) as error:
-        raise _damaged(path, error) from error
-    return Reading(values, spacing, f"variable 'heights' in {unit}")
+    with netCDF4.Dataset(path) as file:
+        if "heights" not in file.variables:
+            raise InputError(f"{path}: no variable heights; it has {', '.join(file.variables) or 'none'}")
+        heights = file["heights"]
+        if sorted(heights.dimensions) != ["x", "y"]:
+            raise InputError(f"{path}: heights over {', '.join(heights.dimensions)}; a map is over x and y")
+        steps = [_step(path, file[axis]) for axis in "xy" if axis in file.variables]
+        values = np.ma.filled(np.ma.asarray(heights[:], dtype=np.float64), np.nan)
+        if "mask" in file.variables:
+            values[np.ma.filled(file["mask"][:], 1) != 0] = np.nan
+        spacing = (steps[0], steps[1]) if len(steps) == 2 else None
+        values = values if heights.dimensions == ("x", "y") else values.T
+        return Reading(values, _unit(heights), spacing, "variable 'heights'")
 
 
 def _unit(variable: netCDF4.Variable) -> str | None:
@@ -215,34 +166,31 @@ def _library(path: Path) -> ModuleType:
     return SurfaceTopography
 
 
-def _read_instrument(path: Path, stated: Stated, start: bytes, header: HasHeader | None = None) -> Reading:
-    """Heights of an instrument's file. A reader of such files can fail in any way on a damaged one.
+def _read_instrument(path: Path, start: bytes, header: NoMatrix | None) -> Reading:
+    """Heights of an instrument's file.
 
     start : the first bytes. A reader that they prove reports the damage of a file; trying all readers hides it
-    header : the error of text with a header, raised where no reader knows the header
+    header : the error of text that is no matrix, raised where no reader knows the file
     """
     library = _library(path)
     proven = [reader for reader in library.IO.readers if reader.can_read(start[:512]) is library.IO.MagicMatch.YES]
     try:
-        with library.open_topography(path, format=proven[0].format() if len(proven) == 1 else None) as reader:
-            if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
-                raise library.IO.CannotDetectFileFormat("no signature")
-            channel, words = _channel(path, reader.channels, named=reader.format() in ARRAYS)
-            _check_points(path, channel.nb_grid_pts)
-            unit, spacing = _settled(path, channel.unit, _spacing(channel), stated)
-            sizes = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
-            heights = channel.topography(**sizes).heights()
-    except InputError:
-        raise
+        reader = library.open_topography(path, format=proven[0].format() if len(proven) == 1 else None)
+        if reader.format() == "hgt":  # radar maps of the Earth: the reader accepts any file of 2 n^2 bytes
+            raise library.IO.CannotDetectFileFormat("no signature")
     except library.IO.CannotDetectFileFormat as error:
         known = "allowed are instrument files, .nc and text such as .txt and .csv"
         raise header or InputError(f"{path}: unknown format, or damaged; {known}") from error
-    except Exception as error:
-        if "unit" in str(error).lower():
-            raise InputError(f"{path}: no unit of length for heights or distances ({error}); export lengths") from error
-        raise _damaged(path, error) from error
-    heights = np.ma.filled(np.ma.asarray(heights, dtype=np.float64), np.nan) * _metres(path, unit)
-    return Reading(heights.T if start.startswith(b"MATLAB 7.3") else heights, spacing, f"{words} in {unit}")
+    with reader:
+        channel, words = _channel(path, reader.channels, named=reader.format() in ARRAYS)
+        sizes = {} if channel.physical_sizes is not None else {"physical_sizes": (1.0, 1.0)}
+        heights = np.ma.filled(np.ma.asarray(channel.topography(**sizes).heights(), dtype=np.float64), np.nan)
+    # a text header may have a unit for x alone
+    unit, spacing = channel.unit or channel.info.get("raw_metadata", {}).get("xunit"), None
+    if channel.pixel_size is not None and unit in METRES:
+        dx, dy = (float(step) * METRES[unit] for step in channel.pixel_size)
+        spacing = dx, dy
+    return Reading(heights.T if start.startswith(b"MATLAB 7.3") else heights, channel.unit, spacing, words)
 
 
 def _channel(path: Path, channels: Sequence[Any], *, named: bool) -> tuple[Any, str]:
@@ -257,12 +205,3 @@ def _channel(path: Path, channels: Sequence[Any], *, named: bool) -> tuple[Any, 
     others = f" of {len(maps)} with heights ({listed})" if len(maps) > 1 else ""
     channel = chosen[0] if len(chosen) == 1 else maps[0]
     return channel, f"channel '{channel.name}'{others}"
-
-
-def _spacing(channel: Any) -> tuple[float, float] | None:
-    """(dx, dy) [m] that the file gives; None without a unit. A text header may have one for x alone."""
-    unit = channel.unit or channel.info.get("raw_metadata", {}).get("xunit")
-    if channel.pixel_size is None or unit not in METRES:
-        return None
-    dx, dy = channel.pixel_size
-    return float(dx) * METRES[unit], float(dy) * METRES[unit]

@@ -1,7 +1,8 @@
-"""Text as spreadsheets and instruments export it: a matrix of heights, or points x, y, z on a mesh.
+"""Text as spreadsheets and instruments export it: a matrix of heights.
 
 Read is what has one meaning: a byte-order mark, semicolons, commas or tabs between values, decimal commas, words for
-missing values, lines of headings. Else the error names what was met, and where. A header of sizes is not read here.
+missing values, lines of headings. Else the error names what was met, and where. Headers of sizes and points x, y, z
+are left to SurfaceTopography.
 """
 
 from __future__ import annotations
@@ -21,9 +22,6 @@ MISSING = frozenset(
     ["", "bad", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "invalid", "nodata", "-", "--", "---", "*", "***"]
 )
 MOST_HEADINGS = 20  # lines
-MOST_COORDINATE = 1e12  # a metre in the smallest unit
-MOST_NODES = 2**23  # of a mesh on which points lie
-NEAR_NODE = 0.05  # of a step, by which coordinates of points may be rounded
 
 _UNIT = "|".join(METRES)
 # Lines of comment that give a size or a unit of values.
@@ -35,51 +33,49 @@ _STEM = re.compile(r"[-+]?0\d|-0(?!\d)")  # what no whole number is written as
 Line = tuple[int, str]
 
 
-class HasHeader(InputError):
-    """Before the numbers stands no line of headings but a header, perhaps with sizes and units."""
+class NoMatrix(InputError):
+    """Before the numbers stands a header, perhaps with sizes and units, or they are points: for another reader."""
 
 
 @dataclass(frozen=True)
-class Table:
-    """Numbers of a text file.
+class Reading:
+    """What a file of a scan holds.
 
-    values : (nx, ny), nan where one is missing
-    steps : of points x, y, z the distances of neighbours in the unit of the file; None of a matrix
-    units : in the headings, of x, y and z or of z alone
+    values : (nx, ny) heights in their unit, nan where there is none
+    unit : of the heights, None where the file does not give it
+    spacing : (dx, dy) [m] of neighbouring points, None where the file does not give it
     words : what it is and how it is written
     """
 
     values: np.ndarray
-    steps: tuple[float, float] | None
-    units: tuple[str, ...]
+    unit: str | None
+    spacing: tuple[float, float] | None
     words: str
 
 
-def read_table(path: Path) -> Table:
-    """The numbers of a text file: a matrix with a row for each y, or points in three columns."""
+def read_table(path: Path) -> Reading:
+    """The matrix of a text file, a row for each y. Raises NoMatrix where another reader may know the file."""
     lines = _lines(path)
     separator, comma, written = _style(path, lines)
     headings, lines = _headings(path, lines, separator, comma)
     rows = _rows(path, lines, separator, comma)
-    units = tuple(_HEADING_UNIT.findall(" ".join(headings)))
+    units = _HEADING_UNIT.findall(" ".join(headings))
     if headings:
         written.append("after the line " + " and ".join(repr(line[:60]) for line in headings[:2]))
-    how = "".join(f", {words}" for words in written)
-    if rows.shape[1] == 3 and len(rows) >= FEWEST_NODES**2:
-        values, steps = _on_mesh(path, rows)
-        return Table(values, steps, units if len(units) == 3 else (), f"points x, y, z{how}")
     if min(rows.shape) < FEWEST_NODES and len(rows) >= FEWEST_NODES**2:
-        raise _no_matrix(path, f"{len(rows)} lines of {rows.shape[1]} numbers; points have three, x, y and z")
+        met = f"{len(rows)} lines of {rows.shape[1]} numbers; points have three, x, y and z, one at each node of a mesh"
+        raise _no_matrix(path, met, NoMatrix)
     for across, what in ((rows, "the first row"), (rows.T, "the first column")):
         if _rises_evenly(across[0]) and not any(map(_rises_evenly, across[1:2])):  # a slope does so in every row
             raise InputError(f"{path}: {what} rises in equal steps: coordinates, no heights; export the heights alone")
-    return Table(rows.T, None, units if len(units) == 1 else (), f"matrix{how}")
+    words = ", ".join(["matrix", *written, "heights"])
+    return Reading(rows.T, units[0] if len(units) == 1 else None, None, words)
 
 
 def _lines(path: Path) -> list[Line]:
     """Numbers and texts of the lines that are neither empty nor comments, without quotes.
 
-    A comma inside quotes is a decimal one. Raises HasHeader where a comment gives a size or a unit.
+    A comma inside quotes is a decimal one. Raises NoMatrix where a comment gives a size or a unit.
     """
     content = path.read_bytes()
     try:
@@ -174,40 +170,16 @@ def _numbers(cells: list[str], comma: bool) -> np.ndarray | int:
     return row
 
 
-def _no_matrix(path: Path, met: str) -> InputError:
+def _no_matrix(path: Path, met: str, kind: type[InputError] = InputError) -> InputError:
     advice = "export numbers alone, with decimal points, set apart by blanks"
-    return InputError(f"{path}: not a matrix of numbers ({met}); {advice}")
+    return kind(f"{path}: not a matrix of numbers ({met}); {advice}")
 
 
-def _header(path: Path, text: str, number: int) -> HasHeader:
-    return HasHeader(_no_matrix(path, f"{text.strip()[:60]!r} in line {number}").lines[0])
+def _header(path: Path, text: str, number: int) -> InputError:
+    return _no_matrix(path, f"{text.strip()[:60]!r} in line {number}", NoMatrix)
 
 
 def _rises_evenly(line: np.ndarray) -> bool:
     """Whether values rise in equal steps, the corner of a table aside."""
     step = np.diff(line[1:])
     return bool(len(step) >= FEWEST_NODES - 2 and step[0] > 0.0 and np.allclose(step, step[0], rtol=1e-3, atol=0.0))
-
-
-def _on_mesh(path: Path, rows: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
-    """(nx, ny) heights of points x, y, z in any order on a mesh, nan where there is none; the steps of the mesh."""
-    places, steps, counts = [], [], []
-    for name, values in (("x", rows[:, 0]), ("y", rows[:, 1])):
-        if not np.all(np.abs(values) < MOST_COORDINATE):
-            raise InputError(f"{path}: a point without {name}; each needs both coordinates, below {MOST_COORDINATE:g}")
-        levels = np.unique(values)
-        apart = np.diff(levels)
-        apart = apart[apart > 1e-3 * np.max(apart, initial=0.0)]  # levels that differ by rounding are one
-        if not len(apart):
-            raise InputError(f"{path}: all points have one {name}; a map has points along x and y")
-        counts.append(round(min((levels[-1] - levels[0]) / np.median(apart), MOST_NODES)) + 1)
-        steps.append(float((levels[-1] - levels[0]) / (counts[-1] - 1)))
-        place = (values - levels[0]) / steps[-1]
-        places.append(np.round(place).astype(int))
-        if np.max(np.abs(place - places[-1])) > NEAR_NODE or math.prod(counts) > MOST_NODES:
-            raise InputError(f"{path}: {name} of the points does not increase in equal steps; a scan lies on a mesh")
-    heights = np.full(counts, np.nan)
-    if len(np.unique(np.ravel_multi_index((places[0], places[1]), counts))) != len(rows):
-        raise InputError(f"{path}: several heights at one place; a scan has one at each point")
-    heights[places[0], places[1]] = rows[:, 2]
-    return heights, (steps[0], steps[1])

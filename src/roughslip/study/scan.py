@@ -14,13 +14,18 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
 from roughslip.probability.estimate import columns_of
-from roughslip.scan import outliers
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
-from roughslip.scan.spectrum import rings
-from roughslip.scan.statistics import ScanStatistics, scan_statistics
-from roughslip.scan.topography import Topography, high_pass, remove_form
+from roughslip.scan.statistics import ScanStatistics, rings, scan_statistics
+from roughslip.scan.topography import (
+    Topography,
+    high_pass,
+    outlier_warnings,
+    outliers_of,
+    remove_form,
+    without_outliers,
+)
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.job import Job
@@ -86,11 +91,11 @@ def work(scene: Scene, job: Job) -> None:
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
     if scan.cut > WIDE_RIM:
         job.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
-    found_outliers = outliers.outliers(scan)
+    found_outliers = outliers_of(scan)
     treatment = wanted.outliers or "keep"
-    job.warn(*outliers.warnings(scan, found_outliers, treatment))
+    job.warn(*outlier_warnings(scan, found_outliers, treatment))
     if treatment == "missing" and found_outliers.any():
-        scan = outliers.without(scan, found_outliers, wanted.form)
+        scan = without_outliers(scan, found_outliers, wanted.form)
     if wanted.cutoff_m is not None:
         scan = high_pass(scan, wanted.cutoff_m)
     endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)

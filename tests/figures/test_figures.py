@@ -76,11 +76,11 @@ def cases(name):
     if name == "figure_budget":
         yield results.isel(source=[0], result=[0])
     if name == "figure_scan":
+        results = results.drop_vars(["model_correlation", "model_power"])
         none = "none: heights cannot be sampled. What may help: roughness.scan.marginal: gaussian"
-        yield results.drop_vars(["model_correlation", "model_power"]).assign(model=("model", [none]))
         marked = xr.zeros_like(results["map_outlier"])
         marked[3, 4] = marked[10, 12] = 1
-        yield results.assign(map_outlier=marked, outliers=2)
+        yield results.assign(map_outlier=marked, outliers=2, model=("model", [none]))
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -1,20 +1,23 @@
-"""Curves and scatter of synthetic records with noise, a low-pass, drift and the period of a revolution."""
+"""Curves and scatter of synthetic records with noise, a low-pass, drift and the period of a revolution.
+
+The likelihood of scatter seen through an instrument is compared with dense covariances.
+"""
 
 import functools
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.stats import kurtosis, skew
+from scipy import stats
 
 from roughslip import IllPosedError
+from roughslip.oscillator import Oscillator, TableLaw, existence_limit
 from roughslip.record.curve import FrictionCurve, SpeedBasis, _spline_curve, fitted_curve, stribeck_columns
 from roughslip.record.fit import _moments, _tilted, fit_record
-from roughslip.record.likelihood import Samples
-from roughslip.record.process import Scatter, through_instrument
+from roughslip.record.likelihood import Samples, fitted_process, scatter_path, through_instrument, whitened
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
-RECORDS, N = 120, 1200
+RECORDS, N = 60, 1200
 
 
 def stribeck(share):
@@ -37,7 +40,7 @@ def record(
     speed = share * lengths * LENGTH / np.sum(share * dt)
     slipped = np.cumsum(speed * dt)
     mean = law(np.interp(time - lag, time, share))
-    path = Scatter("exponential", LENGTH).path(slipped, generator)
+    path = scatter_path(slipped, LENGTH, generator)
     friction = mean * (1.0 + path * DEVIATION / np.mean(mean)) if multiplicative else mean + DEVIATION * path
     friction += drift * (time / SECONDS - 0.5) + wobble * np.cos(2 * np.pi * slipped / around(lengths))
     friction = through_instrument(friction, np.full(n, np.exp(-1.0))) + noise * generator.standard_normal(n)
@@ -52,9 +55,17 @@ def around(lengths):
 
 
 @functools.cache
-def fitted(seed, lengths=80.0, law=stribeck, **others):
-    samples = record(seed, lengths, law, **dict(others))
-    return fit_record(samples, around(lengths), None if samples.friction.size == N else samples.seconds[0]), samples
+def fitted(seed, lengths=80.0, known=False, **others):
+    """With its samples. known : whether the time constant of the instrument is, which takes a third of the time"""
+    samples = record(seed, lengths, **others)
+    return fit_record(samples, around(lengths), samples.seconds[0] if known else None), samples
+
+
+def away(found, samples, law=stribeck):
+    """The largest distance of the curve from the truth, in widths of its interval: four standard errors."""
+    low, high = found.curve.interval()
+    truth = law(found.curve.speeds_m_per_s / samples.speed.max())
+    return np.max(np.abs(found.curve.friction - truth) / (high - low))
 
 
 def covered(seeds, lengths=80.0, **others):
@@ -70,96 +81,100 @@ def covered(seeds, lengths=80.0, **others):
     return np.mean(rows, axis=0)
 
 
-@pytest.mark.parametrize("first", [200, 205, 210, 215])
+@pytest.mark.parametrize("first", [200, 210])
 def test_intervals_of_small_records_hold_the_truth(first):
     """300 samples of 50 lengths, with the low-pass known: of five, two or more miss with a probability of 2 %."""
-    curve, deviation, length = covered(range(first, first + 5), 50.0, n=300)
+    curve, deviation, length = covered(range(first, first + 5), 50.0, known=True, n=300)
     assert min(deviation, length) >= 0.8
     assert curve > 0.75
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_intervals_of_95_percent_hold_the_truth():
-    """Records of 80 lengths: 90 to 98 % are wanted, and a share of 120 errs by 2 %. 200 had 92, 95, 95 %."""
+    """Records of 80 lengths: 90 to 98 % are wanted, and a share of 60 errs by 3 %. 200 had 92, 95, 95 %."""
     curve, deviation, length = covered(range(RECORDS))
     print(f"coverage: curve {curve:.3f}, standard deviation {deviation:.3f}, length {length:.3f}")
-    assert min(curve, deviation, length) > 0.90 - 0.02
-    assert max(curve, deviation, length) < 0.98 + 0.015
+    assert min(curve, deviation, length) > 0.90 - 0.03
+    assert max(curve, deviation, length) <= 0.98 + 0.02
 
 
-@pytest.mark.slow
-def test_what_a_record_holds_is_recognised():
+@pytest.mark.nightly
+def test_intervals_of_a_limit_hold_the_truth():
+    """Of the damping up to which the cycle exists, from laws drawn with the errors of the curve and at rest.
+
+    12 records: fewer than 9 intervals of 90 % hold it with a probability of 3 %.
+    """
+    held, shares = [], np.geomspace(1e-3, 1.5, 60)
+    for seed in range(12):
+        found, samples = fitted(seed, known=True, span=4.0)
+        fastest, curve = samples.speed.max(), found.curve
+        belt = 0.3 * fastest
+        oscillator = Oscillator(1.0, belt / (2.0 * LENGTH), 0.1, belt, 2.5 * belt**2 / LENGTH)
+        truth = existence_limit(oscillator, TableLaw((0.0, *(fastest * shares)), (0.45, *stribeck(shares)), 0.45))
+        limits = []
+        for normal in np.random.default_rng([seed, 9]).standard_normal((12, curve.factor.shape[1])):
+            rest, values = curve.at_rest + curve.factor_at_rest @ normal, curve.friction + curve.factor @ normal
+            law = TableLaw((0.0, *curve.speeds_m_per_s), (rest, *values), max(0.45, rest, values[0]))
+            limits.append(existence_limit(oscillator, law))
+        held.append(abs(np.mean(limits) - truth) < 1.645 * np.std(limits, ddof=1))
+    assert sum(held) >= 9
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_what_a_record_holds_is_recognised(known):
     """A record of 400 lengths: the curve, additive scatter, drift and the revolution, and no difference of ramps."""
-    found, samples = fitted(2, 400.0, wobble=0.02, drift=0.08)
-    low, high = found.curve.interval()
-    truth = stribeck(found.curve.speeds_m_per_s / samples.speed.max())
+    found, samples = fitted(2, 400.0, known, wobble=0.02, drift=0.08)
     assert found.curve.form == "stribeck"
-    assert np.max(np.abs(found.curve.friction - truth) / (high - low)) < 1.0  # four standard errors
+    assert away(found, samples) < 1.0
     assert found.curve.speeds_m_per_s[[0, -1]] == pytest.approx([samples.speed.min(), samples.speed.max()])
-    assert found.period < 1e-3
-    assert found.drift < 1e-3
-    assert found.ramps > 1e-3
+    assert max(found.period, found.drift) < 1e-3 < found.ramps
     assert found.additive.identified
-    assert found.kind != "multiplicative"
+    assert found.kind == "additive"
+    drift = found.explained - found.mean
+    assert np.ptp(drift) == pytest.approx(0.08 + 2 * 0.02, rel=0.25)  # and the wave of the revolution
+    assert through_instrument(drift, np.zeros(N)) == pytest.approx(drift)
 
 
-@pytest.mark.slow
-def test_the_kind_of_scatter_is_decided_rightly_or_not_at_all():
-    """Friction that falls to two thirds scatters so much less: 400 lengths decide that in some records.
+@pytest.mark.parametrize("multiplicative", [False, True])
+def test_the_kind_of_scatter_is_decided_rightly_or_not_at_all(multiplicative):
+    """Friction that falls to two thirds scatters so much less: 400 lengths decide that in most records.
 
     Noise and low-pass hide each other; a search that stops at the wrong one of the two tops decides wrongly.
     """
-    kinds = {
-        multiplicative: [fitted(seed, 400.0, multiplicative=multiplicative, noise=0.002)[0].kind for seed in (1, 2, 3)]
-        for multiplicative in (False, True)
-    }
-    assert set(kinds[True]) <= {"multiplicative", "cannot tell"}
-    assert set(kinds[False]) <= {"additive", "cannot tell"}
-    assert "multiplicative" in kinds[True]
-    assert "additive" in kinds[False]
+    found = [fitted(2, 400.0, True, multiplicative=multiplicative, noise=0.002)[0]]
+    found += [fitted(seed, 400.0, multiplicative=multiplicative, noise=0.002)[0] for seed in (1, 2)]
+    right = "multiplicative" if multiplicative else "additive"
+    assert {one.kind for one in found} <= {right, "cannot tell"}
+    assert found[0].kind == right
+    scatter = found[0].scatter(right)
+    relative = DEVIATION / np.mean(found[0].mean) if multiplicative else DEVIATION
+    assert abs(np.log(scatter.standard_deviation / relative)) < 4 * np.sqrt(scatter.log_covariance[0, 0])
 
 
-@pytest.mark.slow
-def test_a_curve_without_such_a_law_is_a_spline():
-    """Within four standard errors everywhere."""
-    found, samples = fitted(2, 400.0, law=hump)
-    low, high = found.curve.interval()
-    truth = hump(found.curve.speeds_m_per_s / samples.speed.max())
-    assert found.curve.form == "spline"
-    assert found.curve.misfit < 0.01
-    assert np.max(np.abs(found.curve.friction - truth) / (high - low)) < 1.0
-
-
-@pytest.mark.slow
-def test_a_short_record_cannot_tell_the_scatter():
-    """20 correlation lengths."""
-    found, _ = fitted(0, 20.0)
-    assert not found.additive.identified
-    assert "cannot tell" in found.notes[-1]
-
-
-@pytest.mark.slow
-def test_a_period_is_found_without_its_length():
-    """A wave as large as the scatter; wavelengths are tried in steps of half a period in the record, of 7.3."""
-    found = fit_record(record(2, 400.0, wobble=0.02))
-    assert found.period < 1e-3
-    assert found.period_m == pytest.approx(around(400.0), rel=0.5 / 7.3)
-    assert np.isnan(fit_record(record(2, 400.0, wobble=0.0)).period_m)
-
-
-@pytest.mark.slow
-def test_ramps_too_fast_to_be_steady_are_recognised():
-    """Friction that follows speed 1 s late, on ramps of 7.5 s."""
-    found, _ = fitted(3, 400.0, lag=1.0)
-    assert found.ramps < 1e-3
-    assert any("ramps up and down differ" in note for note in found.notes)
-
-
-def test_few_samples_are_refused():
-    samples = record(0)
+def test_what_a_record_cannot_hold_is_said():
+    """Another law, 20 lengths, and friction that follows speed 1 s late, on ramps of 7.5 s."""
+    other, samples = fitted(2, 400.0, True, law=hump)
+    assert other.curve.form == "spline"
+    assert other.curve.misfit < 0.01
+    assert away(other, samples, hump) < 1.0
+    short, _ = fitted(0, 20.0, True)
+    assert not short.additive.identified
+    assert "cannot tell" in short.notes[-1]
+    late, _ = fitted(3, 400.0, True, lag=1.0)
+    assert late.ramps < 1e-3
+    assert any("ramps up and down differ" in note for note in late.notes)
     few = Samples(*(getattr(samples, name)[:100] for name in ("friction", "speed", "step", "seconds", "change")))
     with pytest.raises(IllPosedError, match="100 samples of sliding"):
         fit_record(few)
+
+
+def test_a_period_is_found_without_its_length():
+    """A wave as large as the scatter; wavelengths are tried in steps of half a period in the record, of 7.3."""
+    waved, without = (record(2, 400.0, wobble=wobble) for wobble in (0.02, 0.0))
+    found = fit_record(waved, None, SECONDS / N)
+    assert found.period < 1e-3
+    assert found.period_m == pytest.approx(around(400.0), rel=0.5 / 7.3)
+    assert np.isnan(fit_record(without, None, SECONDS / N).period_m)
 
 
 def test_slips_tilt_the_curve_by_a_fifth_of_the_scatter():
@@ -245,11 +260,54 @@ def test_moments_of_the_scatter_are_those_of_the_residuals():
     )
     step = np.full(n, 0.5)
     samples = Samples(mean + weight * residual, step, step, step, step)
-    fit = SimpleNamespace(
-        weight=weight, deviation=np.sqrt(share * np.var(residual)), scatter=Scatter("exponential", 1.0)
-    )
+    fit = SimpleNamespace(weight=weight, deviation=np.sqrt(share * np.var(residual)), length=1.0)
     (skewness, s_error), (excess, e_error) = _moments(samples, mean, fit)
-    assert skewness == pytest.approx(skew(residual) / share**1.5)
-    assert excess == pytest.approx(kurtosis(residual) / share**2)
+    assert skewness == pytest.approx(stats.skew(residual) / share**1.5)
+    assert excess == pytest.approx(stats.kurtosis(residual) / share**2)
     assert s_error == pytest.approx(np.sqrt(6 / 1000) / share**1.5)
     assert e_error == pytest.approx(np.sqrt(24 / 1000) / share**2)
+
+
+def test_whitening_is_that_of_the_dense_covariance():
+    """Uneven steps, an instrument with memory, a factor of the scatter, noise, and a second record that forgets."""
+    generator, n, second, noise = np.random.default_rng(3), 200, 110, 0.1
+    step, memory = generator.uniform(0.01, 0.3, n), generator.uniform(0.2, 0.7, n)
+    step[[0, second]], weight = -1.0, generator.uniform(0.5, 1.5, n)
+    covariance = noise * np.eye(n)
+    for first, last in ((0, second), (second, n)):
+        place = np.cumsum(np.append(0.0, step[first + 1 : last]))
+        shown = np.zeros((last - first, last - first))
+        for t in range(last - first):
+            keep = memory[first + t] if t else 0.0
+            shown[t] = keep * shown[t - 1] if t else 0.0
+            shown[t, t] = (1.0 - keep) * weight[first + t]
+        within = np.exp(-np.abs(place[:, None] - place) / 1.3)
+        covariance[first:last, first:last] += shown @ within @ shown.T
+    columns, root = generator.standard_normal((n, 3)), np.linalg.cholesky(covariance)
+    white, log_det = whitened(1.3, step, memory, weight, noise, columns)
+    assert white == pytest.approx(np.linalg.solve(root, columns), abs=1e-11)
+    assert log_det == pytest.approx(2.0 * np.sum(np.log(np.diag(root))), abs=1e-10)
+
+
+def test_synthetic_scatter_has_its_autocorrelation():
+    """Over 4000 lengths the autocorrelation at a lag errs by some 1 / sqrt(4000); five of these are allowed."""
+    path = scatter_path(np.arange(40_000) * 0.1, 1.0, np.random.default_rng(5))
+    found = [np.mean(path[: path.size - k] * path[k:]) for k in range(30)]
+    assert found == pytest.approx(np.exp(-0.1 * np.arange(30)), abs=5.0 / np.sqrt(4000.0))
+
+
+def test_a_fit_sees_through_the_instrument():
+    """Scatter 0.02 with length 1 mm, a low-pass of two samples, noise 0.01: each within four of its errors."""
+    generator, n = np.random.default_rng(8), 1500
+    step, memory = np.full(n, 1e-4), np.full(n, np.exp(-0.5))
+    path = 0.02 * scatter_path(np.cumsum(step), 1e-3, generator)
+    friction = 0.3 + through_instrument(path, memory) + 0.01 * generator.standard_normal(n)
+    step[0] = -1.0
+    samples = Samples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n))
+    fit = fitted_process(samples, np.ones((n, 1)), None, np.ones(n))
+    errors = np.sqrt(np.diag(fit.log_covariance))
+    assert np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3])) == pytest.approx([0, 0], abs=4 * errors.max())
+    # 150 lengths: sqrt(1 / 150); noise and low-pass widen the other
+    assert errors == pytest.approx([0.08, 0.24], rel=0.4)
+    assert fit.noise == pytest.approx(0.01, rel=0.1)
+    assert fit.time_constant == pytest.approx(2e-3, rel=0.5)

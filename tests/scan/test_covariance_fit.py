@@ -10,8 +10,15 @@ import pytest
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.grid import Grid
 from roughslip.scan import covariance_fit
-from roughslip.scan.covariance_fit import fit_covariance, fitted_covariances
-from roughslip.scan.fit_data import RingPowers, effective_number, estimates, lags_to_fit, profile_to_fit, rings_to_fit
+from roughslip.scan.covariance_fit import (
+    Lags,
+    RingPowers,
+    effective_number,
+    fit_covariance,
+    fitted_covariances,
+    lags_to_fit,
+    rings_to_fit,
+)
 from roughslip.scan.statistics import scan_statistics
 from roughslip.scan.topography import topography
 from roughslip.surface.embedding import embed
@@ -21,7 +28,7 @@ SMOOTHNESS = 2.5
 TRUTH = covariance_of("matern", 1.0, 14.0, 10.0, smoothness=SMOOTHNESS)
 LAGS = np.arange(-12, 13) * 0.5
 X, Y = np.meshgrid(LAGS, LAGS, indexing="ij")
-ERROR = np.full(X.shape, 0.01)
+ERROR = 0.01
 CUTOFF = 1.0
 
 TRUTHS = {
@@ -32,10 +39,14 @@ TRUTHS = {
 }
 
 
-def fitted(kind, table, rows=()):
-    """To correlations at lags of independent errors; rows without parts of the scan"""
-    cutoff = CUTOFF if kind == "self_affine" else None
-    return fit_covariance(kind, estimates(X, Y, np.stack([table, *rows]), ERROR), 2.0, cutoff_wavelength_m=cutoff)
+def half_plane(x, y, table, error):
+    """Lags of independent errors, of one half plane."""
+    half = (x > 0) | ((x == 0) & (y > 0))
+    return Lags(x[half], y[half], table[half], np.full(half.sum(), error), float(half.sum()))
+
+
+def fitted(kind, table):
+    return fit_covariance(kind, half_plane(X, Y, table, ERROR), 2.0, None, CUTOFF)
 
 
 def with_noise(covariance, seed):
@@ -69,18 +80,16 @@ def test_the_true_model_is_chosen(kind):
     assert fits[0].criterion == pytest.approx(312 * fits[0].misfit ** 2 + free * math.log(312))
 
 
-def test_a_smoothness_without_end_is_that_of_its_bound():
+def test_what_lags_cannot_tell(monkeypatch):
+    """A smoothness without end is that of its bound; too few or too long lags, and a search that fails, are refused."""
     fit = fitted("matern", TRUTHS["gaussian"](X, Y) / 4.0)
     assert fit.covariance.smoothness == pytest.approx(MODELS["matern"].shapes["smoothness"][1], rel=1e-4)
-
-
-def test_lags_that_cannot_tell_are_refused(monkeypatch):
     x = np.arange(1, 4) * 0.3
     with pytest.raises(IllPosedError, match="too few"):
-        fit_covariance("exponential", estimates(x, 0.0, np.exp(-x)[None], np.full(3, 0.02)), 1.0)
-    far = estimates(X * 9, Y * 9, TRUTHS["gaussian"](X * 9, Y * 9)[None] / 4.0, ERROR)
+        fit_covariance("exponential", half_plane(x, 0.0 * x, np.exp(-x), 0.02), 1.0, None, CUTOFF)
+    far = half_plane(X * 9, Y * 9, TRUTHS["gaussian"](X * 9, Y * 9) / 4.0, ERROR)
     with pytest.raises(IllPosedError, match="shorter lags"):
-        fit_covariance("gaussian", far, 2.0)
+        fit_covariance("gaussian", far, 2.0, None, CUTOFF)
     monkeypatch.setattr(covariance_fit, "least_squares", partial(covariance_fit.least_squares, max_nfev=1))
     with pytest.raises(ConvergenceError, match=r"fit of matern.*[Uu]se another kind"):
         fitted("matern", with_noise(TRUTHS["exponential"], 1))
@@ -101,7 +110,7 @@ def test_rings_determine_the_kind_and_the_smoothness(first):
     assert best.covariance.kind == "matern"
     assert best.covariance.smoothness == pytest.approx(SMOOTHNESS, rel=0.4)
     lags, rings = lags_to_fit(statistics.autocorrelation), rings_to_fit(scan, statistics)
-    alone = fit_covariance("matern", lags, float(statistics.rms_height.value))
+    alone = fit_covariance("matern", lags, float(statistics.rms_height.value), None, CUTOFF)
     assert best.covariance.lengths_m == pytest.approx(alone.covariance.lengths_m, rel=0.1)  # lags keep the lengths
     for fit in (best, *others):
         squares = lags.number * fit.misfit**2 + rings.number * fit.spectrum_misfit**2
@@ -117,8 +126,7 @@ def test_rings_of_a_model_are_its_own(metre):
     q = np.linspace(0.3, 0.8, 5)
     powers = metre**2 * TRUTH.spectrum(q)
     rings = RingPowers(powers, np.full(5, 0.1), 2.0, lambda model: model.spectrum(q / metre))
-    lags = estimates(metre * x, metre * y, TRUTH(x, y)[None], np.full(x.shape, 0.01))
-    fit = fit_covariance("matern", lags, 1.0, rings=rings)
+    fit = fit_covariance("matern", half_plane(metre * x, metre * y, TRUTH(x, y), 0.01), 1.0, rings, CUTOFF)
     assert fit.covariance.smoothness == pytest.approx(SMOOTHNESS, rel=1e-4)
     assert fit.covariance.lengths_m == pytest.approx(metre * np.array(TRUTH.lengths_m), rel=1e-4)
     assert fit.spectrum_misfit < 1e-3
@@ -158,7 +166,7 @@ def test_lags_across_an_endless_lay_stand_in_every_direction():
     spread = SimpleNamespace(low=rows[0] - 0.1, high=rows[0] + 0.1)
     table = SimpleNamespace(lag_x=1e-6 * np.arange(-2, 3), lag_y=2e-6 * np.arange(-3, 4), rows=rows, correlation=spread)
     for endless, lags, expected in ((1, table.lag_x[3:], rows[:, 3:, 3]), (0, table.lag_y[4:], rows[:, 2, 4:])):
-        data = profile_to_fit(table, endless)
+        data = lags_to_fit(table, endless)
         np.testing.assert_allclose(np.hypot(data.x, data.y), np.tile(lags, 4), rtol=1e-12)
         np.testing.assert_allclose(np.arctan2(data.y, data.x), np.repeat(np.arange(4) * np.pi / 4, lags.size))
         np.testing.assert_array_equal(data.correlation, np.tile(expected[0], 4))
@@ -174,23 +182,21 @@ def test_errors_that_all_parts_share_are_one_estimate():
     assert effective_number(np.empty((0, 6)), np.ones(6)) == 6.0
 
 
-def test_a_scan_too_coarse_for_rings_is_fitted_by_lags():
-    """Two points a length: the spectrum bends up to a quarter of the highest wavenumber."""
-    field = embed(covariance_of("gaussian", 1.0, 2.0), Grid(64, 64, 1.0, 1.0)).sample(np.random.default_rng(12))
-    scan = topography(field, 1.0, 1.0, "a scan")
-    statistics = scan_statistics(scan)
-    assert rings_to_fit(scan, statistics) is None
-    (best, *_), _ = fitted_covariances(("gaussian",), scan, statistics)
-    assert best.spectrum_misfit == 0.0
-
-
 def test_rings_below_the_side_lobes_of_the_window_are_left_out():
-    """A Gaussian spectrum of 14 points a length falls by 1e-7 up to a quarter of the highest wavenumber."""
-    field = embed(covariance_of("gaussian", 1.0, 14.0), Grid(256, 256, 1.0, 1.0)).sample(np.random.default_rng(13))
-    scan = topography(field, 1.0, 1.0, "a scan")
-    statistics = scan_statistics(scan)
-    power, q = statistics.spectrum.power.value, statistics.spectrum.wavenumber
-    band = (q >= 4.0 / min(statistics.sub_areas.extent)) & (q <= 0.25 * math.pi)
-    kept = rings_to_fit(scan, statistics).power
-    assert kept.tolist() == power[band & (power > 1e-5 * power.max())].tolist()
-    assert 2 <= kept.size < np.count_nonzero(band)
+    """A Gaussian spectrum of 14 points a length falls by 1e-7 up to a quarter of the highest wavenumber.
+
+    Of two points a length it bends up to there: no ring is left, and the fit is of lags alone.
+    """
+    for length, nodes in ((14.0, 256), (2.0, 64)):
+        sample = embed(covariance_of("gaussian", 1.0, length), Grid(nodes, nodes, 1.0, 1.0)).sample
+        scan = topography(sample(np.random.default_rng(13)), 1.0, 1.0, "a scan")
+        statistics = scan_statistics(scan)
+        power, q = statistics.spectrum.power.value, statistics.spectrum.wavenumber
+        band = (q >= 4.0 / min(statistics.sub_areas.extent)) & (q <= 0.25 * math.pi)
+        above, rings = band & (power > 1e-5 * power.max()), rings_to_fit(scan, statistics)
+        if length == 2.0:
+            assert rings is None
+            assert fitted_covariances(("gaussian",), scan, statistics)[0][0].spectrum_misfit == 0.0
+        else:
+            assert rings.power.tolist() == power[above].tolist()
+            assert 2 <= rings.power.size < np.count_nonzero(band)

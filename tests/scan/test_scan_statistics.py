@@ -1,6 +1,12 @@
-"""Statistics of scans against direct sums, closed forms, and the covariance that samples were drawn from."""
+"""Statistics of scans against direct sums, closed forms, and the covariance that samples were drawn from.
 
+A scan transposed, mirrored or in metres is the same surface: all that is read from it goes with it.
+"""
+
+import importlib.util
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,12 +16,14 @@ import scipy.stats
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
+from roughslip.probability import Estimate
 from roughslip.scan.autocorrelation import _lag_sums as lag_sums
 from roughslip.scan.autocorrelation import autocorrelation, sub_areas_for
-from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening
-from roughslip.scan.spectrum import LEAKAGE, rings, spectrum
-from roughslip.scan.statistics import height_density, scan_statistics
-from roughslip.scan.topography import Topography, remove_form, topography
+from roughslip.scan.covariance_fit import fitted_covariances
+from roughslip.scan.instrument_file import read_scan
+from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
+from roughslip.scan.statistics import LEAKAGE, height_density, rings, scan_statistics, spectrum
+from roughslip.scan.topography import Topography, high_pass, outliers_of, remove_form, topography
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
 
@@ -86,14 +94,8 @@ def test_neighbours_share_scatter_across_their_edge():
         return length - length**2 / (2 * edge) * (1 - math.exp(-2 * edge / length))
 
     closed = math.sqrt(v(400, a) * v(300, b) / (v(100, a) * v(60, b)))
-    squared = np.where(correlation > math.exp(-2.0), correlation**2, 0.0)
-    parts_of = [
-        np.maximum(1 - np.abs(x) / p, 0) @ squared @ np.maximum(1 - np.abs(y) / q, 0)
-        for p, q in ((400, 300), (100, 60))
-    ]
-    assert widening(parts, correlation) == pytest.approx(math.sqrt(parts_of[0] / parts_of[1]), rel=1e-12)
     # lags where r < exp(-2) are left out, which only lowers the factor: by a fifth of its excess here
-    assert 1.0 + 0.7 * (closed - 1.0) < widening(parts, correlation) < closed
+    assert 1.0 + 0.78 * (closed - 1.0) < widening(parts, correlation) < 1.0 + 0.85 * (closed - 1.0)
 
 
 def test_along_an_endless_lay_a_scan_is_long_enough():
@@ -145,49 +147,42 @@ def test_moments_and_density_of_the_measured_heights():
 ALONG, ACROSS = 4.5, 3.0
 
 
-def anisotropic_scans(kind):
-    """100 fields whose pixels are not square, longer along x."""
+def anisotropic_scans(kind, number):
+    """Fields whose pixels are not square, longer along x."""
     embedding = embed(covariance_of(kind, 2.0, ALONG, ACROSS), Grid(128, 144, 1.0, 0.7))
-    for i in range(100):
+    for i in range(number):
         yield remove_form(complete(embedding.sample(np.random.default_rng([67, i])), 1.0, 0.7), "mean")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["gaussian", "exponential"])
 def test_intervals_hold_the_truth(kind):
-    truth = {"sq": 2.0, "skewness": 0.0, "kurtosis": 3.0, "x": ALONG, "y": ACROSS, "along": ALONG, "across": ACROSS}
-    truth["lay"] = 0.0
-    c = covariance_of(kind, 2.0, ALONG, ACROSS)
-    laplacian = np.array([(0, 0, -2 * (1 + 0.7**-2)), (1, 0, 1), (-1, 0, 1), (0, 0.7, 0.7**-2), (0, -0.7, 0.7**-2)])
-    places, weights = laplacian[:, :2], laplacian[:, 2]
-    variance = weights @ c(*(places[:, None] - places).transpose(2, 0, 1)) @ weights
-    truth["slope"] = math.sqrt(2 * (4.0 - c(np.array(1.0))) + 2 * (4.0 - c(np.array(0.0), 0.7)) / 0.7**2)
-    truth["curvature"] = 0.5 * math.sqrt(variance)
+    """Over 1000 fields each the seven held in 0.91 to 0.96 (exponential) and 0.93 to 0.95 (gaussian).
+
+    Of 50 at 0.91 fewer than 37 hold with probability 1e-4; the seven are correlated.
+    """
+    truth = {"rms_height": 2.0, "skewness": 0.0, "kurtosis": 3.0, "lay": 0.0}
+    truth |= {"length_x": ALONG, "length_y": ACROSS, "length_along": ALONG, "length_across": ACROSS}
     held = dict.fromkeys(truth, 0)
-    for scan in anisotropic_scans(kind):
+    for scan in anisotropic_scans(kind, 50):
         statistics = scan_statistics(scan)
         assert statistics.sub_areas.sufficient
-        a = statistics.autocorrelation
-        estimates = [statistics.rms_height, statistics.skewness, statistics.kurtosis]
-        estimates += [a.length_x, a.length_y, a.length_along, a.length_across, a.lay]
-        estimates += [statistics.rms_slope, statistics.rms_curvature]
-        for name, estimate in zip(truth, estimates, strict=True):
-            held[name] += bool(estimate.low <= truth[name] <= estimate.high)
-    # over 1000 fields each the nine intervals held in 0.91 to 0.96 (exponential) and 0.93 to 0.95; of 100 at 0.91 fewer
-    # than 82 hold with probability 1.4e-3, which makes 1 % for nine
-    assert min(held.values()) >= 82, held
-    assert np.mean(list(held.values())) >= 91, held  # 0.935 and 0.94 over the 1000; the nine are correlated
+        for name, value in truth.items():
+            found = getattr(statistics if hasattr(statistics, name) else statistics.autocorrelation, name)
+            held[name] += bool(found.low <= value <= found.high)
+    assert min(held.values()) >= 38, held
+    assert np.mean(list(held.values())) >= 44, held
 
 
 @pytest.mark.parametrize("kind", ["gaussian", "exponential"])
 def test_the_spectrum_is_that_of_the_covariance(kind):
-    """A hundred scans, rings above the window's side lobes; the mean height that is removed touches the first ring.
+    """Forty scans, rings above the window's side lobes; the mean height that is removed touches the first ring.
 
     Sampled heights fold the spectrum at the highest wavenumber pi, which where it falls as q^-3 adds 3 % at a third of
     it. One of twelve standard normal deviates exceeds 4 with a probability of 8e-4.
     """
     truth = covariance_of(kind, 2.0, ALONG, ACROSS)
-    scans = list(anisotropic_scans(kind))
+    scans = list(anisotropic_scans(kind, 40))
     parts = SubAreas(scans[0].grid, (2, 2), (ALONG, ACROSS))
     power = np.stack([spectrum(scan, parts).power.value for scan in scans])
     over = rings(scans[0].grid, parts)
@@ -195,23 +190,8 @@ def test_the_spectrum_is_that_of_the_covariance(kind):
     inside = (closed > LEAKAGE * closed.max()) & (over.wavenumber < math.pi / 3)
     inside[0] = False
     assert inside.sum() >= 6
-    error = np.std(power, axis=0) / 10
+    error = np.std(power, axis=0) / math.sqrt(40)
     np.testing.assert_array_less(np.abs(mean_power / closed - 1)[inside], 0.03 + 4 * (error / closed)[inside])
-
-
-def test_rings_hold_as_many_waves_in_every_direction():
-    """Sub-areas of 40 x 15 points: a ring between multiples of 2 pi / 15 would hold no wave near the y axis."""
-    grid = Grid(120, 120, 1.0, 1.0)
-    over = rings(grid, SubAreas(grid, (3, 8), (5.0, 1.0)))
-    assert over.ring.shape == (40, 15)
-    angle = np.degrees(np.arctan2(np.abs(over.wave_y), np.abs(over.wave_x)))
-    for number in range(len(over.modes)):
-        steep = (angle > 45.0)[over.ring == number]
-        assert 0.25 < steep.mean() < 0.75, number
-    assert np.diff(over.wavenumber).min() > 0.0
-    np.testing.assert_allclose(over.mean(np.ones(over.ring.shape)), 1.0)
-    turned = rings(grid, SubAreas(grid, (8, 3), (1.0, 5.0)))
-    np.testing.assert_array_equal(turned.ring, over.ring.T)
 
 
 def test_the_lay_is_found_at_any_angle():
@@ -236,3 +216,151 @@ def test_what_a_scan_cannot_tell_is_refused():
     tilted = complete(x + 1e-3 * np.random.default_rng(70).standard_normal((64, 64)))
     with pytest.raises(IllPosedError, match=r"What helps: roughness\.scan\.form: quadratic, or"):
         sub_areas_for(tilted)
+
+
+GROUND = Path(__file__).resolve().parents[2] / "config/scans/ground.nc"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+
+
+def test_the_shipped_scan_has_a_lay_along_x_and_negative_skewness():
+    """Grains leave grooves along x in a plateau; its Sq and lengths are those of scene `measured`."""
+    statistics = scan_statistics(remove_form(read_scan(GROUND), "plane"))
+    assert statistics.sub_areas.sufficient
+    assert statistics.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
+    assert statistics.skewness.high < 0.0
+    assert abs(statistics.autocorrelation.lay.value) < math.radians(3)
+    assert statistics.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
+    assert statistics.autocorrelation.length_x.low > 2.0 * statistics.autocorrelation.length_y.high
+
+
+@pytest.mark.skipif(
+    not DATA.is_dir() or importlib.util.find_spec("SurfaceTopography") is None,
+    reason="needs the measured scans in ../shared/data and the extra `scans`",
+)
+def test_a_nearly_gaussian_scan_of_focus_variation():
+    scan = read_scan(DATA / "al3d-1.al3d")
+    statistics = scan_statistics(remove_form(scan, "quadratic"))
+    assert statistics.sub_areas.sufficient
+    # what another program found, to its digits; its 1/e lengths of 7.0 um lie within our intervals
+    assert statistics.rms_height.value == pytest.approx(0.26e-6, abs=0.005e-6)
+    assert statistics.skewness.value == pytest.approx(-0.04, abs=0.005)
+    assert statistics.kurtosis.value - 3.0 == pytest.approx(0.14, abs=0.005)
+    for length in (statistics.autocorrelation.length_x, statistics.autocorrelation.length_y):
+        assert length.low < 7.0e-6 < length.high
+    assert statistics.skewness.low < 0.0 < statistics.skewness.high
+    assert statistics.kurtosis.low < 3.0 < statistics.kurtosis.high
+
+
+NX, NY, DX, DY = 90, 120, 1.0, 0.7
+MICROMETRE = 2.0**-20  # near 1e-6, and exact: waves that fall on the edge of a ring still do
+
+
+@pytest.fixture(scope="module")
+def scan():
+    """Skewed heights with a lay, a bow, holes of which some lie at the rim, and two outliers."""
+    field = embed(covariance_of("exponential", 1.0, 3.0, 1.5, lay_rad=0.5), Grid(NX, NY, DX, DY))
+    z = np.expm1(0.2 * field.sample(np.random.default_rng(5))) + 1e-4 * np.linspace(-30, 60, NX)[:, None] ** 2
+    z[20, 30], z[61, 97] = 4.0, -3.0
+    z[0, 10:14] = z[40:43, 70:72] = z[85:, 119] = np.nan
+    return remove_form(topography(z, DX, DY, "surface"), "mean")
+
+
+def transposed(scan):
+    return Topography(scan.heights.T.copy(), scan.dy, scan.dx, scan.missing.T.copy())
+
+
+def mirrored(scan):
+    return replace(scan, heights=scan.heights[::-1].copy(), missing=scan.missing[::-1].copy())
+
+
+def in_metres(scan):
+    return Topography(MICROMETRE * scan.heights, MICROMETRE * scan.dx, MICROMETRE * scan.dy, scan.missing)
+
+
+def swap(field):
+    return np.swapaxes(field, -1, -2)
+
+
+def flip(field):
+    return np.flip(field, -2)
+
+
+# how a scan changes, its fields (..., nx, ny), its lay, whether x and y change places, and a metre in its unit
+CASES = {
+    "transposed": (transposed, swap, lambda lay: math.pi / 2 - lay, True, 1.0),
+    "mirrored": (mirrored, flip, lambda lay: -lay, False, 1.0),
+    "in metres": (in_metres, np.asarray, lambda lay: lay, False, MICROMETRE),
+}
+
+
+def like(interval, expected, factor=1.0):
+    for end in ("value", "low", "high"):
+        wanted = factor * getattr(expected, end)
+        np.testing.assert_allclose(getattr(interval, end), wanted, rtol=1e-8, atol=1e-9 * abs(np.max(wanted)))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_statistics_go_with_the_scan(scan, name):
+    change, field, lay, swaps, metre = CASES[name]
+    parts = replace(sub_areas(scan.grid, 3.0, 2.0), counts=(5, 6))
+    grid = change(scan).grid
+    turn = (lambda pair: pair[::-1]) if swaps else tuple
+    theirs = replace(parts, grid=grid, counts=turn(parts.counts), extent=turn((3.0 * metre, 2.0 * metre)))
+    one, other = scan_statistics(scan, parts), scan_statistics(change(scan), theirs)
+    like(other.rms_height, one.rms_height, metre)
+    for same in ("skewness", "kurtosis"):
+        like(getattr(other, same), getattr(one, same))
+    np.testing.assert_allclose(other.density.edges, metre * one.density.edges, rtol=1e-9)
+    like(other.density.density, one.density.density, 1.0 / metre)
+    np.testing.assert_allclose(other.spectrum.wavenumber, one.spectrum.wavenumber / metre, rtol=1e-12)
+    like(other.spectrum.power, one.spectrum.power, metre**4)
+    a, b = one.autocorrelation, other.autocorrelation
+    like(b.correlation, Estimate(*(field(end) for end in (a.correlation.value, a.correlation.low, a.correlation.high))))
+    lengths = turn((a.length_x, a.length_y))
+    for length, expected in ((b.length_x, lengths[0]), (b.length_y, lengths[1])):
+        like(length, expected, metre)
+    for which in ("length_along", "length_across"):
+        like(getattr(b, which), getattr(a, which), metre)
+    assert wrapped(b.lay.value - lay(a.lay.value)) == pytest.approx(0.0, abs=1e-9)
+    assert b.lay.high - b.lay.low == pytest.approx(a.lay.high - a.lay.low, rel=1e-9)
+    assert a.lay.low < 0.5 < a.lay.high
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_forms_filters_and_outliers_go_with_the_scan(scan, name):
+    change, field, _, _, metre = CASES[name]
+    other = change(scan)
+    np.testing.assert_array_equal(outliers_of(other), field(outliers_of(scan)))
+    assert outliers_of(scan)[[20, 61], [30, 97]].all()
+    for of in (lambda s, m: remove_form(s, "plane"), lambda s, m: remove_form(s, "quadratic"), high_pass):
+        expected = metre * field(of(scan, 30.0).heights)
+        np.testing.assert_allclose(of(other, 30.0 * metre).heights, expected, rtol=0, atol=1e-10 * metre)
+    holes = field(scan.missing)
+    np.testing.assert_allclose(
+        topography(np.where(holes, np.nan, other.heights), other.dx, other.dy, "again").heights[holes],
+        metre * field(scan.heights)[holes],
+        rtol=1e-9,
+    )
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_fits_go_with_the_scan(scan, name):
+    """Lengths to the accuracy of the search; of rings, which do not depend on the unit, the same misfit.
+
+    A self-affine fit goes on to waves of two points, the geometric mean over both axes, as the cells are not square.
+    """
+    change, _, lay, _, metre = CASES[name]
+    kinds = ("exponential", "matern", "self_affine")
+    fits = []
+    for surface, reach in ((scan, 3.0), (change(scan), 3.0 * metre)):
+        parts = replace(sub_areas(surface.grid, reach, reach), counts=(5, 5))
+        found, _ = fitted_covariances(kinds, surface, scan_statistics(surface, parts))
+        fits.append({fit.covariance.kind: fit for fit in found})
+    for kind in kinds:
+        one, other = fits[0][kind], fits[1][kind]
+        np.testing.assert_allclose(other.covariance.lengths_m, metre * np.array(one.covariance.lengths_m), rtol=1e-4)
+        assert wrapped(other.covariance.lay_rad - lay(one.covariance.lay_rad)) == pytest.approx(0.0, abs=1e-4)
+        assert (other.misfit, other.criterion) == pytest.approx((one.misfit, one.criterion), rel=1e-5)
+        assert other.spectrum_misfit == pytest.approx(one.spectrum_misfit, rel=1e-5)
+    shortest = math.prod(fits[1]["self_affine"].covariance.cutoff_wavelengths_m)
+    assert shortest == pytest.approx(4.0 * metre**2 * DX * DY, rel=1e-9)

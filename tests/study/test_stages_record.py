@@ -9,9 +9,8 @@ from roughslip import store
 from roughslip.figures.figure_record import figure_record
 from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
-from roughslip.friction.endless import moving_average
 from roughslip.oscillator.answers import leaves_known_speeds
-from roughslip.record.process import Scatter
+from roughslip.record.likelihood import scatter_path
 from roughslip.scene.types import scene_of
 from roughslip.study import record
 from roughslip.study.from_scene.machine import friction_of, machine_of
@@ -31,7 +30,7 @@ def recorded(tmp_path_factory):
     speed = 2e-3 * np.exp(3.0 * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
     slipped = np.cumsum(speed) * SECONDS / N
     generator = np.random.default_rng(6)
-    friction = 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * Scatter("exponential", LENGTH / 2).path(slipped, generator)
+    friction = 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * scatter_path(slipped, LENGTH / 2, generator)
     header = "time [s],speed [mm/s],friction [1]"
     np.savetxt(folder / "trace.csv", np.c_[time, 1e3 * speed, friction], header=header, comments="", delimiter=",")
     scene = {
@@ -69,18 +68,6 @@ def test_the_process_of_the_oscillator_is_the_measured_scatter(recorded):
     assert process.correlation_length_m == result["additive_length"]
     assert process.autocorrelation(np.array([process.correlation_length_m])) == pytest.approx([np.exp(-1)])
     assert process.marginal.standard_deviation == pytest.approx(result["additive_std"])
-
-
-def test_a_triangle_is_that_of_the_oscillator_too(recorded, tmp_path):
-    """An average over a window of two lengths: nothing beyond it."""
-    scene, result = scene_of(recorded[0]), store.read(recorded[1])
-    variables = {name: result.variable(name) for name in result}
-    variables["additive_shape"] = variables["additive_shape"]._replace(values="triangle")
-    store.write(tmp_path / "record.nc", variables, store.Key({}, "code"))
-    process = friction_of(scene, tmp_path / "record.nc").process
-    lags = process.correlation_length_m * np.array([0.0, 0.5, 1.0, 2.0, 3.0])
-    assert process.autocorrelation(lags) == pytest.approx([1.0, 0.75, 0.5, 0.0, 0.0])
-    assert moving_average(process, process.correlation_length_m / 16).correlation_error < 0.01
 
 
 def test_multiplicative_scatter_is_over_the_mean(recorded):

@@ -29,9 +29,7 @@ def figure_record(result: Shown) -> Figure:
     axes[2].plot(time, friction - explained, color=RECORD, lw=0.5)
     axes[2].set(xlabel="time of sliding [s]", ylabel="residual of friction")
     axes[3].plot(1e3 * result["lag"], result["covariance"], ".", color=RECORD, label="residuals, noise at 0")
-    axes[3].plot(
-        1e3 * result["lag"], result["covariance_fit"], color=CURVE, label=f"fitted scatter, {result['shape'].item()}"
-    )
+    axes[3].plot(1e3 * result["lag"], result["covariance_fit"], color=CURVE, label="fitted scatter, exponential")
     if "surface_covariance" in result:
         by_law = result["surface_covariance"]
         axes[3].plot(1e3 * result["lag"], by_law, color="C2", label="the surface by the law of scatter, to 10 %")

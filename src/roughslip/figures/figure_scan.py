@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from scipy.ndimage import center_of_mass, label
 
-from roughslip.figures.style import Shown, draw_curve, draw_map, heads, legend_above, panels, with_ends
+from roughslip.figures.style import Look, Shown, draw_curve, draw_map, heads, legend_above, panels, with_ends
 
 # Numbers in the last panel: label, factor to the unit shown, unit.
 NUMBERS = {
@@ -61,7 +61,9 @@ def figure_scan(result: Shown) -> Figure:
 def _over_lags(figure: Figure, axes: Axes, result: Shown) -> None:
     """The autocorrelation over all lags, and the lines at which scan and model fall to 1/e."""
     lags = 1e6 * result["lag_x"].values, 1e6 * result["lag_y"].values
-    image = axes.pcolormesh(*lags, result["correlation"].T, cmap="RdBu_r", vmin=-1, vmax=1, rasterized=True)
+    (left, right), (bottom, top) = ((lag[0] - np.ptp(lag[:2]) / 2, lag[-1] + np.ptp(lag[:2]) / 2) for lag in lags)
+    look: Look = {"origin": "lower", "aspect": "auto", "cmap": "RdBu_r", "vmin": -1, "vmax": 1}
+    image = axes.imshow(result["correlation"].T, extent=(left, right, bottom, top), **look)
     figure.colorbar(image, ax=axes, label="autocorrelation")
     axes.contour(*lags, result["correlation"].T, levels=[np.exp(-1)], colors=SCAN)
     if "model_correlation" in result:

@@ -84,10 +84,18 @@ def stribeck_columns(speeds: np.ndarray, decay: float) -> np.ndarray:
     return np.column_stack([np.ones(speeds.size), 1.0 / (1.0 + decay * speeds), speeds**2])
 
 
-def _squares(white: np.ndarray, target: np.ndarray) -> float:
-    """Sum of squares that the columns leave of the target."""
+def left(white: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """What whitened columns leave of whitened targets."""
     basis = scipy.linalg.orth(white / np.linalg.norm(white, axis=0))
-    return float(np.sum((target - basis @ (basis.T @ target)) ** 2))
+    return np.asarray(target - basis @ (basis.T @ target))
+
+
+def f_test(target: np.ndarray, simple: np.ndarray, more: np.ndarray, number: int) -> float:
+    """The p-value that further whitened columns, `number` of them independent, explain nothing of the target."""
+    full = np.column_stack([simple, more])
+    squares, least = (float(np.sum(left(columns, target) ** 2)) for columns in (simple, full))
+    freedom = target.size - full.shape[1]
+    return float(scipy.stats.f.sf((squares - least) / number / (least / freedom), number, freedom))
 
 
 def fitted_curve(speeds: np.ndarray, friction: np.ndarray, others: np.ndarray, whiten: Whiten) -> FrictionCurve:
@@ -108,19 +116,15 @@ def fitted_curve(speeds: np.ndarray, friction: np.ndarray, others: np.ndarray, w
     decays = np.geomspace(0.01, 100.0, DECAYS) / middle
     fixed = np.column_stack([whiten(np.column_stack([np.ones(speeds.size), speeds**2])), of_rest])
 
-    def left(log_decay: float) -> float:
+    def squares(log_decay: float) -> float:
         part = whiten(1.0 / (1.0 + np.exp(log_decay) * speeds[:, None]))
-        return _squares(np.column_stack([fixed, part]), target[:, 0])
+        return float(np.sum(left(np.column_stack([fixed, part]), target[:, 0]) ** 2))
 
-    parts = whiten(1.0 / (1.0 + decays * speeds[:, None]))
-    tried = [_squares(np.column_stack([fixed, part]), target[:, 0]) for part in parts.T]
+    tried = [squares(log_decay) for log_decay in np.log(decays)]
     near = np.log(decays[np.clip(int(np.argmin(tried)) + np.array([-1, 1]), 0, DECAYS - 1)])
-    decay = float(np.exp(scipy.optimize.minimize_scalar(left, bounds=near, method="bounded").x))
+    decay = float(np.exp(scipy.optimize.minimize_scalar(squares, bounds=near, method="bounded").x))
     of_law = whiten(stribeck_columns(speeds, decay))
-    simple = _squares(np.column_stack([of_law, of_rest]), target[:, 0])
-    full = _squares(np.column_stack([of_law, of_rest, of_spline]), target[:, 0])
-    more, freedom = basis.columns - 3, speeds.size - basis.columns - rest - 3
-    misfit = float(scipy.stats.f.sf((simple - full) / more / (full / freedom), more, freedom))
+    misfit = f_test(target[:, 0], np.column_stack([of_law, of_rest]), of_spline, basis.columns - 3)
     if misfit < SIGNIFICANT:
         return _spline_curve(basis, knots, target[:, 0], of_spline, of_rest, misfit)
     coefficients = np.linalg.lstsq(np.column_stack([of_law, of_rest]), target[:, 0], rcond=None)[0]

@@ -13,9 +13,8 @@ import scipy
 
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.record.curve import FrictionCurve, SpeedBasis, fitted_curve
+from roughslip.record.curve import FrictionCurve, SpeedBasis, f_test, fitted_curve, left
 from roughslip.record.likelihood import ProcessFit, Samples, fitted_process
-from roughslip.record.process import SHAPES
 from roughslip.results import described, result
 
 FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell the scatter
@@ -39,7 +38,6 @@ class FrictionScatter:
     standard_deviation: float = described("additive: of the friction; multiplicative: of the friction over its mean")
     correlation_length_m: float = described("integral of the autocorrelation from zero on", "m")
     log_covariance: np.ndarray = described("covariance of the logarithms of these two", "1", "error other_error")
-    shape: str = described("of the autocorrelation: exponential or triangle")
     lengths: float = described("correlation lengths that the record holds")
     identified: bool = described('false, "cannot tell", where these are too few; the numbers are then a guess')
 
@@ -104,7 +102,7 @@ def fit_record(
     known = {"drift": drift, "ramps": ramps}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
-    fit = fitted_process(samples, _columns(spline, known), "exponential", time_constant_s, np.ones(n))
+    fit = fitted_process(samples, _columns(spline, known), time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
@@ -115,14 +113,13 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
-    simple, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
-    fits = {name: _best_shape(samples, columns, time_constant_s, one) for name, one in simple.items()}
+    fits, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     curve = _curve(samples, columns[:, spline.shape[1] :], chosen, from_slips)
     moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
-    if (lengths := total / chosen.scatter.length) < FEWEST_LENGTHS:
+    if (lengths := total / chosen.length) < FEWEST_LENGTHS:
         notes.append(
             f"the record holds {lengths:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it cannot tell "
             "the scatter"
@@ -151,7 +148,7 @@ def _additive_or_multiplicative(
     """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
     relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
     fits = {
-        name: fitted_process(samples, columns, "exponential", time_constant_s, weight, start)
+        name: fitted_process(samples, columns, time_constant_s, weight, start)
         for name, weight in (("additive", np.ones(mean.size)), ("multiplicative", relative))
     }
     ratio = fits["multiplicative"].log_likelihood - fits["additive"].log_likelihood
@@ -182,17 +179,6 @@ def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
     return np.column_stack([spline, *known.values()])
 
 
-def _best_shape(samples: Samples, columns: np.ndarray, time_constant_s: float | None, simple: ProcessFit) -> ProcessFit:
-    """The fit of the shape of the least criterion. simple : the exponential one; others start from it."""
-    found = [simple]
-    for shape in SHAPES[1:]:
-        try:
-            found.append(fitted_process(samples, columns, shape, time_constant_s, simple.weight, simple))
-        except IllPosedError:  # the record does not determine it
-            continue
-    return min(found, key=lambda one: one.criterion)
-
-
 def _drift_columns(samples: Samples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
     """(n, 2) a slow trend over time, and whether it can be told from the curve."""
     u = 2.0 * samples.elapsed / samples.elapsed[-1] - 1.0
@@ -220,12 +206,6 @@ def _waves(samples: Samples, wavelength_m: float) -> np.ndarray:
     return np.hstack([np.cos(phase)[:, None] * record, np.sin(phase)[:, None] * record])
 
 
-def _left(white: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """What whitened columns leave of whitened targets."""
-    basis = scipy.linalg.orth(white / np.linalg.norm(white, axis=0))
-    return np.asarray(target - basis @ (basis.T @ target))
-
-
 def _p_value(samples: Samples, spline: np.ndarray, known: dict[str, np.ndarray], name: str, fit: ProcessFit) -> float:
     """That the regressors of this name explain nothing: an F test of whitened columns. NaN where there are none."""
     tested = known[name].shape[1]
@@ -233,10 +213,8 @@ def _p_value(samples: Samples, spline: np.ndarray, known: dict[str, np.ndarray],
         return np.nan
     others = _columns(spline, {other: part for other, part in known.items() if other != name})
     white = fit.whiten(samples, np.column_stack([samples.friction, others, known[name]]))
-    simple = float(np.sum(_left(white[:, 1 : 1 + others.shape[1]], white[:, 0]) ** 2))
-    full = float(np.sum(_left(white[:, 1:], white[:, 0]) ** 2))
-    freedom = len(white) - white.shape[1] + 1
-    return float(scipy.stats.f.sf((simple - full) / tested / (full / freedom), tested, freedom))
+    target, simple, more = np.split(white, [1, 1 + others.shape[1]], axis=1)
+    return f_test(target[:, 0], simple, more, tested)
 
 
 def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> float | None:
@@ -245,9 +223,9 @@ def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> 
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
     tried = tried[tried > 4.0 * np.median(samples.step)]
     white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
-    residual = _left(white[:, 1:], white[:, 0])
+    residual = left(white[:, 1:], white[:, 0])
     waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
-    waves = _left(white[:, 1:], fit.whiten(samples, waves))
+    waves = left(white[:, 1:], fit.whiten(samples, waves))
     freedom = waves.shape[1] // tried.size
     pairs = np.linalg.qr(waves.reshape(len(waves), -1, freedom).transpose(1, 0, 2))[0]
     gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
@@ -275,7 +253,7 @@ def _moments(
     variance = float(np.var(residual))
     share = min(fit.deviation**2 / variance, 1.0)
     standard = (residual - residual.mean()) / np.sqrt(variance)
-    count = max(float(samples.slipped[-1]) / (2.0 * fit.scatter.length), 8.0)
+    count = max(float(samples.slipped[-1]) / (2.0 * fit.length), 8.0)
     skewness = float(np.mean(standard**3)) / share**1.5
     excess = (float(np.mean(standard**4)) - 3.0) / share**2
     return (skewness, np.sqrt(6.0 / count) / share**1.5), (excess, np.sqrt(24.0 / count) / share**2)
@@ -283,12 +261,11 @@ def _moments(
 
 def _scatter(fit: ProcessFit, total: float, unit: float) -> FrictionScatter:
     """The scatter of a fit. unit : of its deviation"""
-    lengths = total / fit.scatter.length
+    lengths = total / fit.length
     return FrictionScatter(
         fit.deviation * unit,
-        fit.scatter.length,
+        fit.length,
         fit.log_covariance,
-        fit.scatter.shape,
         lengths,
         lengths >= FEWEST_LENGTHS,
     )

@@ -1,27 +1,30 @@
-"""Fit of scatter, instrument and noise by restricted maximum likelihood, and the errors of what is fitted.
+"""Scatter along the slipped distance, seen through an instrument: its most likely numbers, and synthetic records.
 
-Restricted: the likelihood of what no regressor explains, so that a curve of ten parameters takes no scatter with it
-(H. D. Patterson & R. Thompson, Biometrika 58 (1971) 545).
+The scatter x(s) has an exponential autocorrelation, so it is a first-order process in the distance s. The instrument is
+a first-order low-pass in time, and white noise is added to what it shows. A Kalman filter whitens data and regressors
+alike, in O(n), so that generalised least squares is ordinary least squares of the whitened columns.
+
+The likelihood is restricted: that of what no regressor explains, so that a curve of ten parameters takes no scatter
+with it (H. D. Patterson & R. Thompson, Biometrika 58 (1971) 545). The filter is that of J. Hartikainen & S. Särkkä,
+IEEE Int. Workshop MLSP (2010) 379, for Gaussian processes as state-space models.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import scipy
+from scipy.optimize import minimize
 
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError
-from roughslip.record.process import Course, Scatter, samples_a_window, whitened
 
 STEP = 0.02  # of a logarithm, for second differences of the likelihood
 NOISE = (-9.0, 4.0)  # bounds of the logarithm of the variance of the noise over that of the scatter
-OPTIONS = {"eps": 1e-4, "ftol": 1e-8}  # of the search, whose parameters are logarithms
+SEARCH: Any = {"method": "L-BFGS-B", "options": {"eps": 1e-4, "ftol": 1e-8}}  # parameters are logarithms
 LENGTHS, SLOWER = (-1.2, 1.2), 1.1  # of logarithms: starts of a search without one
-RANGE, SCANS = (-1.2, 0.4), (0.1, 0.02)  # of the logarithm of the length of a triangle over that of an exponential
-AS_PARAMETERS = 2  # for which a triangle counts: by its kinks, records without one gain a factor of up to e^4
-MOST_A_WINDOW = 400  # samples, of a triangle: a wider band takes minutes
 AT_BOUND = 0.05  # of a logarithm: nearer to a bound a parameter is not identified, and is kept there
 
 
@@ -51,24 +54,95 @@ class Samples:
         """(n,) [s] in all."""
         return np.cumsum(np.where(self.step < 0.0, 0.0, self.seconds))
 
-    def course(self, time_constant_s: float, weight: np.ndarray) -> Course:
-        """What the samples went through with an instrument of this time constant [s]."""
-        memory = np.exp(-self.seconds / time_constant_s) if time_constant_s > 0.0 else np.zeros(self.seconds.size)
-        return Course(self.step, memory, weight)
+    def memory(self, time_constant_s: float) -> np.ndarray:
+        """(n,) exp(-dt / time constant) of an instrument."""
+        return np.exp(-self.seconds / time_constant_s) if time_constant_s > 0.0 else np.zeros(self.seconds.size)
+
+
+def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Generator) -> np.ndarray:
+    """A Gaussian path of unit variance at slipped distances : (n,) [m], which do not fall: an exact recursion."""
+    keep = np.exp(-np.diff(slipped_m, prepend=-np.inf) / length_m)
+    path = np.sqrt(1.0 - keep**2) * generator.standard_normal(keep.size)
+    for t in range(1, path.size):
+        path[t] += keep[t] * path[t - 1]
+    return path
+
+
+def through_instrument(values: np.ndarray, memory: np.ndarray) -> np.ndarray:
+    """values : (n,) after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
+    shown, level = np.empty(values.size), values[0]
+    for t, (value, a) in enumerate(zip(values, memory, strict=True)):
+        level = a * level + (1.0 - a) * value
+        shown[t] = level
+    return shown
+
+
+def whitened(
+    length_m: float, step: np.ndarray, memory: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Columns : (n, k) as independent unit normals, if they are the scatter of unit variance and noise; log det.
+
+    step : (n,) [m] slipped since the sample before; negative at the first of a record, which forgets what was before
+    memory : (n,) [-] exp(-dt / time constant) of the instrument
+    weight : (n,) [-] factor of the scatter at the sample: 1, or the mean friction over its average
+    noise : [-] variance of the white noise over that of the scatter
+    """
+    white = np.array(columns, dtype=float, order="C")
+    return white, _filter(1.0 / length_m, step, memory, weight, float(noise), white)
+
+
+@compiled()
+def _filter(
+    rate: float, step: np.ndarray, memory: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
+) -> float:
+    """Whiten the columns : (n, k) in place; the sum of the logarithms of the variances of the innovations.
+
+    rate : [1/m] of decay of the scatter, whose variance is `within`; `shown` is that of what the instrument shows of
+        it, and `cross` their covariance
+    """
+    n, k = columns.shape
+    within, cross, shown, log_det = 0.0, 0.0, 0.0, 0.0
+    state, level, keep = np.zeros(k), np.zeros(k), 1.0
+    for t in range(n):
+        a, w = memory[t], weight[t]
+        if step[t] < 0.0:
+            a, shown, within, cross = 0.0, 0.0, 1.0, 0.0
+            state[:], level[:] = 0.0, 0.0
+        else:
+            keep = np.exp(-rate * step[t])
+            cross *= keep
+            within = within * (keep * keep) + (1.0 - keep * keep)
+        b = (1.0 - a) * w
+        shown = a * a * shown + 2.0 * a * b * cross + b * b * within
+        cross = a * cross + b * within
+        variance = shown + noise
+        log_det += np.log(variance)
+        scale = 1.0 / np.sqrt(variance)
+        for c in range(k):
+            state[c] *= keep
+            level[c] = a * level[c] + b * state[c]
+            innovation = columns[t, c] - level[c]
+            state[c] += cross / variance * innovation
+            level[c] += shown / variance * innovation
+            columns[t, c] = innovation * scale
+        within -= cross * cross / variance
+        cross -= cross * shown / variance
+        shown -= shown * shown / variance
+    return log_det
 
 
 @dataclass(frozen=True, eq=False)
 class ProcessFit:
-    """The most likely scatter of one shape about given regressors.
+    """The most likely scatter about given regressors.
 
-    scatter : shape and correlation length
+    length : [m] correlation length, the integral of the autocorrelation from zero on
     deviation : [-] of the scatter; noise : [-] deviation of the white noise
     time_constant : [s] of the instrument
     log_covariance : (2, 2) of log deviation and log length
     log_likelihood : restricted, comparable where the regressors are the same
     """
 
-    scatter: Scatter
+    length: float
     deviation: float
     noise: float
     time_constant: float
@@ -76,44 +150,37 @@ class ProcessFit:
     log_likelihood: float
     weight: np.ndarray
 
-    @property
-    def criterion(self) -> float:
-        """Bayesian criterion: less is better."""
-        count = AS_PARAMETERS if self.scatter.shape == "triangle" else 0
-        return count * float(np.log(self.weight.size)) - 2.0 * self.log_likelihood
-
     def whiten(self, samples: Samples, columns: np.ndarray) -> np.ndarray:
         """Columns : (n, k) as independent unit normals."""
-        course = samples.course(self.time_constant, self.weight)
-        return whitened(self.scatter, course, (self.noise / self.deviation) ** 2, columns)[0] / self.deviation
+        memory, noise = samples.memory(self.time_constant), (self.noise / self.deviation) ** 2
+        return whitened(self.length, samples.step, memory, self.weight, noise, columns)[0] / self.deviation
 
 
 def fitted_process(
     samples: Samples,
     regressors: np.ndarray,
-    shape: str,
     time_constant_s: float | None,
     weight: np.ndarray,
     start: ProcessFit | None = None,
 ) -> ProcessFit:
-    """The most likely scatter of a shape.
+    """The most likely scatter.
 
     regressors : (n, k) of the mean, of full rank
     time_constant_s : [s] of the instrument; None to fit it
     weight : (n,) of the scatter: ones, or the mean friction over its average
     start : a fit to begin with
 
-    A triangle needs a start. Raises IllPosedError where the likelihood has no maximum within its bounds, or a triangle
-    would hold more samples than MOST_A_WINDOW.
+    Raises IllPosedError where the likelihood has no maximum within its bounds.
     """
     columns = np.column_stack([samples.friction, regressors])
     n, k = len(regressors), len(regressors.T)
-    first, bounds = _search_space(samples, shape, time_constant_s, start)
+    first, bounds = _search_space(samples, time_constant_s, start)
 
     def parts(theta: np.ndarray) -> tuple[float, float]:
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
-        course = samples.course(_seconds(theta, time_constant_s), weight)
-        white, log_det = whitened(Scatter(shape, float(np.exp(theta[0]))), course, np.exp(theta[1]), columns)
+        length, noise, *_ = np.exp(theta)
+        memory = samples.memory(_seconds(theta, time_constant_s))
+        white, log_det = whitened(float(length), samples.step, memory, weight, noise, columns)
         upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
         return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))
 
@@ -124,7 +191,8 @@ def fitted_process(
     starts = [first] if start is not None else [[first[0] + a, *first[1:]] for a in LENGTHS]
     if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
         starts += [[*one[:2], one[2] + SLOWER] for one in starts]
-    theta = _most_likely_average(profile, first, bounds) if shape == "triangle" else _best(profile, starts, bounds)
+    searches = (minimize(profile, np.clip(at, *np.transpose(bounds)), bounds=bounds, **SEARCH) for at in starts)
+    theta = np.asarray(min(searches, key=lambda one: float(one.fun)).x)
     variance = parts(theta)[0] / (n - k)
     deviation = float(np.sqrt(variance))
 
@@ -141,7 +209,7 @@ def fitted_process(
             f"to {longest:.2g} m, the record, is the most likely one; record longer, or with more samples a second"
         )
     return ProcessFit(
-        Scatter(shape, float(np.exp(theta[0]))),
+        float(np.exp(theta[0])),
         deviation,
         deviation * float(np.exp(0.5 * theta[1])),
         _seconds(theta, time_constant_s),
@@ -151,53 +219,15 @@ def fitted_process(
     )
 
 
-def _best(
-    profile: Callable[[np.ndarray], float],
-    starts: list[list[float]],
-    bounds: list[tuple[float, float]],
-    method: str = "L-BFGS-B",
-    options: dict[str, float] = OPTIONS,
-) -> np.ndarray:
-    """The least of the minima that searches from these starts find."""
-    tried = [
-        scipy.optimize.minimize(
-            profile, np.clip(at, *np.transpose(bounds)), method=method, bounds=bounds, options=options
-        )
-        for at in starts
-    ]
-    return np.asarray(min(tried, key=lambda one: float(one.fun)).x)
-
-
-def _most_likely_average(
-    profile: Callable[[np.ndarray], float], first: list[float], bounds: list[tuple[float, float]]
-) -> np.ndarray:
-    """The minimum for a triangle, with a kink wherever the window is the distance of two samples: lengths are scanned.
-
-    The search after it needs no slope (J. A. Nelder & R. Mead, The Computer Journal 7 (1965) 308).
-    """
-    (low, high), start = bounds[0], first
-    for step in SCANS:
-        lengths = [[float(at), *first[1:]] for at in np.arange(low, high, step)]
-        start = min(lengths, key=lambda one: profile(np.array(one)))
-        low, high = start[0] - step, start[0] + step
-    return _best(profile, [start], bounds, "Nelder-Mead", {"xatol": 2e-3, "fatol": 1e-2})
-
-
 def _search_space(
-    samples: Samples, shape: str, time_constant_s: float | None, start: ProcessFit | None
+    samples: Samples, time_constant_s: float | None, start: ProcessFit | None
 ) -> tuple[list[float], list[tuple[float, float]]]:
     """Start and bounds of the logarithms of length, noise and time constant."""
     total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))
     ds = float(np.median(samples.step[samples.step > 0.0]))
     first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(0.3 * ds), np.log(total)), NOISE]
     if start is not None:
-        at = np.log(start.scatter.length)
-        if shape == "triangle":
-            bounds[0] = (max(bounds[0][0], at + RANGE[0]), min(bounds[0][1], at + RANGE[1]))
-            length = start.scatter.length
-            if (most := samples_a_window(length, samples.step)) > MOST_A_WINDOW:
-                raise IllPosedError(f"a window of {length:.2g} m holds {most} samples, more than {MOST_A_WINDOW}")
-        first = [at, 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
+        first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
     if time_constant_s is None:
         bounds.append((np.log(0.1 * dt), np.log(30.0 * dt)))
         first.append(np.log(0.5 * dt if start is None else max(start.time_constant, 0.2 * dt)))

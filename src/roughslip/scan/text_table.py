@@ -62,9 +62,8 @@ def read_table(path: Path) -> Reading:
     units = _HEADING_UNIT.findall(" ".join(headings))
     if headings:
         written.append("after the line " + " and ".join(repr(line[:60]) for line in headings[:2]))
-    if min(rows.shape) < FEWEST_NODES and len(rows) >= FEWEST_NODES**2:
-        met = f"{len(rows)} lines of {rows.shape[1]} numbers; points have three, x, y and z, one at each node of a mesh"
-        raise _no_matrix(path, met, NoMatrix)
+    if rows.shape[1] == 3 and len(rows) >= FEWEST_NODES**2:
+        raise _no_matrix(path, "three columns, as of points x, y, z", NoMatrix)
     for across, what in ((rows, "the first row"), (rows.T, "the first column")):
         if _rises_evenly(across[0]) and not any(map(_rises_evenly, across[1:2])):  # a slope does so in every row
             raise InputError(f"{path}: {what} rises in equal steps: coordinates, no heights; export the heights alone")

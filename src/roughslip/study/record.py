@@ -11,7 +11,7 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.scatter_law import autocorrelation_of_friction, scatter_of_friction
 from roughslip.record.fit import RecordFit, fit_record
-from roughslip.record.process import through_instrument
+from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.scene.types import Scene, get
@@ -84,7 +84,6 @@ def of_fit(found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
     notes = np.array(found.notes + slid.notes or ("nothing",))
     variables = store.variables_of(found, leave_out=("mean", "explained"))
     variables |= store.variables_of(curve, "curve_", leave_out=("friction", "speeds_m_per_s")) | {
-        "shape": store.Variable((), found.scatter(found.kind).shape, "1", "shape of the autocorrelation"),
         "note": store.Variable(("note",), notes, "1", "what the record leaves open"),
         "record_mean": store.Variable((), float(np.mean(found.mean)), "1", "mean friction coefficient over the record"),
         "curve_speed": store.Variable(speed, curve.speeds_m_per_s, "m/s", "sliding speed"),
@@ -153,17 +152,17 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     kind = found.kind if found.kind in found.fits else "additive"
     fit, samples = found.fits[kind], slid.samples
     place, residual = samples.slipped, (samples.friction - found.explained) / fit.weight
-    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.scatter.length * LAGS / REACH, 1e5)) + 2)
+    even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.length * LAGS / REACH, 1e5)) + 2)
     values = np.interp(even, place, residual)
     values -= values.mean()
     lags = min(LAGS, even.size - 1)
     products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
-    modelled = fit.deviation**2 * fit.scatter.autocorrelation(even[:lags])
+    modelled = fit.deviation**2 * np.exp(-even[:lags] / fit.length)
     twins = []
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])
-        path = fit.deviation * fit.weight * fit.scatter.path(place, generator)
-        memory = samples.course(fit.time_constant, fit.weight).memory
+        path = fit.deviation * fit.weight * scatter_path(place, fit.length, generator)
+        memory = samples.memory(fit.time_constant)
         noise = fit.noise * generator.standard_normal(place.size)
         twins.append((found.explained + through_instrument(path, memory) + noise)[:: _step(slid)])
     titles = "autocovariance of the residuals", "autocovariance of the fitted scatter"

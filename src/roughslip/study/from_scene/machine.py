@@ -31,7 +31,6 @@ from roughslip.scene.types import Scene
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
 DISCARDED_PERIODS = 10.0
-TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of an average over a window of two lengths
 MEDIAN = 50.0  # [%] penetration of the windows of a scene without a load
 TOLERANCE = 1e-5  # of the motion; mean counts are the same within their error from 1e-4 to 1e-10
 
@@ -92,8 +91,6 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
         kind, mean = scene.friction.scatter, float(result["record_mean"])
         deviation = float(result[f"{kind}_std"]) * (mean if multiplies else 1.0)
         length, (a, b) = float(result[f"{kind}_length"]), map(float, result["beta_shapes"])
-        if str(result[f"{kind}_shape"]) == "triangle":
-            pad = triangular_pad
     else:
         column = "" if is_under_load(result) else "combined_"
         names = (f"{column}mean", f"{column}std", f"{column}length_least_squares")
@@ -139,11 +136,6 @@ def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> fl
 def window_scatter(result: store.Result) -> np.ndarray:
     """() standard deviation of a window under the load: its own, or of first order where some have no contact."""
     return np.asarray(result["std"] if result["missing_share"] == 0.0 else result["pad_std"][0])
-
-
-def triangular_pad(windows: float, length_m: float) -> Pad:
-    """Of a record that is an average over a window."""
-    return float(windows), length_m, TRIANGLE
 
 
 def pad_of_windows(scene: Scene, result: store.Result) -> Callable[[float, float], Pad]:

@@ -35,7 +35,6 @@ COORDINATES = {
     "damping": ("damping_ratio",),
     "level": ("percentile",),
     "penetration": ("fit_percentile",),
-    "probability": ("quantile_probability",),
     "scatter": ("scatter_factor",),
     "velocity": ("belt_velocity",),
 }

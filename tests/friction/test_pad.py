@@ -68,16 +68,16 @@ def test_means_over_pairs_of_points_in_closed_form():
 @pytest.mark.parametrize("lag", [0.0, 0.4, 1.7])
 def test_the_cusp_of_an_exponential_lies_between_panels(lag):
     """Pairs of a tenth and of 30 lengths, one interval a part of its edge behind the other: adaptive quadrature."""
+    surface = Surface(lambda x, y: np.exp(-np.abs(x)) + 0.0 * y, (1.0, 1.0))
     for edge in (0.1, 30.0):
-        surface = Surface(lambda x, y: np.exp(-np.abs(x)) + 0.0 * y, (1.0, 1.0))
         ends = edge * (lag - 1.0), edge * (lag + 1.0)
-
-        def density(x, edge=edge, power=1):
-            return math.exp(-power * abs(x)) * (1.0 - abs(x / edge - lag)) / edge
-
+        kinks = [x for x in (0.0, lag * edge) if ends[0] < x < ends[1]]
         for mean_power, power in zip(mean_powers(surface, edge, 1.0, lag * edge), POWERS, strict=True):
-            kinks = [x for x in (0.0, lag * edge) if ends[0] < x < ends[1]]
-            exact = quad(density, *ends, args=(edge, power), points=kinks, limit=200, epsabs=1e-14)[0]
+
+            def density(x, edge=edge, power=power):
+                return math.exp(-power * abs(x)) * (1.0 - abs(x / edge - lag)) / edge
+
+            exact = quad(density, *ends, points=kinks, limit=200, epsabs=1e-14)[0]
             assert mean_power == pytest.approx(exact, rel=1e-6)
 
 
@@ -103,6 +103,11 @@ def test_independent_blocks_scatter_by_the_root_of_windows():
     parts = mehler_parts(covariance, none, BLOCK, WIDTH)
     pad = pad_scatter(parts, np.full(3, BLOCK / WINDOW), none, BLOCK, WIDTH, WINDOW)
     np.testing.assert_allclose(pad, np.tile(BLOCK / WINDOW / WINDOWS, (3, 1)), rtol=1e-12)
+    for no_parts, adjacent in ((0 * parts, np.ones(3)), (parts, np.zeros(3))):
+        with pytest.raises(IllPosedError, match="has no scatter to find"):
+            pad_scatter(no_parts, adjacent, none, BLOCK, WIDTH, WINDOW)
+    with pytest.raises(IllPosedError, match="no block carries force"):
+        influence_covariance(np.ones((3, 4)), np.zeros((3, 4)), np.ones((41, 3), dtype=int))
     np.testing.assert_allclose(
         between_pads(pad, np.array([1.0, 50.0, 1e7])), BLOCK / WINDOW / np.array([1.0, 50.0, 1e7])
     )
@@ -171,15 +176,6 @@ def test_autocorrelation_of_a_pad_in_closed_form():
 
     sums = [antiderivative(lag + length) - 2 * antiderivative(lag) + antiderivative(lag - length) for lag in lags]
     np.testing.assert_allclose(means[:, 0], np.array(sums) / 2 / length**2 * of_edge(width, scale), rtol=1e-4)
-
-
-def test_strips_that_show_no_scatter_are_refused():
-    surface, weights = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT)), np.ones((41, 3), dtype=int)
-    with pytest.raises(IllPosedError, match="no block carries force"):
-        influence_covariance(np.ones((3, 4)), np.zeros((3, 4)), weights)
-    for parts, adjacent in ((np.zeros((2, 5)), np.ones(2)), (np.eye(1, 5).repeat(2, 0), np.zeros(2))):
-        with pytest.raises(IllPosedError, match="has no scatter to find"):
-            pad_scatter(parts, adjacent, surface, 1.0, 1.0, 4.0)
 
 
 @pytest.mark.parametrize("periodic", [False, True])

@@ -11,11 +11,11 @@ from scipy.stats import beta as beta_distribution
 from scipy.stats import kstest
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction import endless as by_recursion
+from roughslip.friction import endless
 from roughslip.friction.endless import recursion
 from roughslip.friction.paths import METHODS, Friction, path_sampler, spectral_representation
 from roughslip.friction.process import PIECE_NODES, CorrelationShape, FrictionProcess, average_beta
-from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
+from roughslip.probability import BetaDistribution, Translation, beta_moments
 
 LENGTH = 250e-6
 PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)
@@ -111,19 +111,6 @@ def test_paths_follow_their_seed_alone(method):
     assert np.array_equal(first, beginning(again.realisation([1, 0]), 600))
 
 
-@WAYS
-def test_refuses_a_two_point_marginal(method):
-    with pytest.raises(IllPosedError, match="Hermite series"):
-        path_sampler(FrictionProcess(BetaDistribution(0.02, 0.02, 0.0, 1.0), LENGTH), LENGTH / 16, 0.01, method)
-
-
-def test_missed_correlation_is_an_error(monkeypatch):
-    """No Beta marginal is known to trip it; so the correction is replaced by one that errs."""
-    monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, target: target)
-    with pytest.raises(IllPosedError, match="misses the one wanted"):
-        spectral_representation(SKEWED, LENGTH / 16, 0.01)
-
-
 TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of a window over what is not correlated
 # Two lengths of a pad under whose short waves long ones lie, and a window over white pressure.
 PAD = CorrelationShape.of_lags(LENGTH * np.array([0.0, 0.5, 1.0, 4.0, 8.0]), np.array([1.0, 0.5, 0.2, 0.1, 0.0]))[1]
@@ -156,17 +143,6 @@ def test_moving_average_is_the_plain_sum(shape):
     np.testing.assert_allclose(path, plain, atol=1e-12)
 
 
-def test_shapes_that_are_no_autocorrelation_are_refused():
-    for lags, values, match in (
-        ([0.0, 1.0], [1.0, 0.5], "fall from 1 to 0"),
-        ([0.0, 1.0, 1.0], [1.0, 0.5, 0.0], "increase from 0"),
-        ([0.0, 1.0, 2.0], [1.0, -1.5, 0.0], "not exceed 1"),
-        ([0.0], [1.0], "two rows"),
-    ):
-        with pytest.raises(ParameterError, match=match):
-            CorrelationShape(np.array(lags), np.array(values))
-
-
 def test_a_shape_that_no_process_has_is_refused():
     """A box is no covariance: its transform, a sinc, has negative parts. Nor is the triangle, whose transform touches
     zero, once it is corrected for a far skewed marginal; but there is one nearby, and the error is told."""
@@ -183,6 +159,9 @@ def test_a_shape_that_no_process_has_is_refused():
     assert reached == pytest.approx(0.5, abs=average.correlation_error)
     with pytest.raises(ParameterError, match="a spacing of at least"):
         path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, TRIANGLE), 1e-6 * LENGTH)
+    for lags, values in (([0.0, 1.0], [1.0, 0.5]), ([0.0, 1.0, 1.0], [1.0, 0.5, 0.0]), ([0.0], [1.0])):
+        with pytest.raises(ParameterError, match=r"rows of equal length.*from 1 to 0"):
+            CorrelationShape(np.array(lags), np.array(values))
 
 
 shapes = st.floats(0.4, 200.0)
@@ -202,7 +181,7 @@ def test_cumulants_fall_as_those_of_a_mean(a, b, windows):
     assert moments[3] == pytest.approx(excess / windows, abs=rounding)
 
 
-BORDER = [(0.1, 0.1), (0.5, 0.5), (1.0, 1.0), (0.05, 3.0), (0.3, 3.0), (2.1, 5.0), (0.1, 300.0), (90.0, 300.0)]
+BORDER = [(0.1, 0.1), (0.05, 3.0), (2.1, 5.0), (0.1, 300.0), (90.0, 300.0)]
 
 
 def process_of(a, b):
@@ -231,7 +210,7 @@ def test_a_recursion_is_its_plain_sum_piece_after_piece():
 
 
 @pytest.mark.parametrize(("a", "b"), BORDER)
-@pytest.mark.parametrize("nodes", [0.25, 2, 16, 1000])
+@pytest.mark.parametrize("nodes", [0.25, 16, 1000])
 def test_errors_are_those_of_what_was_built(a, b, nodes):
     """The covariance of the state, summed step by step, gives the reported errors of the autocorrelation, and the
     Cholesky factor in closed form gives that covariance."""
@@ -265,9 +244,13 @@ def test_few_exponentials_are_enough(shapes, terms, error):
 
 
 def test_a_correlation_that_no_process_has_is_refused(monkeypatch):
-    """Flat up to a lag and then none: its spectrum has negative parts."""
+    """No Beta marginal is known to trip it; so the correction is replaced by one that errs, and by one that is flat up
+    to a lag and then none: its spectrum has negative parts."""
+    monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, target: target)
+    with pytest.raises(IllPosedError, match="misses the one wanted"):
+        spectral_representation(SKEWED, LENGTH / 16, 0.01)
     monkeypatch.setattr(Translation, "gaussian_correlation", lambda self, x: np.where(x > 0.5, 1.0, 0.0))
-    monkeypatch.setattr(by_recursion, "CORRELATION_LIMIT", math.inf)
+    monkeypatch.setattr(endless, "CORRELATION_LIMIT", math.inf)
     with pytest.raises(IllPosedError, match="not positive"):
         recursion(PUBLISHED, LENGTH / 16)
 
@@ -278,12 +261,11 @@ def test_nodes_many_lengths_apart(ratio):
 
     At the lags of the nodes few terms give the correlation within the tolerance.
     """
-    marginal = QuantileDistribution(beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 400)), 0.3, 0.05)
-    built = recursion(FrictionProcess(marginal, LENGTH), ratio * LENGTH)
+    built = recursion(PUBLISHED, ratio * LENGTH)
     lags = built.decay ** np.arange(1, 4)[:, None]
     gaussian = lags @ state_covariance(built).sum(axis=1)
     reached = built.translation.correlation(gaussian)
-    np.testing.assert_allclose(reached, np.exp(-ratio * np.arange(1, 4)), atol=by_recursion.CORRELATION_TOLERANCE)
+    np.testing.assert_allclose(reached, np.exp(-ratio * np.arange(1, 4)), atol=endless.CORRELATION_TOLERANCE)
     assert len(built.decay) * ratio <= 30.0
     assert state_covariance(built).sum() == pytest.approx(1.0, abs=1e-9)
 
@@ -305,5 +287,3 @@ def test_friction_of_a_pad_follows_from_that_of_one_window():
     assert (pad.pad_deviation, pad.correlation_length_m) == (pytest.approx(0.02), pytest.approx(3 * LENGTH))
     assert pad.autocorrelation(3 * LENGTH * np.array([0.0, 1.0, 2.5])) == pytest.approx([1.0, 0.5, 0.0])
     assert pad.paths(4).spacing == pytest.approx(0.75 * LENGTH)
-    quantiles = beta_distribution(2.1, 5.0).ppf(np.linspace(0.0, 1.0, 50))
-    assert Friction(0.3, 0.04, LENGTH, quantiles).process.marginal.standard_deviation == 0.04

@@ -72,15 +72,11 @@ def test_pairs_are_random_walks(rho, pressure):
     assert pair_covariance(np.array([rho]), pressure)[0] == pytest.approx(products.mean(), abs=4 * error)
 
 
-def test_covariance_grows_with_what_is_shared():
-    """Where nothing is shared there is no covariance, and the more is shared the more there is."""
+def test_nothing_shared_is_no_covariance_and_in_full_contact_the_force_alone_scatters():
+    """The more is shared the more there is. Full contact: A is the same everywhere, the stress is p and a Gaussian
+    field of the variance s^2 and the correlation rho."""
     assert pair_covariance(np.array([0.0, 1e-6]), 0.5) == pytest.approx([0.0, 0.0], abs=1e-6)
-    covariance = pair_covariance(np.linspace(0.0, 1.0, 200), 0.02)
-    assert (np.diff(covariance) > 0.0).all()
-
-
-def test_in_full_contact_the_force_alone_scatters():
-    """A is the same everywhere. The stress is p and a Gaussian field of the variance s^2 and the correlation rho."""
+    assert (np.diff(pair_covariance(np.linspace(0.0, 1.0, 200), 0.02)) > 0.0).all()
     rho = np.array([-1.0, -0.3, 0.2, 1.0])
     assert pair_covariance(rho, 7.0) == pytest.approx(rho / 49.0, rel=1e-6)
 
@@ -101,7 +97,7 @@ def test_roughness_of_a_gaussian_covariance():
     assert correlation == pytest.approx((1 - r**2) * np.exp(-(r**2)), abs=2e-3)
 
 
-@pytest.mark.parametrize(("lay", "angle", "mesh"), [(1.0, 0.0, 500), (4.0, 0.6, 800)])
+@pytest.mark.parametrize(("lay", "angle", "mesh"), [(1.0, 0.0, 400), (4.0, 0.6, 800)])
 def test_shot_noise_of_summits_over_that_of_pairs(lay, angle, mesh):
     """B nu = (32 / (3 pi) - 3) sqrt(pi) e m0 / (h' det^(1/4)) over the plain sum of C p* over a plane. Hertz contacts
     of an exponential rise: <A^2> / <A>^2 = 2, <A N> / (<A> <N>) = 5 / 2, <N^2> / <N>^2 = 32 / (3 pi)."""
@@ -189,19 +185,6 @@ def test_solved_cells_have_this_autocorrelation():
     assert math.sqrt(np.mean(solved**2)) == pytest.approx(
         scatter_of_friction(GAUSSIAN, MODULUS, pressure, window), rel=0.08
     )
-
-
-def test_windows_in_full_contact_scatter_by_their_force():
-    """A wave z of the heights has the pressure E* q z / 2 (Johnson, Contact Mechanics, section 13.2), and A / N of a
-    window scatters as its force. T needs no constant there. 40 cells of 32 windows: known to 3 %."""
-    grid, slope, load = Grid(256, 128, 1e-6, 1e-6), 2e-7 / LENGTH, 3.0
-    embedding = embed_cell(GAUSSIAN, grid)
-    waves = 2 * math.pi * np.hypot(np.fft.fftfreq(256, 1e-6)[:, None], np.fft.rfftfreq(128, 1e-6))
-    cells = np.array([embedding.sample(np.random.default_rng([4, number])) for number in range(40)])
-    pressures = np.fft.irfft2(waves * np.fft.rfft2(cells), grid.shape) / (2 * slope * load)
-    windows = pressures.reshape(40, 4, 64, 4, 32).mean(axis=(2, 4))
-    theory = mean_over_window(GAUSSIAN, roughness_of(GAUSSIAN), load, (64e-6, 32e-6))
-    assert windows.std() == pytest.approx(math.sqrt(theory), rel=0.1)
 
 
 def test_heights_without_a_slope_and_no_load_are_refused():

@@ -42,13 +42,8 @@ def test_window_sums_are_the_plain_sums_within_the_stated_error(columns: list[fl
     # the stated bound, and fsum's own last rounding
     bound = (window + 1) * ROUNDING * math.fsum(map(abs, columns)) * (1 + 1e-9)
     assert np.all(np.abs(sums - exact) <= bound + ROUNDING * np.abs(exact))
-
-
-def test_windows_without_contact_sum_to_exactly_zero_behind_heavy_ones() -> None:
-    columns = np.concatenate((np.full(10, 1e9 / 3.0), np.zeros(10), np.full(5, 1e-9 / 3.0)))
-    sums = window_sums(columns, 5, 1)
-    assert np.all(sums[10:16] == 0.0)
-    assert np.all(sums >= 0.0)
+    behind = window_sums(np.concatenate((np.full(10, 1e9 / 3.0), np.zeros(10))), 5, 1)
+    assert np.all(behind[10:] == 0.0)  # windows without contact sum to exactly zero behind heavy ones
 
 
 def test_hertz_contact_has_mu_inversely_proportional_to_its_radius() -> None:
@@ -62,11 +57,15 @@ def test_hertz_contact_has_mu_inversely_proportional_to_its_radius() -> None:
 
 
 def test_windows_below_the_least_area_are_marked_and_never_nan() -> None:
-    area = np.array([[0.0, 0.5, 1.0], [2.0, 0.0, 0.999]])
-    force = np.array([[0.0, 1e-300, 1.0], [4.0, 0.0, 1.0]])
+    area, force = np.array([[0.0, 0.5, 1.0], [2.0, 0.0, 0.999]]), np.array([[0.0, 1e-300, 1.0], [4.0, 0.0, 1.0]])
     mu, valid = friction_coefficient(area, force, 1.0, 1.0)
     assert valid.tolist() == [[False, False, True], [True, False, False]]
     assert mu.tolist() == [[0.0, 0.0, 1.0], [0.5, 0.0, 0.0]]
+    # areas over forces count windows without mu; replicates can only be the first strip, the second, or both
+    area, force = np.array([[1.0, 2.0, 0.0], [3.0, 0.5, 0.5]]), np.array([[2.0, 2.0, 0.0], [2.0, 1.0, 1.0]])
+    ratio = ratio_of_sums(area, force, 4.0, strip_weights(2, 40, np.random.default_rng(1)))
+    assert ratio.value == pytest.approx(4.0 * 7.0 / 8.0, rel=1e-15)
+    assert set(np.round(ratio.replicates, 12)) == {3.0, 3.5, 4.0}
 
 
 def autoregressive(rng: np.random.Generator, strips: int, windows: int, factor: float) -> np.ndarray:
@@ -131,15 +130,6 @@ def test_margins_make_percentiles_those_of_student() -> None:
     assert std.replicates == pytest.approx(rows[1:])
 
 
-def test_ratio_of_sums_counts_windows_without_mu() -> None:
-    area = np.array([[1.0, 2.0, 0.0], [3.0, 0.5, 0.5]])
-    force = np.array([[2.0, 2.0, 0.0], [2.0, 1.0, 1.0]])
-    ratio = ratio_of_sums(area, force, 4.0, strip_weights(2, 40, np.random.default_rng(1)))
-    assert ratio.value == pytest.approx(4.0 * 7.0 / 8.0, rel=1e-15)
-    # replicates can only be the first strip, the second, or both
-    assert set(np.round(ratio.replicates, 12)) == {3.0, 3.5, 4.0}
-
-
 def test_strips_too_few_or_without_scatter_are_ill_posed() -> None:
     mu, valid = skewed_windows(4)
     with pytest.raises(IllPosedError, match="1 strip"):
@@ -181,7 +171,6 @@ VALID = RNG.random(MU.shape) < 0.9
 WEIGHTS = strip_weights(STRIPS, 60, RNG)
 LAGS = SPACING * np.arange(WINDOWS)
 SCALE, METRE = 2.0**-3, 2.0**10  # of mu, and of lengths: powers of two, so that rounding is the same
-IN_MU = ("mean", "std")
 
 
 def described(mu=MU, valid=VALID, weights=WEIGHTS, metre=1.0):
@@ -204,35 +193,19 @@ def plain():
     return described()
 
 
-def test_in_other_units(plain):
-    """A shear strength scales mu; lengths of the autocorrelation are those of the lags."""
-    is_same(described(SCALE * MU), plain, lambda name: SCALE if name in IN_MU else 1.0)
+def test_in_other_units_another_order_or_direction(plain):
+    """A shear strength scales mu; lengths of the autocorrelation are those of the lags. Sets of windows are drawn by
+    their place, so theirs change with the order."""
+    is_same(described(SCALE * MU), plain, lambda name: SCALE if name in ("mean", "std") else 1.0)
     is_same(described(metre=METRE), plain, lambda name: METRE if name.startswith("length_") else 1.0)
-
-
-def test_in_another_order_of_strips(plain):
-    """Sets of windows are drawn by their place, so theirs change."""
     order = np.random.default_rng(4).permutation(STRIPS)
     is_same(described(MU[order], VALID[order], WEIGHTS[:, order]), plain, without=("set_beta",))
-
-
-def test_in_the_other_direction(plain):
     is_same(described(MU[:, ::-1].copy(), VALID[:, ::-1].copy()), plain, without=("set_beta",))
-    # what a strip that counts twice gives, two of it give
-    twice = np.concatenate((MU, MU)), np.concatenate((VALID, VALID)), np.concatenate((WEIGHTS, 0 * WEIGHTS), axis=1)
-    twice[2][0] = 1
-    estimates = described(*twice)
-    for name in ("mean", "std", "skewness", "autocorrelation"):
-        np.testing.assert_allclose(estimates[name].value, plain[name].value, rtol=1e-6)
-        np.testing.assert_allclose(estimates[name].replicates, plain[name].replicates, rtol=1e-6, atol=1e-7)
 
 
 def test_mirrored_about_a_value(plain):
     """1 - mu is as far below as mu is above: odd moments change their sign."""
     estimates = described(1.0 - MU)
-    for name, other, sign, start in (
-        ("mean", "mean", -1.0, 1.0), ("std", "std", 1.0, 0.0), ("skewness", "skewness", -1.0, 0.0),
-        ("kurtosis", "kurtosis", 1.0, 0.0), ("autocorrelation", "autocorrelation", 1.0, 0.0),
-        ("length_one_over_e", "length_one_over_e", 1.0, 0.0), ("missing_share", "missing_share", 1.0, 0.0),
-    ):  # fmt: skip
-        np.testing.assert_allclose(estimates[name].rows, start + sign * plain[other].rows, rtol=1e-6, atol=1e-8)
+    for name in ("mean", "std", "skewness", "kurtosis", "autocorrelation", "length_one_over_e", "missing_share"):
+        sign, start = -1.0 if name in ("mean", "skewness") else 1.0, 1.0 if name == "mean" else 0.0
+        np.testing.assert_allclose(estimates[name].rows, start + sign * plain[name].rows, rtol=1e-6, atol=1e-8)

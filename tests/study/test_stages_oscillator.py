@@ -18,9 +18,8 @@ from roughslip.errors import IllPosedError, InputError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
-from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
-from roughslip.probability.level_search import ACCURACY
+from roughslip.probability.search import ACCURACY
 from roughslip.scene.types import scene_of
 from roughslip.study import answer, deterministic, stick_slip_map
 from roughslip.study.cycles import CLOSING_PERIODS, cycling_share
@@ -61,13 +60,6 @@ def test_friction_is_that_of_the_windows_unless_the_scene_gives_it(tmp_path):
         from_scene.friction_of(parallel(1), None)
     paper = from_scene.friction_of(parallel(1, ensemble={"marginal": "paper"}), path)
     assert paper.marginal == (2.1, 5.0)
-    measured = from_scene.friction_of(parallel(1, ensemble={"marginal": "empirical"}), path)
-    z = np.random.default_rng(1).standard_normal(100_000)
-    values = measured.process.marginal.scale * measured.process.marginal.centred(z)
-    assert values.std() == pytest.approx(0.04, rel=0.02)
-    assert np.mean((values / values.std()) ** 3) == pytest.approx(2.0, rel=0.1)  # quantiles of an exponential
-    with pytest.raises(InputError, match="--friction"):
-        from_scene.friction_of(scene_of(scattered(0.05) | {"ensemble": {"marginal": "empirical"}}), None)
 
 
 def test_friction_of_a_pad_scatters_and_is_correlated_as_the_strips_say(tmp_path):
@@ -310,9 +302,3 @@ def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run, monkey
     np.testing.assert_allclose(hardly["hopf_damping"], -slope * 2500 / (2 * 316), rtol=1e-9)
     assert hardly["existence_limit"][2] == pytest.approx(EXISTENCE, abs=1e-6)
     assert np.all(hardly["existence_limit"] > hardly["hopf_damping"])  # subcritical
-
-
-def test_a_range_without_effect_is_refused():
-    asked_for = scene_of({"map": MAP | {"parameters": ["windows", "damping"]}}).map
-    with pytest.raises(InputError, match="windows has no effect in this scene; choose of: damping, belt_velocity"):
-        stick_slip_map.box(Machine(BELT, LAW), "empirical", asked_for)

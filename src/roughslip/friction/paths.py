@@ -20,12 +20,11 @@ from roughslip.friction.process import (
     SMOOTHER,
     CorrelationShape,
     FrictionProcess,
-    Marginal,
     Paths,
     autocorrelation_at,
     average_beta,
 )
-from roughslip.probability import BetaDistribution, QuantileDistribution
+from roughslip.probability import BetaDistribution
 from roughslip.validation import gate, positive
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
@@ -159,7 +158,7 @@ class Friction:
 
     mean, deviation : of the coefficient; the mean is that of the pad
     length_m : [m] correlation length
-    marginal : the two shapes of a Beta distribution, or quantiles of the coefficient at equally spaced probabilities
+    marginal : the two shapes of a Beta distribution
     windows : that bear the load in parallel
     pad : of so many windows and a correlation length of one: how many independent ones scatter alike, at least 1, the
         length [m] of the pad, and the shape of its autocorrelation, exponential without one; by default all independent
@@ -169,7 +168,7 @@ class Friction:
     mean: float
     deviation: float
     length_m: float
-    marginal: tuple[float, float] | np.ndarray = PAPER_SHAPES
+    marginal: tuple[float, float] = PAPER_SHAPES
     windows: float = 1.0
     pad: Callable[[float, float], Pad] | None = None
     multiplies: bool = False
@@ -206,11 +205,7 @@ class Friction:
         """
         moments = self.mean / self.unit, self.deviation / self.unit
         independent, length, shape = self._of_pad
-        marginal: Marginal
-        if isinstance(self.marginal, tuple):
-            marginal = average_beta(BetaDistribution.of_moments(*self.marginal, *moments), independent)
-        else:
-            marginal = QuantileDistribution(self.marginal, *moments)
+        marginal = average_beta(BetaDistribution.of_moments(*self.marginal, *moments), independent)
         return FrictionProcess(marginal, length, shape)
 
     @property

@@ -14,15 +14,14 @@ from functools import partial
 import numpy as np
 
 from roughslip.errors import ParameterError, real
-from roughslip.probability import BetaDistribution, QuantileDistribution, Translation, beta_moments
+from roughslip.probability import BetaDistribution, Translation, beta_moments
 from roughslip.probability.translation import tabulate
 from roughslip.validation import gate, positive, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
 TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER = 2**12 + 1, 200, 1e-9  # of the translation
 PIECE_NODES = 4096  # of a path, drawn at a time
-SMOOTHER = "take larger shapes of the Beta distribution, as of more windows in parallel; scene key: ensemble.marginal"
-Marginal = BetaDistribution | QuantileDistribution
+SMOOTHER = "take larger shapes of the Beta distribution, as of more windows in parallel"
 
 
 @dataclass(frozen=True)
@@ -71,12 +70,14 @@ class CorrelationShape:
 
     def __post_init__(self) -> None:
         lags, values = (reals(f"CorrelationShape.{name}", getattr(self, name)) for name in ("lags", "values"))
-        if lags.ndim != 1 or lags.shape != values.shape or lags.size < 2:
-            raise ParameterError(f"lags {lags.shape} and values {values.shape} must be two rows of equal length")
-        if not (lags[0] == 0.0 and (np.diff(lags) > 0.0).all()):
-            raise ParameterError("CorrelationShape.lags must increase from 0")
-        if not (values[0] == 1.0 and values[-1] == 0.0 and (np.abs(values) <= 1.0).all()):
-            raise ParameterError("CorrelationShape.values must fall from 1 to 0, and not exceed 1")
+        are_rows = lags.ndim == 1 and lags.shape == values.shape and lags.size > 1
+        if not (are_rows and lags[0] == 0.0 and (np.diff(lags) > 0.0).all()) or not (
+            values[0] == 1.0 and values[-1] == 0.0 and (np.abs(values) <= 1.0).all()
+        ):
+            raise ParameterError(
+                "lags and values of a CorrelationShape must be rows of equal length: lags that increase from 0, and "
+                "values from 1 to 0, none above 1"
+            )
 
     @classmethod
     @gate
@@ -105,7 +106,7 @@ class FrictionProcess:
     shape : of the autocorrelation; not given, it is exp(-s / L)
     """
 
-    marginal: Marginal
+    marginal: BetaDistribution
     correlation_length_m: float
     shape: CorrelationShape | None = None
 

@@ -19,7 +19,6 @@ MOST_MISSING = 0.01  # of the windows, above which a warning says that some have
 FIT_POINTS = 91  # of mu_fit(d)
 SOURCES = ("solved", "expansion")
 BINS = np.linspace(-4.0, 6.0, 41)  # of standardised mu
-QUANTILES = 1000
 TRENDS = ("mean", "std", "variation", "length_least_squares")
 """Statistics from all strips of which the change with penetration is given too."""
 LOAD = {  # further columns of summary.csv, of what stage friction stores of load
@@ -139,18 +138,14 @@ def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterato
 
 
 def windows_variables(table: FrictionTable) -> dict[str, store.Variable]:
-    """Densities of the standardised windows of every penetration, and their quantiles at the median."""
+    """Densities of the standardised windows of every penetration."""
     levels = [values[valid] for values, valid in zip(*table.mu, strict=True)]
     standard = [(values - values.mean()) / values.std() for values in levels]
     density = [np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard]
     title = "density of solved windows, less their mean, over their standard deviation"
-    probability = np.arange(QUANTILES + 1) / QUANTILES
-    values = np.quantile(levels[table.layout.median], probability)
     return {
         "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
         "standard_edge": store.Variable(("standard_edge",), BINS, "1", "edges of its bins"),
-        "quantile": store.Variable(("probability",), values, "1", "quantiles of solved windows at median penetration"),
-        "quantile_probability": store.Variable(("probability",), probability, "1", "their probabilities"),
     }
 
 

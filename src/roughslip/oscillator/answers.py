@@ -2,7 +2,7 @@
 
 The probability is the share of independent runs from rest that are in stick-slip at random times of their second half.
 Along each parameter the same friction paths are run again, and levels of the probability are searched
-(`probability.level_search`).
+(`probability.search`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from roughslip.oscillator.state_durations import Durations, durations
 from roughslip.oscillator.states import time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import wilson_interval
-from roughslip.probability.level_search import LevelSearch, first_change
+from roughslip.probability.search import LevelSearch, first_change
 from roughslip.validation import gate
 
 REACH = 100.0  # factor of the own value, either way, up to which limits are searched

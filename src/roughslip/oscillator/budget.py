@@ -35,7 +35,7 @@ from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.machine import Machine, cycle_exists
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import TAILS
-from roughslip.probability.level_search import first_change
+from roughslip.probability.search import first_change
 from roughslip.probability.sensitivity import Source, Split, variance_split
 from roughslip.validation import gate, positive
 

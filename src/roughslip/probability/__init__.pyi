@@ -1,8 +1,7 @@
 from roughslip.probability.distributions import BetaDistribution as BetaDistribution
-from roughslip.probability.distributions import QuantileDistribution as QuantileDistribution
+from roughslip.probability.distributions import EmpiricalDistribution as EmpiricalDistribution
 from roughslip.probability.distributions import beta_moments as beta_moments
-from roughslip.probability.empirical import EmpiricalDistribution as EmpiricalDistribution
-from roughslip.probability.empirical import empirical_distribution as empirical_distribution
+from roughslip.probability.distributions import empirical_distribution as empirical_distribution
 from roughslip.probability.estimate import Estimate as Estimate
 from roughslip.probability.estimate import wilson_interval as wilson_interval
 from roughslip.probability.sensitivity import Source as Source

@@ -1,4 +1,4 @@
-"""Distributions of heights and of friction coefficients: of Beta type by its ends, and by measured quantiles.
+"""Distributions of heights and of friction coefficients: of Beta type by its ends, and of measured heights.
 
 Each is a translation x(g) = F^-1(Phi(g)) of a standard normal variable g, so both tails keep relative accuracy.
 """
@@ -10,13 +10,19 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import betainccinv, betaincinv, betaln, ndtr
+import scipy
+from scipy.special import betainccinv, betaincinv, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import finite, gate, not_negative, positive
+from roughslip.validation import finite, gate, positive
 
-NEGLIGIBLE = 1e-12  # share of the support of a Beta distribution
-FEWEST_QUANTILES = 10
+EDGE = 8.5  # normal score beyond which lies a probability of 2e-17
+FINE = 1.0 / 256.0
+LEAST_BEYOND = 10  # values beyond the outermost node on either side
+MOST_SHARED = 0.05  # of the values at the lowest or at the highest one
+STEEPER = (5.0, 1.0)  # slope of a tail over that to the extreme value, at most; the second where the first adds spread
+MOST_STRETCH = 0.03  # by which all values are stretched for the deviation that the table lost or added
+TIE = 0.01  # of the mean deviation over n: the mean distance of neighbours is some three hundred times as long
 
 
 class Moments(NamedTuple):
@@ -42,19 +48,8 @@ def beta_from_gaussian(normal: np.ndarray, a: float, b: float) -> np.ndarray:
     """Quantiles of Beta(a, b) on (0, 1) : (as normal) at standard normal scores, each tail from its own probability."""
     lower, upper = ndtr(np.minimum(normal, 0.0)), ndtr(-np.maximum(normal, 0.0))
     quantile = np.where(normal < 0.0, betaincinv(a, b, lower), betainccinv(a, b, upper))
-    if not np.isnan(quantile).any():
-        return quantile
-    extreme = np.where(normal < 0.0, _smallest_quantile(a, b, lower), 1.0 - _smallest_quantile(b, a, upper))
-    return np.where(np.isnan(quantile), extreme, quantile)
-
-
-def _smallest_quantile(a: float, b: float, p: np.ndarray) -> np.ndarray:
-    """The Beta quantile x where it is negligible, x^a = a B(a, b) p; NaN elsewhere.
-
-    scipy 1.17 returns NaN there for some shapes and p below 1e-15.
-    """
-    x = np.exp((np.log(np.maximum(p, 1e-300)) + math.log(a) + betaln(a, b)) / a)
-    return np.where(x < NEGLIGIBLE, x, math.nan)
+    # scipy 1.17 returns NaN for some shapes and probabilities below 1e-15, where x is at the end of the support
+    return np.where(np.isnan(quantile), normal > 0.0, quantile)
 
 
 @gate
@@ -112,41 +107,106 @@ class BetaDistribution:
         return self.scale * self.centred(normal)
 
 
-@gate
 @dataclass(frozen=True, eq=False)
-class QuantileDistribution:
-    """The distribution of measured values, shifted and scaled to a mean and a standard deviation.
+class EmpiricalDistribution:
+    """Values of zero mean whose quantile function x(g), g the standard normal score, is linear between the nodes.
 
-    quantiles : (n + 1,) increasing, at the probabilities 0, 1/n, ..., 1; linear between them
-    mean, standard_deviation : [unit of x] of x
+    normal : (n,) [-] ascending nodes
+    values : (n,) [unit of x] ascending values there, constant beyond the last nodes
     """
 
-    quantiles: np.ndarray
-    mean: float
-    standard_deviation: float
+    normal: np.ndarray
+    values: np.ndarray
 
     def __post_init__(self) -> None:
-        q = finite("quantiles", self.quantiles, 1)
-        if q.size < FEWEST_QUANTILES or (np.diff(q) < 0.0).any():
-            raise ParameterError(f"quantiles must be at least {FEWEST_QUANTILES} increasing numbers, not {q.size}")
-        finite("the mean", self.mean)
-        not_negative("the standard deviation", self.standard_deviation)
-        if not q[-1] - q[0] > 1e-12 * max(abs(q[0]), abs(q[-1])):
-            raise IllPosedError(
-                f"the quantiles are all equal to {q[0]:.6g}: they have no distribution; give a BetaDistribution, "
-                "which may have no scatter; scene key: ensemble.marginal"
-            )
+        rows = self.normal, self.values
+        ascend = all(row.ndim == 1 and np.isfinite(row).all() and (np.diff(row) > 0.0).all() for row in rows)
+        if not ascend or self.normal.shape != self.values.shape or self.normal.size < 2:
+            raise ParameterError("an empirical distribution needs two rows of equal length that are finite and ascend")
 
     @property
-    def scale(self) -> float:
-        """The standard deviation, the unit of `centred`; 0 stands for no scatter."""
-        return self.standard_deviation
+    def standard_deviation(self) -> float:
+        """Standard deviation of x."""
+        return math.sqrt(_moment(self.normal, self.values, 2))
 
     @gate
-    def centred(self, normal: np.ndarray) -> np.ndarray:
-        """(x - mean) / scale : (as normal) [-]; mean and variance of a piecewise linear quantile function are exact."""
-        q = (self.quantiles - self.quantiles[0]) / (self.quantiles[-1] - self.quantiles[0])
-        left, right = q[:-1], q[1:]
-        mean = float(np.mean(left + right)) / 2.0
-        variance = float(np.mean(left**2 + left * right + right**2)) / 3.0 - mean**2
-        return (np.interp(ndtr(normal), np.linspace(0.0, 1.0, q.size), q) - mean) / math.sqrt(variance)
+    def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
+        """x : (as normal) at standard normal scores g."""
+        return np.interp(normal, self.normal, self.values)
+
+
+@gate
+def empirical_distribution(values: np.ndarray, standard_deviation: float | None = None) -> EmpiricalDistribution:
+    """The distribution of measured values.
+
+    values : (any shape) [unit of x] finite values, of heights after removal of the form
+    standard_deviation : [unit of x] of the values and of the distribution; theirs where not given. Where outliers,
+        fewer than a table holds, make more than MOST_STRETCH of it, the bulk of the values is kept instead
+
+    Each value has the normal score of its middle rank. Ties share theirs, which bridges plateaus and the steps of a
+    digitised instrument. Neighbours closer than TIE are ties: those of a plateau differ by rounding once its form is
+    removed. Nodes are n^(-1/5) apart in the score, as the width of a kernel in a density estimate. They
+    reach as far as ten values and the middle of the extreme ones lie beyond, and a monotone cubic joins them (Fritsch
+    and Carlson, SIAM J. Numer. Anal. 17 (1980) 238). In the tails x is linear in the score with the slope of the last
+    interval, a normal tail of that local spread. Where outliers begin there, it is a multiple of the slope to the
+    extreme value.
+
+    Raises IllPosedError for constant values, fewer than 100, or more than 5 % at one end.
+    """
+    x = finite("values", values).ravel()
+    if not x.size or np.ptp(x) <= 1e-12 * np.max(np.abs(x)):
+        raise IllPosedError(f"all {x.size} values are equal: give values that differ")
+    deviation = float(np.std(x)) if standard_deviation is None else standard_deviation
+    positive("standard_deviation", deviation)
+    if x.size < 10 * LEAST_BEYOND:
+        raise IllPosedError(
+            f"{x.size} values make no distribution; take at least {10 * LEAST_BEYOND}, or Gaussian heights"
+        )
+    values, counts = _ties(x)
+    shared = max(counts[0], counts[-1]) / x.size
+    if shared > MOST_SHARED:
+        raise IllPosedError(
+            f"{100.0 * shared:.2g} % of the values are equal to the lowest or highest one, as in a clipped or coarsely "
+            f"digitised scan; remove those points or take Gaussian heights; scene key: roughness.scan.marginal"
+        )
+    score = ndtri((np.cumsum(counts) - 0.5 * counts) / x.size)
+    spacing = x.size**-0.2
+    reach = min(-float(score[0]), float(score[-1]), -float(ndtri(LEAST_BEYOND / x.size)))
+    half = math.floor(reach / spacing)
+    inner = spacing * np.arange(-half, half + 1)
+    known = np.interp(inner, score, values)
+    normal = np.linspace(-EDGE, EDGE, round(2.0 * EDGE / FINE) + 1)
+    for steeper in STEEPER:
+        slopes = [
+            min(
+                abs(known[end] - known[beside]) / spacing,
+                steeper * abs((values[end] - known[end]) / (score[end] - inner[end])),
+            )
+            for end, beside in ((0, 1), (-1, -2))
+        ]
+        ends = known[0] - slopes[0] * (EDGE + inner[0]), known[-1] + slopes[1] * (EDGE - inner[-1])
+        curve = scipy.interpolate.PchipInterpolator(
+            np.concatenate(([-EDGE], inner, [EDGE])), np.concatenate((ends[:1], known, ends[1:]))
+        )
+        table = curve(normal)
+        table -= _moment(normal, table, 1)
+        lost = float(np.std(x)) / math.sqrt(_moment(normal, table, 2))
+        if lost >= 1.0 - MOST_STRETCH:
+            break
+    table *= deviation / float(np.std(x)) * min(max(lost, 1.0 - MOST_STRETCH), 1.0 + MOST_STRETCH)
+    return EmpiricalDistribution(normal, table)
+
+
+def _ties(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ascending values, the mean of each group of ties, and how many values are in each."""
+    x = np.sort(x)
+    near = TIE * float(np.mean(np.abs(x - np.median(x)))) / x.size
+    first = np.flatnonzero(np.diff(x, prepend=-math.inf) > near)
+    counts = np.diff(first, append=x.size)
+    return x[first] + np.add.reduceat(x - np.repeat(x[first], counts), first) / counts, counts
+
+
+def _moment(normal: np.ndarray, values: np.ndarray, order: int) -> float:
+    """E x^order of x linear in g between the nodes, by the trapezoidal rule with a normal weight."""
+    density = np.exp(-0.5 * normal**2) / math.sqrt(2.0 * math.pi)
+    return float(np.trapezoid(density * values**order, normal))

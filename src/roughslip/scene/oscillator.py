@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from roughslip.limits import MOST_NUMBERS, PATH_NODES
 from roughslip.oscillator.friction_laws import FRICTION_LAWS
-from roughslip.scene.friction import MEAN, MOST_WINDOWS, RECORD, STATISTICS
-from roughslip.scene.mistakes import Mistake, Rule, Values, fits, given, is_increasing, missing, not_together, refused
+from roughslip.scene.friction import MEAN, MOST_WINDOWS, STATISTICS
+from roughslip.scene.mistakes import Mistake, Rule, Values, fits, is_increasing, missing, refused
 from roughslip.scene.section import EachOnce, Section, key, many, word
 
 Speed = Annotated[float, key("m/s", ge=0, le=1e6)]
@@ -65,9 +65,9 @@ class Ensemble(Section):
     process: Literal["recursion", "spectral"] = key(default="recursion")
     """Method that draws realisations of the friction process: recursion, exact and piece by piece; spectral, waves of
     random phase as in the paper, which keeps a whole realisation in memory."""
-    marginal: Literal["beta", "empirical", "paper"] = key(default="beta")
-    """Distribution of the friction process, at the mean and standard deviation of the windows: beta, fitted; empirical,
-    the quantiles of the windows; paper, Beta(2.1, 5)."""
+    marginal: Literal["beta", "paper"] = key(default="beta")
+    """Distribution of the friction process, at the mean and standard deviation of the windows: beta, fitted; paper,
+    Beta(2.1, 5)."""
     nodes_per_correlation_length: int = key(ge=2, le=1000, default=4)
     """Nodes of a realisation of the friction process per correlation length."""
     damping_ratios: tuple[DampingRatio, ...] | None = many(min_length=1, max_length=200, default=None)
@@ -200,7 +200,7 @@ RULES = (
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """A friction table goes with its law alone, empirical quantiles with solved windows, and a range of a map rises."""
+    """A friction table goes with its law alone, and a range of a map rises."""
     oscillator, asked = scene.get("oscillator"), scene.get("map")
     if isinstance(oscillator, dict):
         law, table = oscillator.get("law", "stribeck"), oscillator.get("friction_table")
@@ -208,10 +208,6 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
             yield missing(f"{_LAW} = table needs it", _TABLE, _LAW)
         elif law not in ("table", None) and table is not None:
             yield refused(table, f"{_LAW} = {law}, and only table takes it", _TABLE, _LAW)
-    if given(scene, "ensemble.marginal") == "empirical":
-        for other in ("load", STATISTICS, RECORD, "oscillator.windows_in_parallel"):
-            if given(scene, other) not in (None, 1):
-                yield not_together(scene, "ensemble.marginal", other)
     for parameter, values in _map_ranges(asked) if isinstance(asked, dict) else ():
         low, high = LIMITS[parameter]
         first = "from" if parameter in ("damping", "windows") else "above"

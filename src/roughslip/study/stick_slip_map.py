@@ -5,13 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import InputError
 from roughslip.oscillator.limits import limits_or_nan
 from roughslip.oscillator.machine import OF_FRICTION, PARAMETERS, Machine
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.probability.estimate import wilson_interval
-from roughslip.probability.lattice_map import LatticeMap, lattice_map
+from roughslip.probability.search import LatticeMap, lattice_map
 from roughslip.scene.oscillator import StickSlipMap
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream
@@ -33,7 +32,7 @@ def work(scene: Scene, job: Job) -> None:
     """Write the share of stick-slip in the second half of the runs, and the limits in damping along the other axis."""
     asked = scene.map
     own = machine_of(scene, job.optional("friction"))
-    ranges = box(own, scene.ensemble.marginal, asked)
+    ranges = box(own, asked)
     names = tuple(ranges)
     axes = [spaced(*ranges[name], asked.points) for name in names]
     at_points = PointRuns(own, PERIODS, (scene.seed, Stream.MAP))
@@ -99,15 +98,11 @@ def own_range(name: str, own: Machine) -> tuple[float, float]:
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 
 
-def box(own: Machine, marginal: str, asked: StickSlipMap) -> dict[str, tuple[float, float]]:
+def box(own: Machine, asked: StickSlipMap) -> dict[str, tuple[float, float]]:
     """First and last value of the two parameters of a map, in the order of PARAMETERS.
 
-    marginal : of the ensemble; measured quantiles are those of one window
     asked : section `map`; where it gives no ranges, those of `own_range` serve
     """
-    if marginal == "empirical" and "windows" in asked.parameters:
-        allowed = ", ".join(name for name in PARAMETERS if name != "windows")
-        raise InputError(f"map.parameters: windows has no effect in this scene; choose of: {allowed}")
     if asked.ranges is None:
         ranges = {name: own_range(name, own) for name in asked.parameters}
     else:

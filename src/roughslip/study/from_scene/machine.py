@@ -101,13 +101,7 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
             mean, deviation = float(result["load_mean"]), float(window_scatter(result))
         elif windows > 1:
             mean = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
-    marginal: tuple[float, float] | np.ndarray = (a, b)
-    if scene.ensemble.marginal == "paper":
-        marginal = PAPER_SHAPES
-    elif scene.ensemble.marginal == "empirical":
-        if result is None or is_record(result):
-            raise InputError("the quantiles of the windows need --friction")
-        marginal = result["quantile"]
+    marginal = PAPER_SHAPES if scene.ensemble.marginal == "paper" else (a, b)
     return Friction(mean, deviation, length, marginal, windows, pad, multiplies)
 
 

@@ -1,6 +1,7 @@
-"""Where an answer changes along one parameter, and where the probability of an event crosses a level.
+"""Where an answer changes along one parameter, where the probability of an event crosses a level, and maps of it.
 
-A probability is that of the same random paths at every value.
+A probability is that of the same random paths at every value. A map has it at all nodes of a plane lattice, from its
+values at few nodes: those are added where it changes.
 
 K(x) of n independent paths show the event at the value x. At the true crossing K is binomial with the level as its
 probability. So the values about the crossing of K / n at which K lies within the central 95 % of that distribution are
@@ -16,7 +17,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import bdtr, ndtri
+from scipy.interpolate import RBFInterpolator
+from scipy.special import bdtr, ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability.estimate import TAILS
@@ -30,6 +32,9 @@ LADDER = 0.49, 4.0, 32.0  # distances of values that are tried from a hint, in u
 PROBES = 12  # paths that look for the step with a crossing
 RANGE_STEPS = 24  # between the start and the end of the search for another answer
 RANGE_ACCURACY = 1e-6  # relative, of the value where it changes
+START = 4  # nodes along either axis of the coarse lattice at the beginning
+LEAST = 0.01  # probabilities p enter the spline as LEAST + (1 - 2 LEAST) p, whose quantiles are finite
+FLAT = 1e-3  # variance of an outcome that nodes have where the probability is 0 or 1, so that none is never added
 Occurs = Callable[[float, range], np.ndarray]
 
 
@@ -234,3 +239,65 @@ class LevelSearch:
         score_a, score_b, score = (float(ndtri((count + 0.5) / (self.paths + 1))) for count in counts)
         share = (score_a - score) / (score_a - score_b)
         return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)
+
+
+@dataclass(frozen=True)
+class LatticeMap:
+    """The probability at the nodes of a lattice.
+
+    probability : (points, points) [-] computed, or of the spline
+    is_computed : (points, points)
+    prediction_error : [-] mean error of the spline at the last third of the added nodes, before they were computed
+    """
+
+    probability: np.ndarray
+    is_computed: np.ndarray
+    prediction_error: float
+
+
+def lattice_map(probability: Callable[[int, int], float], points: int, computed: int) -> LatticeMap:
+    """The probability at points x points nodes, computed at as many as asked.
+
+    probability : at a node, by its two indices [-], 0 to 1; the same random numbers should serve all nodes
+    points : nodes along either axis
+    computed : nodes at which it is computed, at least START^2 and at most all
+
+    Raises ParameterError for numbers out of range.
+
+    Method: a thin-plate spline through the quantiles of the normal distribution at the values. The next node is where
+    its distance to the nearest computed one times the standard deviation of one outcome, sqrt(p (1 - p)), is largest.
+    """
+    if points < START or not START**2 <= computed <= points**2:
+        raise ParameterError(
+            f"a map of {points} x {points} nodes, at least {START} x {START}, is computed at {START**2} to {points**2} "
+            f"of them, not at {computed}; scene key: map.points"
+        )
+    nodes = np.stack(np.divmod(np.arange(points**2), points), axis=1)
+    place = nodes / (points - 1)
+    lines = np.round(np.linspace(0, points - 1, START)).astype(int)
+    known = [int(i * points + j) for i in lines for j in lines]
+    values = [probability(*nodes[node].tolist()) for node in known]
+    distance = np.min(np.linalg.norm(place[:, None] - place[known], axis=-1), axis=1)
+    errors: list[float] = []
+    spline = _spline(place, known, values)
+    while len(known) < computed:
+        node = int(np.argmax(distance * np.sqrt(spline * (1.0 - spline) + FLAT)))
+        value = probability(*nodes[node].tolist())
+        errors.append(abs(value - float(spline[node])))
+        known.append(node)
+        values.append(value)
+        distance = np.minimum(distance, np.linalg.norm(place - place[node], axis=1))
+        spline = _spline(place, known, values)
+    spline[known] = values
+    is_computed = np.zeros(points**2, dtype=bool)
+    is_computed[known] = True
+    last = errors[-(len(errors) // 3 + 1) :]
+    shape = points, points
+    return LatticeMap(spline.reshape(shape), is_computed.reshape(shape), float(np.mean(last)) if last else 0.0)
+
+
+def _spline(place: np.ndarray, known: list[int], values: list[float]) -> np.ndarray:
+    """(nodes,) the spline at all nodes through the values at the known ones."""
+    quantiles = ndtri(LEAST + (1.0 - 2.0 * LEAST) * np.array(values))
+    spline = RBFInterpolator(place[known], quantiles, kernel="thin_plate_spline")
+    return np.clip((ndtr(spline(place)) - LEAST) / (1.0 - 2.0 * LEAST), 0.0, 1.0)

@@ -9,6 +9,7 @@ from scipy import stats
 from roughslip.chaos.centre_distribution import (
     BLOCK,
     BLOCKS,
+    KOLMOGOROV_975,
     SETTLED,
     EdgeCorrection,
     Equation,
@@ -96,6 +97,7 @@ def test_the_interval_of_a_sampled_distance_holds_the_true_one():
         held += low <= true <= most
         high.append(most - distance)
     assert held >= 0.89 * 120
+    assert pytest.approx(stats.kstwobign.ppf(0.975), abs=5e-4) == KOLMOGOROV_975
     assert np.mean(high) == pytest.approx(0.98 * np.sqrt(1 / 400 + 1 / 1000), rel=0.02)
 
 

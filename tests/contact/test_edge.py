@@ -166,14 +166,6 @@ def test_a_straight_edge_along_the_mesh():
 CENTRE = (np.array([32, 32, 31, 31]), np.array([32, 31, 32, 31]))
 
 
-def rough(seed, n=64):
-    """Heights of unit scatter with a correlation length of a tenth of the edge."""
-    wave = np.hypot(*np.meshgrid(np.fft.fftfreq(n), np.fft.rfftfreq(n), indexing="ij"))
-    noise = np.fft.rfft2(np.random.default_rng(seed).standard_normal((n, n)))
-    heights = np.fft.irfft2(noise * np.exp(-((wave * n * 0.1 * math.pi) ** 2) / 4 * 0.4), (n, n))
-    return heights / heights.std()
-
-
 @pytest.mark.parametrize("shape", [(12, 12, 1.0), (24, 24, 1.0), (10, 60, 1.0), (16, 16, 4.0), (12, 12, 0.1)])
 def test_inverse_of_b_is_an_m_matrix(shape):
     """No entry off the diagonal is positive, rows have positive sums, and the bound of K_ii holds."""
@@ -187,12 +179,12 @@ def test_inverse_of_b_is_an_m_matrix(shape):
 
 
 @pytest.mark.parametrize(("plane", "hardness"), [(0.0, math.inf), (1.0, math.inf), (-2.0, math.inf), (0.5, 0.3)])
-def test_pressures_lie_within_their_bounds(plane, hardness):
+def test_pressures_lie_within_their_bounds(surface, plane, hardness):
     """Against full solves: the same nodes in contact, pressures within bounds that are as narrow as asked."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     methods = set()
     for seed in range(6):
-        interference = rough(seed) - plane
+        interference = surface((64, 64), 6.4, seed) - plane
         full = solve(influence, interference, 1e-10, hardness_pa=hardness)
         found = solve_at(influence, interference, CENTRE, 1e-3, 1e-10, hardness_pa=hardness)
         true, highest = full.pressure[CENTRE], full.pressure.max()
@@ -205,11 +197,11 @@ def test_pressures_lie_within_their_bounds(plane, hardness):
 
 
 @pytest.mark.parametrize("plane", [0.0, 1.0])
-def test_pressures_without_the_mesh_error_are_those_of_full_solves(plane):
+def test_pressures_without_the_mesh_error_are_those_of_full_solves(surface, plane):
     """At nodes whose neighbour is out of contact, within the 1e-3 of the bounds, of the largest."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     for seed in range(5):
-        interference = rough(seed) - plane
+        interference = surface((64, 64), 6.4, seed) - plane
         full = solve(influence, interference, 1e-10).pressure
         edge = (full[1:-1, 1:-1] > 0) & (full[2:, 1:-1] == 0)
         nodes = tuple(1 + np.argwhere(edge)[:: max(1, np.count_nonzero(edge) // 4)].T)
@@ -229,8 +221,11 @@ def test_nodes_below_the_plane_need_no_solve():
     assert not found.pressure.any()
 
 
-def test_bounds_save_most_of_the_work():
+def test_bounds_save_most_of_the_work(surface):
     """Of 15 surfaces at the median, the centre takes less than 0.6 of the products of full solves at 1e-6."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
-    full = sum(solve(influence, rough(seed), 1e-6).work for seed in range(15))
-    assert sum(solve_at(influence, rough(seed), CENTRE, tolerance=1e-6).work for seed in range(15)) < 0.6 * full
+    full = sum(solve(influence, surface((64, 64), 6.4, seed), 1e-6).work for seed in range(15))
+    assert (
+        sum(solve_at(influence, surface((64, 64), 6.4, seed), CENTRE, tolerance=1e-6).work for seed in range(15))
+        < 0.6 * full
+    )

@@ -90,21 +90,6 @@ def test_rms_slope_is_infinite_where_heights_have_none():
         rms_slope(lambda x, y: x)
 
 
-def test_a_self_affine_surface_of_a_given_slope():
-    """Its height is in proportion; of height and slope one is given."""
-    lengths = {
-        "hurst": 0.7,
-        "rolloff_wavelength_m": 8.0,
-        "cutoff_wavelength_m": 2.0,
-        "rolloff_wavelength_across_m": 5.0,
-    }
-    of_slope = self_affine(rms_slope=0.3, **lengths)
-    assert rms_slope(self_affine(2.0 * of_slope.rms_height_m, **lengths)) == pytest.approx(0.6, rel=1e-14)
-    for both in ({}, {"rms_height_m": 1.0, "rms_slope": 0.3}):
-        with pytest.raises(ParameterError, match="one of rms_height_m and rms_slope"):
-            self_affine(**both, **lengths)
-
-
 def test_a_fitted_self_affine_model_has_the_cutoff_of_its_data_and_a_band():
     """The geometric mean along both axes; data cut off above the roll-off leave a band of 1 + 1e-5."""
     fitted = MODELS["self_affine"].of_fit

@@ -1,12 +1,6 @@
 from roughslip.chaos.hermite import hermite_basis as hermite_basis
 from roughslip.chaos.hermite import multi_indices as multi_indices
-from roughslip.chaos.local import Samples as Samples
-from roughslip.chaos.local import fit_local as fit_local
-from roughslip.chaos.pressure import PressureTarget as PressureTarget
 from roughslip.chaos.pressure import fit_in_contact as fit_in_contact
 from roughslip.chaos.pressure import pressure_target as pressure_target
 from roughslip.chaos.regression import least_squares as least_squares
-from roughslip.chaos.strip import fit_strip as fit_strip
-from roughslip.chaos.variables import Stencil as Stencil
 from roughslip.chaos.variables import latin_hypercube as latin_hypercube
-from roughslip.chaos.variables import local_functionals as local_functionals

@@ -8,8 +8,7 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.chaos.regression import MORE_CONTACT
-from roughslip.errors import IllPosedError, ParameterError
-from roughslip.validation import finite
+from roughslip.errors import IllPosedError
 
 SPLINE_PIECES = 5  # of m(s), with equal numbers of samples; 4 to 12 give distributions equal within their scatter
 PLACES = 50  # values of s with a distribution of e, with equal numbers of samples between them
@@ -87,15 +86,11 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     predicted : (n,) predictions, each made without its own sample
     target : (n,) true values
 
-    Raises ParameterError for arrays that do not match or are not finite; IllPosedError for fewer than LEAST_SAMPLES
-    samples, or predictions that are all alike.
+    Raises IllPosedError for fewer than LEAST_SAMPLES samples, or predictions that are all alike.
 
     Method: least-squares cubic spline with knots at quantiles of s; residuals of nearest neighbours in s, as in the
     local bootstrap of Shi (J. Stat. Comput. Simul. 39 (1991) 1).
     """
-    predicted, target = finite("predictions", predicted, 1), finite("targets", target, 1)
-    if predicted.shape != target.shape:
-        raise ParameterError(f"a target for each prediction is needed, not {target.shape} for {predicted.shape}")
     if len(predicted) < LEAST_SAMPLES:
         raise IllPosedError(
             f"{len(predicted)} samples in or near contact are too few to estimate the scatter of the target; "

@@ -173,8 +173,6 @@ class ConditionalMeans:
         Linear between places, zero below the first, and constant above the last, the largest true target, because
         polynomials grow without bound. A scatter narrower than two places is not resolved and is neglected.
         """
-        if len(predicted) != len(self.low):
-            raise ParameterError(f"{len(predicted)} levels of predictions for tables of {len(self.low)}")
         contact, pressure = np.empty_like(predicted), np.empty_like(predicted)
         for level, s in enumerate(predicted):
             if self.scatter[level] <= 2 * self.step[level]:
@@ -194,11 +192,8 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
     predicted, values : (levels, n) [target] predictions and true values, at n nodes of all rows
     target : how a target gives the pressure
 
-    Returns the tables. Raises ParameterError for arrays that do not match, and IllPosedError as `residual_scatter` for
-    too few samples near contact.
+    Returns the tables. Raises IllPosedError as `residual_scatter` for too few samples near contact.
     """
-    if predicted.shape != values.shape or predicted.ndim != 2:
-        raise ParameterError(f"predictions {predicted.shape} and values {values.shape} must match, a row a penetration")
     levels = len(predicted)
     low, step, scatter = np.empty((3, levels))
     contact, pressure = np.empty((2, levels, TABLE_PLACES))

@@ -4,7 +4,6 @@
     solution = solve(influence, heights - plane)
 
 - solve, solve_load: pressures and gaps at a plane, a penetration or a load; sweep, solve_loads: lists, at several
-- solve_at: pressures at a few nodes, as soon as these are known
 - Influence, Material: the matrix B of a mesh, free half-space or periodic cell; elastic constants
 - contact_shares: the contact area, less the error of the mesh
 - cell_heights: heights that give a mesh of a periodic cell the pressures of a smooth surface

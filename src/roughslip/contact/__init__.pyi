@@ -1,5 +1,3 @@
-from roughslip.contact.at_nodes import NodePressures as NodePressures
-from roughslip.contact.at_nodes import solve_at as solve_at
 from roughslip.contact.edge import contact_shares as contact_shares
 from roughslip.contact.edge import point_pressures as point_pressures
 from roughslip.contact.influence import Influence as Influence

@@ -122,14 +122,6 @@ def solve(
         iteration.advance(residual, tolerance)
 
 
-def approximate(problem: Problem, tolerance: float, guess: np.ndarray | None) -> np.ndarray:
-    """Pressures (nx, ny) [Pa] to a relative residual that is not checked anew. Raises ConvergenceError."""
-    iteration = _Iteration(problem, guess)
-    while (residual := iteration.assess()) > tolerance:
-        iteration.advance(residual, tolerance)
-    return iteration.pressure
-
-
 def guess(problem: Problem) -> np.ndarray | None:
     """Pressures (nx, ny) [Pa] to start from, or None where zero is the better start.
 
@@ -148,9 +140,12 @@ def guess(problem: Problem) -> np.ndarray | None:
         return None
     coarse = Problem(coarser, coarse_u_bar, problem.cap, pressure_sum)
     try:
-        pressure = approximate(coarse, COARSE_TOLERANCE, guess(coarse))
+        iteration = _Iteration(coarse, guess(coarse))
+        while (residual := iteration.assess()) > COARSE_TOLERANCE:
+            iteration.advance(residual, COARSE_TOLERANCE)
     except ConvergenceError:  # the solve on the fine mesh may still succeed
         return None
+    pressure = iteration.pressure
     for axis in (0, 1):
         if coarser.grid.shape[axis] < u_bar.shape[axis]:
             pressure = np.repeat(pressure, 2, axis).take(range(u_bar.shape[axis]), axis)

@@ -11,9 +11,8 @@ import numpy as np
 from roughslip.contact import conjugate_gradients, dense_solver
 from roughslip.contact.edge import contact_shares
 from roughslip.contact.influence import Influence
-from roughslip.contact.kernels import square_ratio
 from roughslip.contact.problem import Problem
-from roughslip.errors import ConvergenceError, ParameterError, real
+from roughslip.errors import ParameterError, real
 from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
@@ -22,10 +21,6 @@ from roughslip.validation import finite, gate
 # matrix leaves the cache, and the dense method takes 7 ps k^3 and more.
 DENSE_SHARE = 140_000
 DENSE_LIMIT = 900
-
-# Nodes up to which the dense method always pays; pressures, gap and residual then come from one compiled call, which
-# saves a third of the time at 100.
-SMALL = 256
 
 # A start from the loads below takes 0.5 to 0.6 of the time of one from coarser meshes where loads grow by 12 %, as much
 # where they grow by 47 %, and more on meshes of 512 x 512 nodes. Meshes that have no coarser ones always gain.
@@ -123,30 +118,21 @@ def _solve(
     influence: Influence, interference: np.ndarray, tolerance: float, start: Start, hardness_pa: float
 ) -> ContactSolution:
     """`solve` for valid arguments."""
-    if interference.size <= SMALL:
-        pressure, gap, residual, work, nodes = dense_solver.solve_small(influence, interference)
-        if residual <= tolerance and (hardness_pa == math.inf or pressure.max() <= hardness_pa):
-            how = work, "dense" if nodes else "none"
-            return ContactSolution(pressure, gap, np.zeros(pressure.shape), 0.0, residual, *how, hardness_pa)
-        start = np.minimum(pressure, hardness_pa), None
-    candidates = int(np.count_nonzero(interference > 0))
+    candidates, how = int(np.count_nonzero(interference > 0)), (hardness_pa, influence.periodic)
+    nothing = np.zeros(interference.shape)
     if candidates == 0:
-        nothing = np.zeros(influence.grid.shape)
-        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", hardness_pa)
-    if interference.size > SMALL and dense_pays(candidates, interference.size):
-        pressure, work = dense_solver.solve(influence, interference)
-        if hardness_pa == math.inf or pressure.max() <= hardness_pa:
-            gap = influence.apply(pressure) - interference
-            return _checked(pressure, gap, 0.0, work, "dense", influence, interference, hardness_pa, tolerance)
+        return ContactSolution(nothing, 0.0 - interference, nothing, 0.0, 0.0, 0, "none", *how)
+    if dense_pays(candidates, interference.size):
+        pressure, gap, residual, work = dense_solver.solve(influence, interference)
+        if residual <= tolerance and pressure.max() <= hardness_pa:
+            return ContactSolution(pressure, gap, nothing, 0.0, residual, work, "dense", *how)
         start = np.minimum(pressure, hardness_pa), None
-    iterate = _iterate(Problem(influence, interference, hardness_pa), tolerance, start)
-    fields = iterate.pressure, iterate.gap, 0.0, iterate.products, "fft"
-    return _checked(*fields, influence, interference, hardness_pa, tolerance)
+    return _iterated(Problem(influence, interference, hardness_pa), tolerance, start)
 
 
 def dense_pays(candidates: int, nodes: int) -> bool:
     """Whether the dense method is the faster for so many nodes of positive interference, and has the memory."""
-    return nodes <= SMALL or (candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * nodes)
+    return nodes <= dense_solver.SMALL or (candidates <= DENSE_LIMIT and candidates**3 <= DENSE_SHARE * nodes)
 
 
 @gate
@@ -270,49 +256,22 @@ def _under(
     if start is not None and start.any():
         start = start / start.max()
         start *= pressure_sum / start.sum()
-    problem = Problem(influence, heights - highest, hardness_pa, pressure_sum)
-    iterate = _iterate(problem, tolerance, (start, None))
-    fields = iterate.pressure, iterate.gap, highest + iterate.plane, iterate.products, "fft"
-    return _checked(*fields, influence, problem.interference - iterate.plane, hardness_pa, tolerance)
+    solution = _iterated(Problem(influence, heights - highest, hardness_pa, pressure_sum), tolerance, (start, None))
+    return replace(solution, plane=highest + solution.plane)
 
 
-def _iterate(problem: Problem, tolerance: float, start: Start) -> conjugate_gradients.Solution:
+def _iterated(problem: Problem, tolerance: float, start: Start) -> ContactSolution:
     """Solve by conjugate gradients, from a start or from the solution on coarser meshes."""
     pressure, displacement = start
     if pressure is None or not pressure.any():
         pressure, displacement = conjugate_gradients.guess(problem), None
-    return conjugate_gradients.solve(problem, tolerance, pressure, displacement=displacement)
-
-
-def _checked(
-    pressure: np.ndarray,
-    gap: np.ndarray,
-    plane: float,
-    work: int,
-    method: str,
-    influence: Influence,
-    interference: np.ndarray,
-    hardness_pa: float,
-    tolerance: float,
-) -> ContactSolution:
-    """The result, after a check of its residual. Where the surface yields, the gap is without plastic displacement.
-
-    gap : (nx, ny) [m] B p - u_bar
-    work, method : of ContactSolution
-    """
-    residual = math.sqrt(square_ratio(gap, pressure, influence.diagonal, interference, hardness_pa))
-    if not residual <= tolerance:
-        raise ConvergenceError(
-            f"the contact residual is above the tolerance {tolerance:.1e}, and rounding allows about 1e-14: try a "
-            "larger tolerance; scene key: numerics.contact_tolerance",
-            residual,
-            work,
-        )
-    plastic = np.zeros(gap.shape)
-    if hardness_pa < math.inf:
-        plastic = np.where(pressure == hardness_pa, np.maximum(-gap, 0.0), 0.0)
+    found = conjugate_gradients.solve(problem, tolerance, pressure, displacement=displacement)
+    gap, plastic = found.gap, np.zeros(found.gap.shape)
+    if problem.cap < math.inf:
+        plastic = np.where(found.pressure == problem.cap, np.maximum(-gap, 0.0), 0.0)
         gap = gap + plastic
-    return ContactSolution(pressure, gap, plastic, plane, residual, work, method, hardness_pa, influence.periodic)
+    how = found.products, "fft", problem.cap, problem.influence.periodic
+    return ContactSolution(found.pressure, gap, plastic, found.plane, found.residual, *how)
 
 
 def _check(influence: Influence, tolerance: float, hardness_pa: float, at_plane: bool = False) -> None:

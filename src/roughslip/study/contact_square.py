@@ -7,9 +7,10 @@ import numpy as np
 
 from roughslip import store
 from roughslip.contact.at_nodes import NodePressures, solve_at
+from roughslip.contact.dense_solver import SMALL
 from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence
-from roughslip.contact.solve import SMALL, solve
+from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import geometry, surface_model

@@ -6,8 +6,8 @@
 - covariance_of, self_affine, MODELS: covariance models; a scan's table by measured_model
 - Covariance: what a model of your own inherits
 - gaussian_model, WeierstrassMandelbrot: surfaces to draw on any mesh, with heights of any distribution
-- embed, karhunen_loeve: exact samples, and modes
-- plane_height: where a rigid plane stands; rms_slope: of a covariance, or between nodes
+- karhunen_loeve: modes
+- rms_slope: of a covariance, or between nodes
 
 `__init__.pyi` lists all public names and their modules.
 """

@@ -1,6 +1,4 @@
 from roughslip.surface.covariance import Covariance as Covariance
-from roughslip.surface.covariance import plane_height as plane_height
-from roughslip.surface.embedding import embed as embed
 from roughslip.surface.fractal import WeierstrassMandelbrot as WeierstrassMandelbrot
 from roughslip.surface.model import gaussian_model as gaussian_model
 from roughslip.surface.model import measured_model as measured_model

@@ -54,14 +54,13 @@ class WeierstrassMandelbrot:
             raise ParameterError(f"the Hurst exponent must lie between 0 and 1, not {self.hurst}")
         for name in ("rms_height_m", "longest_wavelength_m", "shortest_wavelength_m"):
             positive(name, getattr(self, name), "m")
-        if self.shortest_wavelength_m > self.longest_wavelength_m:
-            raise ParameterError(
-                f"the shortest wavelength, {self.shortest_wavelength_m:g} m, exceeds the longest, "
-                f"{self.longest_wavelength_m:g} m"
-            )
         gamma, azimuths = real("gamma", self.gamma), whole("azimuths", self.azimuths)
-        if not (math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
-            raise ParameterError(f"gamma must exceed 1 and azimuths be 1 or more, not {self.gamma}, {self.azimuths}")
+        ordered = self.shortest_wavelength_m <= self.longest_wavelength_m
+        if not (ordered and math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
+            raise ParameterError(
+                f"the longest wavelength {self.longest_wavelength_m:g} m must exceed the shortest, "
+                f"{self.shortest_wavelength_m:g} m, gamma {gamma:g} exceed 1 and azimuths {azimuths} be 1 or more"
+            )
         if self.variables > MOST_WAVES:
             raise ParameterError(
                 f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths, or a narrower "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import runpy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from typing import ClassVar
 
@@ -215,36 +215,28 @@ def covariance_of(
 
 @gate
 def self_affine(
-    rms_height_m: float | None = None,
-    hurst: float = math.nan,
-    rolloff_wavelength_m: float = math.nan,
-    cutoff_wavelength_m: float = math.nan,
+    rms_height_m: float,
+    hurst: float,
+    rolloff_wavelength_m: float,
+    cutoff_wavelength_m: float,
     rolloff_wavelength_across_m: float | None = None,
     lay_rad: float = 0.0,
-    rms_slope: float | None = None,
 ) -> SelfAffine:
     """The self-affine covariance of a roll-off and a cut-off wavelength.
 
-    rms_height_m : Sq [m]; or else the rms slope
+    rms_height_m : Sq [m]
     hurst : H [-]; the fractal dimension of a profile is 2 - H, that of the surface 3 - H
     rolloff_wavelength_m : 2 pi / q_r [m] along the lay; longer waves have a constant spectrum
     cutoff_wavelength_m : 2 pi / q_s [m] along the lay; none is shorter. Two cells of the mesh or more
     rolloff_wavelength_across_m : [m] across the lay, with the cut-off in the same ratio; equal if not given
     lay_rad : angle from x to the lay
-    rms_slope : h' [-], root mean square of the gradient over both directions; the height follows
 
     Returns the covariance, whose `axis_lengths_m` are its 1/e lengths. Raises ParameterError as the class.
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
     """
     across = rolloff_wavelength_m if rolloff_wavelength_across_m is None else rolloff_wavelength_across_m
-    rolloffs = rolloff_wavelength_m, across
-    for name, length in (("roll-off", rolloffs[0]), ("roll-off", across), ("cut-off", cutoff_wavelength_m)):
-        positive(f"the {name} wavelength", length, "m")
-    bandwidth = rolloff_wavelength_m / cutoff_wavelength_m
+    bandwidth = rolloff_wavelength_m / positive("the cut-off wavelength", cutoff_wavelength_m, "m")
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
-    if (rms_height_m is None) == (rms_slope is None):
-        raise ParameterError("a self_affine covariance needs one of rms_height_m and rms_slope")
-    height = 1.0 if rms_height_m is None else positive("rms height", rms_height_m, "m")
     scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
-    of = SelfAffine(height, scale * rolloffs[0], scale * rolloffs[1], lay_rad, hurst=hurst, bandwidth=bandwidth)
-    return of if rms_slope is None else replace(of, rms_height_m=positive("rms slope", rms_slope) / of.rms_slope)
+    lengths = scale * rolloff_wavelength_m, scale * across
+    return SelfAffine(rms_height_m, *lengths, lay_rad, hurst=hurst, bandwidth=bandwidth)

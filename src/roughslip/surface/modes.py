@@ -27,6 +27,7 @@ MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where many mod
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
 MOST_ROUNDS = 20  # of searches for missing modes
+FEWER = "ask for fewer, or take a longer correlation length; scene keys: square.modes, roughness.correlation_length_m"
 
 Operator = Callable[[np.ndarray], np.ndarray]
 
@@ -156,39 +157,28 @@ def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> t
 
     Method: implicitly restarted Lanczos (Lehoucq, Sorensen and Yang, ARPACK Users' Guide, 1998) with deflation.
     """
-    apply = covariance_operator(covariance, grid)
-    try:
-        values, vectors = _all_leading(apply, grid, order)
-    except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
-        text = (
-            f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal; ask for "
-            "fewer, or take a longer correlation length; scene keys: square.modes, roughness.correlation_length_m"
-        )
-        raise ConvergenceError(text, math.nan, order) from error
-    images = (apply(vector.reshape(grid.shape)).ravel() for vector in vectors)
-    defects = [image - value * vector for image, value, vector in zip(images, values, vectors, strict=True)]
-    worst = float(np.linalg.norm(defects, axis=1).max() / values[0])
-    if not worst <= LARGEST_RESIDUAL:
-        text = f"{order} modes of {grid.nx} x {grid.ny} nodes are inaccurate; ask for fewer; scene key: square.modes"
-        raise ConvergenceError(text, worst, order)
-    return values, vectors
-
-
-def _all_leading(apply: Operator, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues descending and vectors in rows, without gaps."""
-    values, vectors = np.empty(0), np.empty((0, grid.size))
-    count = order
+    apply, count = covariance_operator(covariance, grid), order
+    values, vectors, more, smallest = np.empty(0), np.empty((0, grid.size)), np.ones(1), -math.inf
     for _ in range(MOST_ROUNDS):
-        more, more_vectors = _search(apply, grid, vectors, count)
-        smallest = values[order - 1] * (1.0 + MISSING_TOLERANCE) if len(values) else -math.inf
+        try:
+            more, more_vectors = _search(apply, grid, vectors, count)
+        except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
+            text = f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal"
+            raise ConvergenceError(f"{text}; {FEWER}", math.nan, order) from error
         if more[0] <= smallest:
-            return values[:order], vectors[:order]
+            break
         values, vectors = np.concatenate((values, more)), np.concatenate((vectors, more_vectors))
         descending = np.argsort(-values, kind="stable")
         values, vectors = values[descending], vectors[descending]
+        smallest = values[order - 1] * (1.0 + MISSING_TOLERANCE)
         count = 1 if more[-1] <= smallest else min(2 * count, order)
-    text = f"Lanczos still finds missing modes of {order}; ask for fewer; scene key: square.modes"
-    raise ConvergenceError(text, math.nan, MOST_ROUNDS)
+    values, vectors = values[:order], vectors[:order]
+    defects = [apply(v.reshape(grid.shape)).ravel() - value * v for value, v in zip(values, vectors, strict=True)]
+    worst = float(np.linalg.norm(defects, axis=1).max() / values[0])
+    if not worst <= LARGEST_RESIDUAL or more[0] > smallest:
+        text = f"{order} modes of {grid.nx} x {grid.ny} nodes are inaccurate, or some are missing"
+        raise ConvergenceError(f"{text}; {FEWER}", worst, order)
+    return values, vectors
 
 
 def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

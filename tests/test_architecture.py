@@ -33,7 +33,7 @@ ALLOWED = {
     "study": (*SUBJECTS, "scan", "record", "figures", "verdicts", "report", "scene"),
 }
 # Lists of names that import nothing, for the sections of a scene.
-LIGHT = ("roughslip.oscillator.friction_laws", "roughslip.study.graph", "roughslip.study.plan")
+LIGHT = ("roughslip.study.graph", "roughslip.study.plan")
 # The ceilings; a module of one subject is better at 100 to 300 lines.
 MODULE_LINES = 400
 TABLES = ("statements.py",)  # rows of text

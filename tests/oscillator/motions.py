@@ -7,8 +7,7 @@ import numpy as np
 from roughslip.friction.paths import Friction
 from roughslip.oscillator.equation import Oscillator, slip_state
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.path import piece_at
 from roughslip.oscillator.runge_kutta import step

@@ -15,18 +15,13 @@ from scipy.optimize import brentq
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.process import CorrelationShape, FrictionProcess
-from roughslip.oscillator import slip_flow as module
-from roughslip.oscillator.counts import ensemble
+from roughslip.oscillator import slip_orbit as module
+from roughslip.oscillator.cycles import ensemble
 from roughslip.oscillator.equation import Oscillator, State, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.function_law import friction_law
-from roughslip.oscillator.grazing import grazing_response
+from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import (
     LOOP_SAMPLES,
-    cycle_period,
     equilibrium,
     existence_limit,
     hopf_damping,
@@ -36,20 +31,27 @@ from roughslip.oscillator.limits import (
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.path import Piece
-from roughslip.oscillator.slip_flow import SlipFlow, next_peak, slip_flow, stiff_return
+from roughslip.oscillator.slip_orbit import grazing_response, slip_flow, turn
 from roughslip.oscillator.switching_events import branch_at
+from roughslip.oscillator.table_law import TableLaw, friction_law
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
 
 
+def next_peak(flow, y, w):
+    """The peak after a peak or departure, and the time between them."""
+    trough, depth, down = turn(flow, y, w)
+    _, peak, up = turn(flow, trough, depth)
+    return peak, down + up
+
+
 def from_peak(flow, w):
-    """The peak after a peak w, and the time between them."""
     return next_peak(flow, flow.at_peak(w), w)
 
 
-def place_of(flow, y):
+def place_of(y, law):
     """X [m] at y."""
-    return flow.steady + STUDY.V * y
+    return equilibrium(STUDY, law) + STUDY.V * y
 
 
 TABLE = TableLaw((0.0, 0.4, 1.0, 2.0, 4.0), (0.4, 0.3, 0.24, 0.25, 0.27))
@@ -66,24 +68,13 @@ def test_constant_friction_is_a_damped_oscillation(damping, peak):
     assert duration == pytest.approx(2 * math.pi / root, rel=1e-9)  # roots of w' lose a digit to its own error
 
 
-@pytest.mark.parametrize("y", [0.3, 3.0])
-def test_free_slip_returns_to_the_belt_opposite_to_where_it_left_it(y):
-    """Undamped and without friction (y, w) turns on a circle, through w = 0 both ways. D = 1/2 leaves
-    exp(-pi / sqrt(3)) = 0.16 of w in half a turn: it does not return."""
-    free = SlipFlow(0.0, lambda _: 0.0, lambda _: 0.0, 0.0)
-    place, time, least = stiff_return(free, y)
-    assert (place, time) == (pytest.approx(-y, abs=1e-9), pytest.approx(2 * (math.pi - math.atan(y)), abs=1e-9))
-    assert least == pytest.approx(-math.hypot(1.0, y), rel=0.05)  # of the steps, that end anywhere
-    assert stiff_return(replace(free, damping_ratio=0.5), y) is None
-
-
 @pytest.mark.parametrize("law", [LAW, CoulombLaw(0.3, 0.4), TABLE])
 def test_the_flow_is_the_motion_s_right_hand_side(law):
     """X'' of the compiled motion, in units of V, on a grid of states; rounding of X / V, some 4, alone."""
     p, flow = coefficients(STUDY, law), slip_flow(STUDY, law)
     for w in (-3.0, -0.5, 0.0, 0.7, 1.0):
         for y in (-2.0, 0.3, 1.5):
-            expected = acceleration(0.0, place_of(flow, y), w * p.V, 1.0, 0.0, p) / p.V
+            expected = acceleration(0.0, place_of(y, law), w * p.V, 1.0, 0.0, p) / p.V
             assert flow.at_peak(w) - y == pytest.approx(expected, abs=1e-13)
 
 
@@ -91,7 +82,7 @@ def test_negative_friction_is_cut_as_in_the_motion():
     law = StribeckLaw(fit=0.6, static=0.4)  # below zero from 1.4 m/s on
     p, flow = coefficients(STUDY, law), slip_flow(STUDY, law)
     for w in (-2.0, 0.5):
-        y = State(0.0, place_of(flow, 0.1), w * p.V, 0.0, 0.0, 0.0)
+        y = State(0.0, place_of(0.1, law), w * p.V, 0.0, 0.0, 0.0)
         here = branch_at(y, 1.0, Piece(0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 1.0), p)
         assert here.cut == (w < 0.0)
         expected = acceleration(0.0, y.x, y.u, 1.0, 0.0, here.p) / p.V
@@ -155,10 +146,10 @@ def test_cycle_on_either_side_of_the_existence_limit():
     assert limit_cycle(below, LAW).period > 2.0 * math.pi
     with pytest.raises(IllPosedError, match="no stick-slip cycle"):
         limit_cycle(above, LAW)
-    assert cycle_period(above, LAW) == math.inf
+    assert slip_loop(above, LAW).cycle is None
     damped = replace(STUDY, damping_ratio=1.2 * limit)
     flow = slip_flow(damped, LAW)
-    _, peak = next_peak(flow, (LAW.static * STUDY.F - flow.steady) / STUDY.V - 2.4 * limit, 1.0)
+    _, peak = next_peak(flow, flow.departure, 1.0)
     assert slip_loop(damped, LAW).periods == pytest.approx(peak / (2 * math.pi), abs=0.51 / LOOP_SAMPLES)
     assert simulate(below, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles > 20
     assert simulate(above, LAW, None, 0.0, 30.0, MotionOptions(1e-11)).cycles == 0
@@ -168,7 +159,6 @@ def test_cycle_of_the_study():
     """Values of an independent trial with DOP853 at 1e-13, to their last digit."""
     cycle = limit_cycle(STUDY, LAW)
     assert cycle.period == pytest.approx(6.868535, abs=5e-7)
-    assert cycle_period(STUDY, LAW) == pytest.approx(6.868535 / (2 * math.pi), abs=1e-7)
     assert cycle.reattachment == pytest.approx(0.003280209, abs=5e-10)
     assert cycle.departure == pytest.approx(0.008994421, abs=5e-10)
     assert existence_limit(STUDY, LAW) == pytest.approx(0.3244, abs=5e-5)
@@ -217,8 +207,7 @@ def response():
 
 def peak_at(law, damping, shift=0.0):
     flow = slip_flow(replace(STUDY, damping_ratio=damping), law)
-    departure = (STUDY.F * law.static - flow.steady) / STUDY.V - 2 * damping
-    return next_peak(flow, departure + shift, 1.0)[0]
+    return next_peak(flow, flow.departure + shift, 1.0)[0]
 
 
 def test_responses_are_difference_quotients(response):
@@ -281,7 +270,7 @@ def test_a_constant_factor_moves_the_limit_as_the_normal_force_does(law):
         assert response.scatter(1e3) == pytest.approx(moved, rel=1e-3)  # of correlation lengths far beyond a loop
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_motions_miss_the_belt_as_often_as_predicted(response):
     """300 paths with a deviation of 0.004, at the limit and one standard deviation on either side.
 

@@ -7,7 +7,7 @@ import pytest
 
 from roughslip.errors import IllPosedError, InputError, ParameterError
 from roughslip.friction import Friction
-from roughslip.oscillator import Machine, Oscillator, Sampling, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator import Machine, Oscillator, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.machine import PARAMETERS
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
@@ -16,7 +16,7 @@ OWN = Machine(BELT, LAW, Friction(0.3, 1e-9, LENGTH))
 
 @pytest.fixture(scope="module")
 def result():
-    return answer(OWN, Sampling(72, 20.0), ("damping",))
+    return answer(OWN, 72, 20.0, ("damping",))
 
 
 def test_the_motion_that_it_shows_is_the_limit_cycle(result):

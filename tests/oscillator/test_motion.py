@@ -12,10 +12,9 @@ import pytest
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator import motion as module
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.oscillator.table_law import TableLaw
 from tests.oscillator.motions import LAW, STUDY, F, V, coulomb
 from tests.properties.campaign import SEED, row_of
 

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.counts import ensemble
+from roughslip.oscillator.cycles import ensemble
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory

@@ -1,27 +1,18 @@
-"""The scaled equation, mu_S between the nodes of a path, one step by Fehlberg's pair, and the motion between its ends.
+"""The scaled equation, mu_S between the nodes of a path, one step by Fehlberg's pair, the motion between its ends."""
 
-Steps over many nodes: the quadratic in place of the path, one step against scipy, and motions on rough paths.
-"""
-
-import itertools
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import cumulative_trapezoid, solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.oscillator import runge_kutta
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients, jerk, slip_state
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.motion import MotionOptions, simulate
+from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.path import (
     AHEAD,
-    WIDTHS,
     KeptPath,
     PathFeed,
     largest_kink,
@@ -31,7 +22,6 @@ from roughslip.oscillator.path import (
     path_through,
     piece_at,
     reaches,
-    wide_piece,
 )
 from roughslip.oscillator.runge_kutta import (
     first_zero,
@@ -43,9 +33,7 @@ from roughslip.oscillator.runge_kutta import (
     step,
     value,
 )
-from roughslip.oscillator.switching_events import branch
-from roughslip.oscillator.wide_step import step_by_distance, wide_step
-from tests.oscillator.motions import LAW, STUDY, F, V, ends, equal_steps
+from tests.oscillator.motions import LAW, equal_steps
 
 
 def test_fehlberg_fulfils_the_conditions_of_its_orders():
@@ -226,171 +214,3 @@ def test_control_points_bound_value_and_roots(coefficients):
     assert values.min() >= lowest(b) - 1e-13
     seen = np.count_nonzero(np.diff(np.sign(values[values != 0.0])))
     assert sign_changes(b) >= seen
-
-
-NODE_SPACING = 2.5e-4 / 8
-LEVELS = range(len(WIDTHS))
-
-
-def rough_path(seed, size=1000, spacing=NODE_SPACING, scatter=0.034):
-    """mu_S with the autocorrelation exp(-s / 250 um)."""
-    noise = np.random.default_rng(seed).standard_normal(size)
-    rho, mu_s = math.exp(-spacing / 2.5e-4), np.empty(size)
-    mu_s[0] = noise[0]
-    for k in range(1, size):
-        mu_s[k] = rho * mu_s[k - 1] + math.sqrt(1.0 - rho**2) * noise[k]
-    return scatter * mu_s
-
-
-P = np.polynomial.Legendre.basis
-
-
-def spline(nodes):
-    return CubicHermiteSpline(NODE_SPACING * np.arange(nodes.size), nodes, np.gradient(nodes, NODE_SPACING))
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_quadratic_has_the_integrals_of_the_path(level):
-    """Against polynomials of degree 0 to 2, by Gauss's rule of 5 nodes between the nodes, exact up to degree 9.
-
-    Roughness is that of four Legendre polynomials, of which neighbours but one depend on each other.
-    """
-    nodes, first, n = rough_path(level), 20, WIDTHS[level]
-    wide = wide_piece(path_through(nodes, 0, NODE_SPACING, True), first, level)
-    points, weights = np.polynomial.legendre.leggauss(5)
-    t = (np.arange(n)[:, None] + 0.5 + 0.5 * points) / n
-    left_out = spline(nodes)((first + n * t) * NODE_SPACING)
-    least = left_out.min()
-    left_out -= [[mu_s_at(wide.piece, (first + n * one) * NODE_SPACING) for one in row] for row in t]
-    for degree in range(3):
-        assert np.sum(weights * left_out * t**degree) == pytest.approx(0.0, abs=1e-14 * n)
-    assert wide.least <= least
-    x, w = np.polynomial.legendre.leggauss(8)  # of the polynomial of a degree times the mean square of its integral
-    of_degrees = []
-    for degree in range(3, 7):
-        share = (
-            (2 * degree + 1)
-            / (2 * n)
-            * np.sum(weights * spline(nodes)((first + n * t) * NODE_SPACING) * P(degree)(2 * t - 1))
-        )
-        of_degrees.append(share * math.sqrt(np.mean(w * (P(degree).integ(lbnd=-1)(x) / 2) ** 2) * w.size / 2))
-    assert wide.rough == pytest.approx(n * NODE_SPACING * math.hypot(*of_degrees), rel=1e-9)
-    fine = np.linspace(0.0, 1.0, 64 * n + 1)
-    left_out = spline(nodes)((first + n * fine) * NODE_SPACING)
-    left_out -= [mu_s_at(wide.piece, (first + n * one) * NODE_SPACING) for one in fine]
-    integral = cumulative_trapezoid(left_out, fine * n * NODE_SPACING, initial=0.0)
-    assert 0.5 < wide.rough / math.sqrt(np.mean(integral**2)) < 1.5
-
-
-def step_over(level, y, sigma, path, p):
-    """One step, with its error and X' within."""
-    first = round(y.s / path.spacing)
-    wide = wide_piece(path, first, level)
-    beyond = piece_at(path, wide.piece.right + 0.5 * path.spacing)
-    return step_by_distance(y, sigma, wide, path.nodes[first - path.first], beyond, p)
-
-
-@pytest.mark.parametrize("sigma", [1.0, -1.0])
-def test_order_against_the_closed_form(sigma):
-    """Undamped, constant friction of 0.25: X oscillates about sigma F / 4. Twice the width errs 2^6 times as much."""
-    p = coefficients(STUDY, CoulombLaw(0.25, 0.25))._replace(D=0.0)
-    path, x, u = path_through(np.zeros(200), 0, NODE_SPACING, True), 0.1 * F, V - sigma * 4.0 * V
-    y = slip_state(0.0, x, u, 20 * NODE_SPACING, sigma, piece_at(path, 20 * NODE_SPACING), p)
-    errors = []
-    for level in (2, 3, 4):
-        end, *_ = step_over(level, y, sigma, path, p)
-        c, s, about = math.cos(end.tau), math.sin(end.tau), sigma * 0.25 * F
-        assert end.s == (20 + WIDTHS[level]) * NODE_SPACING
-        assert end.s - y.s == pytest.approx(sigma * (V * end.tau - (end.x - x)), rel=1e-12)
-        errors.append(math.hypot(end.x - about - (x - about) * c - u * s, end.u - u * c + (x - about) * s))
-    assert errors[0] < 1e-6 * F
-    assert np.log2(np.divide(errors[1:], errors[:-1])) == pytest.approx([6.0, 6.0], abs=0.45)
-
-
-def plain(y, sigma, nodes, n, oscillator, multiplies=False):
-    """tau and X' by DOP853 from node to node, of the equations in the slipped distance as they stand."""
-    mu_s, D, q, r = spline(nodes), oscillator.damping_ratio, oscillator.q, oscillator.r
-
-    def rates(s, state):
-        tau, k = state
-        w = math.sqrt(2.0 * k)
-        u, x = V - sigma * w, y.x + V * (tau - y.tau) - sigma * (s - y.s)
-        mu = 0.3 / (1.0 + 1.42 * 316.0 * w) + 0.1 + 0.01 * (316.0 * w) ** 2
-        mu += float(mu_s(s)) * (mu if multiplies else 1.0)
-        return 1.0 / w, sigma * (2.0 * D * u + x - q * math.cos(r * tau)) - F * mu
-
-    state, first = (y.tau, 0.5 * (V - y.u) ** 2), round(y.s / NODE_SPACING)
-    for a, b in itertools.pairwise(NODE_SPACING * np.arange(first, first + n + 1)):
-        state = solve_ivp(rates, (a, b), state, "DOP853", rtol=1e-12, atol=1e-18).y[:, -1]
-    return state[0], V - sigma * math.sqrt(2.0 * state[1])
-
-
-@pytest.mark.parametrize("scatter", SCATTERS)
-@pytest.mark.parametrize("sigma", [1.0, -1.0])
-def test_error_of_a_step_is_estimated(sigma, scatter):
-    """On rough paths, driven: the true error of X and X' at the same time is up to two estimates, by median 0.4."""
-    oscillator = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 60.0, 430.0)
-    p, ratios = coefficients(oscillator, LAW, scatter=scatter), []
-    for seed, level in itertools.product(range(4), (1, 2, 3, 4)):
-        nodes = rough_path(seed) / (1.0 if scatter == "additive" else 0.3)
-        path, w = path_through(nodes, 0, NODE_SPACING, True), V * (2.0 - sigma + 0.5 * seed)
-        y = slip_state(0.3, 0.1 * F, V - sigma * w, 100 * NODE_SPACING, sigma, piece_at(path, 100 * NODE_SPACING), p)
-        end, error, deviation = step_over(level, y, sigma, path, p)
-        tau, u = plain(y, sigma, nodes, WIDTHS[level], oscillator, scatter == "multiplicative")
-        late = end.tau - tau
-        missed = max(abs(end.u - V) * abs(late), abs(end.u - u - end.a * late))
-        ratios.append(missed / error)
-        assert deviation < 0.1 * w
-    assert max(ratios) < 3.0
-    assert np.median(ratios) > (0.1 if scatter == "additive" else 0.05)  # the change of mu_D is taken more carefully
-
-
-def first_cycle(seed, scatter, tolerance):
-    """The motion on a rough path from its first departure on, for the length of a cycle."""
-    nodes = rough_path(seed)
-    start = F * (0.4 + nodes[0]) - 2 * 0.17 * V
-    if scatter == "multiplicative":
-        nodes /= 0.4
-    options = MotionOptions(tolerance, scatter=scatter)
-    return simulate(STUDY, LAW, nodes, NODE_SPACING, 1.1, options, start)
-
-
-@pytest.mark.parametrize("scatter", SCATTERS)
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
-def test_motion_on_rough_paths(tolerance, scatter):
-    """Events agree with a tolerance of 1e-12, at which hardly a step spans two nodes; some 500 nodes are passed.
-
-    Errors of X in a slip of five units of tau add up to five tolerances of F + |X|, 7 of F. The last steps to the belt
-    may raise them at large tolerances: 12 of F were the most at 1e-4 on 200 paths, with wide steps or without.
-    """
-    steps = []
-    for seed in range(8):
-        cycle = first_cycle(seed, scatter, tolerance)
-        exact = first_cycle(seed, scatter, 1e-12)
-        assert cycle.kind.tolist() == exact.kind.tolist()
-        assert cycle.backwards.tolist() == exact.backwards.tolist()
-        assert ends(cycle)[0, 1] == pytest.approx(ends(exact)[0, 1], abs=7.0 * tolerance * F)
-        steps.append(cycle.steps)
-    assert np.mean(steps) < {1e-4: 60, 1e-6: 160, 1e-8: 900}[tolerance]
-
-
-def test_no_wide_step_where_the_equation_changes():
-    """Each case alone: the same state steps over nodes where nothing changes."""
-    path = path_through(rough_path(3), 0, NODE_SPACING, True)
-    p = coefficients(STUDY, LAW)
-
-    def level(w=3.0, at=100, p=p, row=0, cut=False, backwards=False, tau_end=9.0, path=path):
-        y = slip_state(0.0, 0.1 * F, V - w * V, at * NODE_SPACING, 1.0, piece_at(path, (at + 0.5) * NODE_SPACING), p)
-        return wide_step(y, 3, backwards, 1.0, branch(row, cut, p), path, p, 1e-4, tau_end).level
-
-    assert level() >= 3
-    assert level(at=0) < 0  # there is no node before the first
-    assert level(at=998) < 0  # the last node but one
-    assert level(cut=True) < 0
-    assert level(path=path._replace(nodes=path.nodes - 0.3)) < 0  # friction might be negative
-    assert level(tau_end=1e-3) < 0
-    assert 0 <= level(w=0.9999) < 3  # X' = 0 lies within longer steps, at their start or end
-    assert level(w=0.9999, backwards=True) == 3
-    law = TableLaw((0.0, 2.8, 2.85, 2.9, 9.0), (0.4, 0.35, 0.34, 0.36, 0.4), 0.4, "linear")  # the speed is 2.844 m/s
-    assert 0 <= level(p=coefficients(STUDY, law), row=1) < 3
-    assert level(p=coefficients(STUDY, law), row=3, w=5.0) >= 3

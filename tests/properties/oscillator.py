@@ -17,18 +17,14 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError
-from roughslip.oscillator.base_law import FrictionLaw, friction
 from roughslip.oscillator.equation import SCATTERS, Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
-from roughslip.oscillator.friction_laws.coulomb import CoulombLaw
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
-from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.laws import LAWS
+from roughslip.oscillator.laws import CoulombLaw, FrictionLaw, StribeckLaw, friction
 from roughslip.oscillator.motion import MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.table_law import TableLaw
 from tests.properties.campaign import Trial, choose, log_uniform
 
 KINDS = ("stribeck", "steep", "coulomb", "level", "table")
-KINDS += tuple(name for name in sorted(LAWS) if name not in KINDS)
 # Ranges of the powers of ten of Q / N and of Omega / omega.
 EXCITATIONS = {"none": (), "weak": (-8, -2, -2, 1), "resonance": (-3, 1), "fast": (-3, 1, 0, 1.5)}
 EXCITATIONS |= {"strong": (0, 2, -2, 0.5)}
@@ -83,8 +79,6 @@ class Equation:
         if not isinstance(self.law, TableLaw):
             return friction(speed, self.law.parameters())
         knots, values = self.law.speeds_m_per_s, self.law.values
-        if self.law.interpolation == "linear":
-            return np.interp(speed, knots, values)
         return PchipInterpolator(knots, values)(np.minimum(speed, knots[-1]))
 
     def drive(self, tau: np.ndarray) -> np.ndarray:
@@ -228,7 +222,11 @@ def draw_law(rng: np.random.Generator, kind: str, oscillator: Oscillator) -> Fri
     """Draw a friction law that bends at speeds of the faster of belt and mass."""
     speed = oscillator.natural_frequency_rad_per_s * max(oscillator.V, oscillator.F)
     static = log_uniform(rng, -2, 0.3)
-    if kind == "steep":
-        decay = log_uniform(rng, 1, 3)
-        return StribeckLaw(static * rng.random(), static, decay / speed, log_uniform(rng, -4, -1) / speed**2)
-    return CoulombLaw(static, static) if kind == "level" else LAWS[kind].example(rng, static, speed)
+    if kind == "table":
+        knots = np.concatenate(([0.0], np.cumsum(rng.uniform(0.05, 0.5, 6)))) * speed
+        values = static * rng.uniform(0.2, 1.0, 7)
+        return TableLaw(tuple(knots), tuple(values), float(max(values[0], static)))
+    if kind in ("coulomb", "level"):
+        return CoulombLaw(static * (rng.random() if kind == "coulomb" else 1.0), static)
+    decay, fit = log_uniform(rng, 1, 3) if kind == "steep" else log_uniform(rng, -1, 1), static * rng.random()
+    return StribeckLaw(fit, static, decay / speed, log_uniform(rng, -4, -1) / speed**2)

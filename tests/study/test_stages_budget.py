@@ -12,7 +12,7 @@ from roughslip.errors import InputError
 from roughslip.figures.stick_slip import figure_budget
 from roughslip.figures.style import Shown
 from roughslip.friction.scatter_law import scatter_of_friction
-from roughslip.oscillator.friction_laws.table import TableLaw
+from roughslip.oscillator.table_law import TableLaw
 from roughslip.report.words import next_to_measure, rates_in_words
 from roughslip.scene.types import scene_of
 from roughslip.study import budget

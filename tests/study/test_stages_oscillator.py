@@ -16,7 +16,7 @@ import pytest
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import StribeckLaw
 from roughslip.oscillator.limits import limit_cycle
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.search import ACCURACY

@@ -19,7 +19,7 @@ from roughslip.friction.endless import recursion
 from roughslip.friction.process import FrictionProcess
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
 from roughslip.oscillator.runge_kutta import NODES as STAGES
 from roughslip.probability import BetaDistribution

@@ -9,7 +9,7 @@
 - limit_cycle, equilibrium, hopf_damping, existence_limit: the cycle without scatter, and its limits
 - Machine: both with the friction that scatters, `changed` in any parameter; ensemble: many of its motions
 - grazing_response, durations_by_theory: how scatter moves the limit, and how long stick-slip and sliding last
-- answer: whether it stick-slips, where that ends or begins, and why, by a Sampling of runs
+- answer: whether it stick-slips, where that ends or begins, and why, by runs
 - uncertainty_budget: how sure that is, and which uncertain input decides it
 - run_until_known, states_of, durations: when it is in stick-slip and when in steady sliding, and how long
 - reattachment_statistics, count_difference: statistics of ensembles

@@ -12,7 +12,6 @@ from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales
-from roughslip.validation import gate
 
 KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
@@ -21,24 +20,6 @@ LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
 SHOWN = 4  # cycles, or natural periods of sliding, that a picture shows
 STRAIGHT = 1e-6  # of the range of X' and X: what a sample may differ from its neighbours' mean, and be left out
 DIGITS = 5  # of the numbers of a picture
-
-
-@gate
-@dataclass(frozen=True)
-class Sampling:
-    """How many runs there are, how long they last, and what their friction is drawn from.
-
-    realisations : runs from either start, at least 72, which bound a probability of 5 %
-    duration_periods : natural periods of a run; None for what its time scales take, up to 400
-    seed : numbers; each run adds its own
-    """
-
-    realisations: int = 100
-    duration_periods: float | None = None
-    seed: Sequence[int] = (0,)
-
-
-DEFAULT_SAMPLING = Sampling()
 
 
 @dataclass(frozen=True)
@@ -70,28 +51,31 @@ class Curve:
 class Runs:
     """Runs on the same friction paths, each looked at at a time of its own in the second half.
 
-    The path of run i has the seed (*sampling.seed, i).
+    count : of runs from either start
+    duration : natural periods of a run; None for what its time scales take, up to LONGEST_RUN
+    seed : of the path of run i, (*seed, i)
     """
 
     own: Machine
-    sampling: Sampling
+    count: int
+    duration: float | None
+    seed: Sequence[int]
     kept: dict[int, KeptPath] = field(default_factory=dict)
 
     def path(self, number: int) -> KeptPath:
         """The friction path of a run."""
         if number not in self.kept:
             nodes = KEPT_NODES if number < KEPT_PATHS else 0
-            self.kept[number] = self.own.kept_path([*self.sampling.seed, number], nodes)
+            self.kept[number] = self.own.kept_path([*self.seed, number], nodes)
         return self.kept[number]
 
     def periods(self, machine: Machine) -> float:
         """Natural periods of a run after its first departure."""
-        given = self.sampling.duration_periods
-        return min(max(time_scales(machine).values()), LONGEST_RUN) if given is None else float(given)
+        return min(max(time_scales(machine).values()), LONGEST_RUN) if self.duration is None else self.duration
 
     def one(self, machine: Machine, number: int, periods: float, from_sliding: bool) -> Run:
         """A run up to its time in the second half; times are spread evenly, so that their mean is the share of it."""
-        time = 0.5 * periods * (1.0 + (number + 0.5) / self.sampling.realisations)
+        time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
         path, spacing = self.path(number), self.own.paths.spacing
         motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
         return Run(motion, first, states, states.is_stick_slip(first + time))

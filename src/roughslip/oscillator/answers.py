@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_runs import DEFAULT_SAMPLING, Curve, Runs, Sampling
+from roughslip.oscillator.answer_runs import Curve, Runs
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
-from roughslip.oscillator.state_durations import Durations, durations
-from roughslip.oscillator.states import time_scales
+from roughslip.oscillator.states import Durations, durations, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import LevelSearch, first_change
@@ -152,20 +151,25 @@ class Answer:
 @gate
 def answer(
     machine: Machine,
-    sampling: Sampling = DEFAULT_SAMPLING,
+    realisations: int = 100,
+    duration_periods: float | None = None,
     parameters: Sequence[str] = OF_OSCILLATOR,
+    seed: Sequence[int] = (0,),
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> Answer:
     """Whether a machine stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
     machine : with friction that scatters
+    realisations : runs from either start, at least 72, which bound a probability of 5 %
+    duration_periods : natural periods of a run; None for what its time scales take, up to 400
+    seed : numbers; each run adds its own
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
     progress : is told how many parts are done, of how many: the runs at the scene's values, then each parameter
 
     Raises as `check_has_answer` and `simulate`.
     """
     check_has_answer(machine)
-    runs, seed, count = Runs(machine, sampling), sampling.seed, sampling.realisations
+    runs, count = Runs(machine, realisations, duration_periods, seed), realisations
     periods, oscillator = runs.periods(machine), machine.oscillator
     of = {
         name: [runs.one(machine, number, periods, from_sliding) for number in range(count)]

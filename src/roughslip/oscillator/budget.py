@@ -9,7 +9,7 @@ The first part is the scatter of friction, which no knowledge of the inputs take
 sources as in `probability.sensitivity`. The limits depend on the inputs alone, and all of their variance is split.
 
 Limits are those of the cycle without scatter, searched anew at each draw. Scatter blurs that in damping, D*: to first
-order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is held as at the given values, so that
+order by b = sigma s(L), as `slip_orbit` has it. The shape of the grazing orbit is held as at the given values, so that
 
     b ~ sigma (F / V) s(L / V),      p = Phi((D* + c - D) / (w b)),
 
@@ -31,8 +31,8 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
-from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.machine import Machine, cycle_exists
+from roughslip.oscillator.slip_orbit import GrazingResponse, grazing_response
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import TAILS
 from roughslip.probability.search import first_change
@@ -45,17 +45,7 @@ FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: fro
 ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
 RATIOS = np.geomspace(1 / 16, 16.0, 9)  # of L / V at which the blur is computed; power laws between
 RATES = ("death", "birth")
-DISTANCES = (
-    -8.0,
-    -4.0,
-    -2.0,
-    -1.0,
-    0.0,
-    1.0,
-    2.0,
-    4.0,
-    8.0,
-)  # (D* - D) / b of the chains; cubics of logarithms between
+DISTANCES = -8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0  # (D* - D) / b of the chains; cubics of logarithms between
 LEAST_RATE = 1e-30  # [1 / natural period] taken for none
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, excess_force, friction, friction_slope
+from roughslip.oscillator.laws import CONTRACTED, FrictionLaw, friction, friction_slope
 from roughslip.oscillator.path import Piece, mu_s_at, mu_s_slope
 from roughslip.validation import gate, not_negative, positive
 
@@ -142,10 +142,9 @@ def least_friction(mu_s: float, p: Coefficients) -> float:
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0 and friction = 0."""
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
-    speed, held = sigma * p.omega * (p.V - u), 2.0 * p.D * u + x - drive
-    if p.multiplies is not None:
-        return excess_force(sigma * p.F * (1.0 + mu_s), speed, 0.0, held, p.law)
-    return excess_force(sigma * p.F, speed, mu_s, held, p.law)
+    mean = friction(sigma * p.omega * (p.V - u), p.law)
+    mu = mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s
+    return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)

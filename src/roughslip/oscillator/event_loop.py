@@ -20,7 +20,6 @@ from roughslip.oscillator.slip import (
     START,
     Horizon,
     Samples,
-    Settings,
     Status,
     StepControl,
     slip,
@@ -186,7 +185,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
 
 @compiled()
 def continue_run(
-    run: RunState, events: Events, path: Path, p: Coefficients, settings: Settings, horizon: Horizon, samples: Samples
+    run: RunState, events: Events, path: Path, p: Coefficients, tolerance: float, horizon: Horizon, samples: Samples
 ) -> tuple[Status, RunState, Events]:
     """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
     status = Status.TIME_OVER
@@ -204,7 +203,7 @@ def continue_run(
             sigma, since, control, backwards = side, y.tau, START, False
             continue
         left = Horizon(horizon.tau, horizon.steps - steps)
-        phase = slip(y, since, control, backwards, float(sigma), path, p, settings, left, samples)
+        phase = slip(y, since, control, backwards, float(sigma), path, p, tolerance, left, samples)
         y, control, backwards = phase.y, phase.control, phase.backwards
         steps += phase.steps
         error += phase.error

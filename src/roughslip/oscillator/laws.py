@@ -1,61 +1,245 @@
-"""The friction laws by name, and the functions of a law that compiled code calls."""
+"""Friction laws by a formula, and the functions that compiled code calls for whichever law it is compiled for.
+
+A law is a frozen dataclass with its parameters, and its formula mu_D(|v_rel|) with slope and curvature, written once
+for plain and for compiled code. Compiled code reads the parameters as a named tuple, whose type selects the formula
+when the code is compiled: a law costs only what its own formula costs.
+"""
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from functools import cache
-from pathlib import Path
-from types import FunctionType
-from typing import Any
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Self
 
-from roughslip.errors import ParameterError
-from roughslip.oscillator.base_law import (  # noqa: F401
-    CONTRACTED,
-    LAWS,
-    FrictionLaw,
-    excess_force,
-    friction,
-    friction_curvature,
-    friction_slope,
-    only_row,
-    row_at,
-    row_ends,
-    row_spacing,
-)
+import numpy as np
+from numba.extending import overload
 
-# The registry: each module of the folder adds its law to LAWS.
-from roughslip.oscillator.friction_laws import *  # noqa: F403
-from roughslip.oscillator.function_law import friction_law
+from roughslip.errors import InputError, ParameterError
+from roughslip.validation import gate, not_negative
+
+CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
+OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
+OF_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of those that Python never calls
+NO_POLE = 0.5  # steps that end at the belt try speeds below 0, down to which the quotient may have its pole
+LAWS: dict[str, type[FrictionLaw]] = {}  # by the word of a scene
+_LAW_OF: dict[type, Any] = {}  # what has the formulas, by the type of the compiled parameters
 
 
-def law_from_scene(section: Any, mean: float) -> FrictionLaw:
-    """The friction law that the section `oscillator` of a scene names, with the mean friction coefficient.
+class FrictionLaw(ABC):
+    """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
 
-    `my_laws.py:BoPavelescu` is a class in a file of the user, which inherits `FrictionLaw`; or a function of speed, in
-    place of the mean. Raises ParameterError where the file has neither.
+    A law that scenes can name has a `name` and `from_scene`. A subclass gives `parameters`, the named tuple that
+    compiled code reads. The tuple begins with static, rest (mu_D at vanishing speed, at most static) and least (a
+    number that mu_D does not fall below at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this
+    tuple, and continue smoothly below 0. A law of any function of speed is a table: `friction_law`.
     """
-    if section.law in LAWS:
-        return LAWS[section.law].from_scene(section, mean)
-    found = _in_file(section.law)
-    if isinstance(found, FunctionType):
-        return friction_law(found, static=section.static_friction)
-    if isinstance(found, type) and issubclass(found, FrictionLaw):
-        return found.from_scene(section, mean)
-    raise ParameterError(
-        f"{section.law} is neither a function of speed nor a class that inherits roughslip.oscillator.FrictionLaw; "
-        "scene key: oscillator.law"
-    )
+
+    static: float
+    fastest_known: float = math.inf  # [m/s] ends of the speeds at which the law was measured; all of a formula
+    slowest_known: float = 0.0
+
+    def __init_subclass__(cls, name: str, parameters: type) -> None:
+        LAWS[name] = cls
+        _LAW_OF.setdefault(parameters, cls)
+
+    @abstractmethod
+    def parameters(self) -> Any:
+        """The named tuple for compiled code; a law that uses the type of another law has the formula of that law."""
+
+    @classmethod
+    @abstractmethod
+    def from_scene(cls, section: Any, mean: float) -> Self:
+        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
+
+    @abstractmethod
+    def times(self, factor: float) -> Self:
+        """The law of a mean friction coefficient of the contacts that is this factor larger."""
+
+    @staticmethod
+    def friction(speed: Any, law: Any) -> Any:
+        """mu_D at a speed."""
+        raise NotImplementedError
+
+    @staticmethod
+    def slope_of_friction(speed: Any, law: Any) -> Any:
+        """d mu_D / d|v_rel| [s/m] at a speed."""
+        raise NotImplementedError
+
+    @staticmethod
+    def curvature_of_friction(speed: Any, law: Any) -> Any:
+        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
+        raise NotImplementedError
+
+    # A law with kinks consists of rows, each smooth between two speeds; without kinks it is one row.
+
+    @staticmethod
+    def row_at(speed: float, law: Any) -> int:
+        """The row that holds a speed."""
+        return 0
+
+    @staticmethod
+    def row_ends(row: int, law: Any) -> tuple[float, float]:
+        """The two speeds [m/s] between which a row holds."""
+        return 0.0, np.inf
+
+    @staticmethod
+    def only_row(row: int, law: Any) -> Any:
+        """The law with one row alone, continued to all speeds."""
+        return law
+
+    @gate
+    def mu(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """mu_D at a relative velocity [m/s] of either sign; at 0 the limit from sliding."""
+        return np.vectorize(friction, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
+
+    @gate
+    def slope(self, velocity_m_per_s: float | np.ndarray) -> np.ndarray:
+        """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
+        return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
+
+    def steeper_than(self, maximum: float) -> str:
+        """What to change where |slope| exceeds `maximum` [s/m], a step for each change of friction; empty elsewhere."""
+        slope = float(friction_slope(0.0, self.parameters()))  # `slope` takes a tenth of a short run
+        if abs(slope) <= maximum:
+            return ""
+        return (
+            f"the slope of friction at rest, {slope:.3g} s/m, is more than the {maximum:.3g} s/m that the integrator "
+            "resolves: let friction change over a wider range of speeds"
+        )
+
+    def check_not_negative(self, *names: str) -> None:
+        """Raise ParameterError for an attribute that is not finite or is negative."""
+        for name in names:
+            not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
 
 
-@cache
-def _in_file(name: str) -> Any:
-    """What a file of the user calls so, as `my_laws.py:Mine`. The module has a name by which compiled code finds it."""
-    file, _, own = name.rpartition(":")
-    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
-    if spec is None or spec.loader is None or not Path(file).is_file():
-        raise ParameterError(f"there is no file {file!r} with a friction law; scene key: oscillator.law")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return getattr(module, own, None)
+def check_static(static: float, mean: float, reason: str) -> None:
+    """Raise InputError where the mean friction coefficient exceeds the static one of a scene."""
+    if mean > static:
+        raise InputError(
+            f"oscillator.static_friction: {static:g} is less than the mean friction coefficient {mean:.3g} at the "
+            f"penetration of the oscillator, so that {reason}: raise it"
+        )
+
+
+def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
+    """The static method of that name, of the law that the parameters belong to, for plain and for compiled code."""
+
+    def of_law(at: Any, law: Any) -> Any:
+        return getattr(_LAW_OF[type(law)], name)(at, law)
+
+    @overload(of_law, jit_options=OF_COMPILED, strict=False)
+    def _compiled(at: Any, law: Any) -> Any:
+        return getattr(_LAW_OF[law.instance_class], name)
+
+    return of_law
+
+
+friction = _of_any_law("friction")
+friction_slope = _of_any_law("slope_of_friction")
+friction_curvature = _of_any_law("curvature_of_friction")
+row_at = _of_any_law("row_at")
+row_ends = _of_any_law("row_ends")
+only_row = _of_any_law("only_row")
+
+
+class StribeckParameters(NamedTuple):
+    """mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2; static, rest and least as in `FrictionLaw`."""
+
+    static: float
+    rest: float
+    least: float
+    fit: float
+    decay: float
+    quadratic: float
+
+
+@gate
+@dataclass(frozen=True)
+class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
+    """mu_D(v) = fit / (1 + decay |v|) + static - fit + quadratic v^2, eq. (13).
+
+    fit : [-] part of the friction that decays with speed
+    static : [-] coefficient at vanishing speed, and limit of stick
+    decay_s_per_m : [s/m]
+    quadratic_s2_per_m2 : [s^2/m^2]
+
+    A friction coefficient is never negative: the motion uses max(mu_D + mu_S, 0), in slip and as the limit of stick.
+    This matters with fit above static, or with a low stochastic part.
+    """
+
+    fit: float
+    static: float = 0.4
+    decay_s_per_m: float = 1.42
+    quadratic_s2_per_m2: float = 0.01
+
+    def __post_init__(self) -> None:
+        self.check_not_negative("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2")
+
+    @classmethod
+    def from_scene(cls, section: Any, mean: float) -> Self:
+        """Eq. (13) with the mean friction coefficient as mu_fit."""
+        check_static(section.static_friction, mean, "eq. (13) turns negative at high speed")
+        return cls(mean, section.static_friction, section.stribeck_decay_s_per_m, section.stribeck_quadratic_s2_per_m2)
+
+    @gate
+    def times(self, factor: float) -> Self:
+        """The limit of stick stays."""
+        check_static(self.static, factor * self.fit, "eq. (13) turns negative at high speed")
+        return replace(self, fit=factor * self.fit)
+
+    def parameters(self) -> StribeckParameters:
+        rest, fit = float(self.static), float(self.fit)
+        return StribeckParameters(
+            rest, rest, rest - fit, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2)
+        )
+
+    @staticmethod
+    def friction(speed: Any, law: StribeckParameters) -> Any:
+        return law.fit / np.maximum(1.0 + law.decay * speed, NO_POLE) + (
+            law.rest - law.fit + law.quadratic * speed * speed
+        )
+
+    @staticmethod
+    def slope_of_friction(speed: Any, law: StribeckParameters) -> Any:
+        return -law.fit * law.decay / (1.0 + law.decay * speed) ** 2 + 2.0 * law.quadratic * speed
+
+    @staticmethod
+    def curvature_of_friction(speed: Any, law: StribeckParameters) -> Any:
+        return 2.0 * (law.fit * law.decay * law.decay / (1.0 + law.decay * speed) ** 3 + law.quadratic)
+
+
+@gate
+@dataclass(frozen=True)
+class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
+    """One value at rest and one in slip: eq. (13) without decay, so compiled code needs no formula for it.
+
+    kinetic : [-] mu_D at every speed
+    static : [-] limit of stick, at least kinetic
+    """
+
+    kinetic: float
+    static: float
+
+    def __post_init__(self) -> None:
+        self.check_not_negative("kinetic", "static")
+        if self.static < self.kinetic:
+            raise ParameterError(f"CoulombLaw.static must be at least kinetic = {self.kinetic}, not {self.static}")
+
+    @classmethod
+    def from_scene(cls, section: Any, mean: float) -> Self:
+        """The mean friction coefficient in slip."""
+        check_static(section.static_friction, mean, "stick holds less than slip")
+        return cls(kinetic=mean, static=section.static_friction)
+
+    @gate
+    def times(self, factor: float) -> Self:
+        """The limit of stick stays."""
+        check_static(self.static, factor * self.kinetic, "stick holds less than slip")
+        return replace(self, kinetic=factor * self.kinetic)
+
+    def parameters(self) -> StribeckParameters:
+        kinetic = float(self.kinetic)
+        return StribeckParameters(float(self.static), kinetic, kinetic, 0.0, 0.0, 0.0)

@@ -1,6 +1,6 @@
 """Motion without scatter: steady sliding, the stick-slip cycle, and its limits in damping.
 
-All functions are for the free oscillator (Q = 0), whose slip is that of `slip_flow`. The next peak of the velocity
+All functions are for the free oscillator (Q = 0), whose slip is that of `slip_orbit`. The next peak of the velocity
 falls strictly with D, because more damping turns every velocity of the plane the same way (a rotated family,
 G. F. D. Duff, Ann. of Math. 57 (1953) 15). So one damping ratio at most belongs to each limit.
 """
@@ -14,21 +14,20 @@ from functools import lru_cache
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
-from roughslip.oscillator.slip_flow import STIFF_TOLERANCE, check_free, next_peak, slip_flow, stiff_return
 from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
-STIFF_LIMIT = 1e-6  # relative, of the existence limit of such a flow
-GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity
+STEADY = 1e-9  # of V: slip that has come so close to steady sliding does not turn again
+GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity; and damping
 LOOP_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
 LIMIT_TOLERANCE = 1e-12  # of the loops whose limit is searched
 LOOP_PERIODS = 4.0  # most loops of slip take one natural period or two; longer ones are followed without a time limit
-LOOP_SAMPLES = 200  # a natural period
+LOOP_SAMPLES, MOST_SAMPLES = 200, 1e6  # a natural period, in all
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,6 @@ class LimitCycle:
     departure, reattachment : [m] X at the end and at the start of stick
     slip_duration, period : [-] in tau = omega t
     slipped_distance : [m] a cycle
-    local_error : [m] sum of the error estimates of a slip phase
     """
 
     departure: float
@@ -46,13 +44,27 @@ class LimitCycle:
     slip_duration: float
     period: float
     slipped_distance: float
-    local_error: float
+
+
+def check_free(oscillator: Oscillator) -> None:
+    """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
+    if oscillator.q > 0.0:
+        raise ParameterError(
+            "limits of the cycle are for the free oscillator: set the excitation force to 0, not "
+            f"{oscillator.excitation_force_n:g} N; scene key: oscillator.excitation_force_n"
+        )
+    if not oscillator.V > 0.0:
+        raise ParameterError(
+            "limits of the cycle are for a belt that moves: give it a velocity; scene key: "
+            "oscillator.belt_velocity_m_per_s"
+        )
 
 
 @gate
 def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
-    """X [m] of steady sliding: F mu_D(v0)."""
-    return slip_flow(oscillator, law).steady
+    """X [m] of steady sliding: F mu_D(v0); friction below zero is cut, as in the motion."""
+    check_free(oscillator)
+    return oscillator.F * max(float(law.mu(oscillator.belt_velocity_m_per_s)), 0.0)
 
 
 @gate
@@ -86,6 +98,27 @@ class SlipLoop:
     fastest: float
 
 
+def _first_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float) -> tuple[Trajectory, float | None]:
+    """Slip from the departure point until it is back at the belt, has a peak of its velocity below, or is steady.
+
+    Returns its trajectory, and the natural periods until that peak.
+    """
+    departure, steady, still = departure_point(oscillator, law), equilibrium(oscillator, law), STEADY * oscillator.V
+    periods = LOOP_PERIODS
+    while True:
+        samples = max(min(LOOP_SAMPLES, int(MOST_SAMPLES / periods)), 1)
+        options = MotionOptions(tolerance, samples_per_period=samples)
+        drawn = trajectory(oscillator, law, None, 0.0, periods, options, departure)
+        rises = np.diff(drawn.velocity) > 0.0
+        peaks = np.flatnonzero(rises[:-1] & ~rises[1:] & (drawn.velocity[1:-1] > still))
+        if peaks.size:
+            return drawn, float(drawn.time[peaks[0] + 1]) / (2.0 * math.pi)
+        is_steady = math.hypot(drawn.position[-1] - steady, drawn.velocity[-1]) <= still
+        if is_steady or np.any(drawn.motion.kind != DEPARTURE):
+            return drawn, None
+        periods *= 4.0
+
+
 @lru_cache(maxsize=4096)
 def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_TOLERANCE) -> SlipLoop:
     """Follow slip from the departure point until it sticks again, or until its first loop has missed the belt.
@@ -97,48 +130,14 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
 
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
-    flow, departure = slip_flow(oscillator, law), departure_point(oscillator, law)
-    turn, v0 = 2.0 * math.pi, oscillator.belt_velocity_m_per_s
-
-    def cycle_of(drawn: Trajectory) -> SlipLoop:
-        end = int(np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0])
-        cycle, time = _cycle(oscillator, drawn.motion, end), float(drawn.motion.time[end])
-        fastest = v0 - oscillator.natural_frequency_rad_per_s * float(np.min(drawn.velocity[drawn.time <= time]))
-        return SlipLoop(cycle, time / turn, fastest if cycle else v0)
-
-    try:
-        options = MotionOptions(tolerance, samples_per_period=LOOP_SAMPLES)
-        drawn = trajectory(oscillator, law, None, 0.0, LOOP_PERIODS, options, departure)
-        if REATTACHMENT in drawn.motion.kind:
-            return cycle_of(drawn)
-        rises = np.diff(drawn.velocity) > 0.0
-        peaks = np.flatnonzero(rises[:-1] & ~rises[1:])
-        if peaks.size:
-            return SlipLoop(None, float(drawn.time[peaks[0] + 1]) / turn, v0)
-        peak, time = next_peak(flow, (departure - flow.steady) / oscillator.V, 1.0)
-        if peak <= 1.0:
-            return SlipLoop(None, time / turn if peak > 0.0 else 0.0, v0)
-        samples = max(int(LOOP_SAMPLES * LOOP_PERIODS * turn / time), 1)
-        options = MotionOptions(tolerance, samples_per_period=samples)
-        return cycle_of(trajectory(oscillator, law, None, 0.0, time / turn, options, departure))
-    except ConvergenceError:
-        returned = stiff_return(flow, (departure - flow.steady) / oscillator.V)
-    if returned is None:
-        return SlipLoop(None, 0.0, v0)
-    y, time, minimum = returned
-    reattachment = flow.steady + oscillator.V * y
-    return SlipLoop(
-        LimitCycle(
-            departure=departure,
-            reattachment=reattachment,
-            slip_duration=time,
-            period=time + (departure - reattachment) / oscillator.V,
-            slipped_distance=oscillator.V * time + departure - reattachment,
-            local_error=STIFF_TOLERANCE * departure,
-        ),
-        time / turn,
-        v0 * (1.0 - minimum),
-    )
+    drawn, peak = _first_loop(oscillator, law, tolerance)
+    v0 = oscillator.belt_velocity_m_per_s
+    if REATTACHMENT not in drawn.motion.kind:
+        return SlipLoop(None, peak or 0.0, v0)
+    end = int(np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0])
+    cycle, time = _cycle(oscillator, drawn.motion, end), float(drawn.motion.time[end])
+    fastest = v0 - oscillator.natural_frequency_rad_per_s * float(np.min(drawn.velocity[drawn.time <= time]))
+    return SlipLoop(cycle, time / (2.0 * math.pi), fastest if cycle else v0)
 
 
 def _cycle(oscillator: Oscillator, motion: Motion, end: int) -> LimitCycle | None:
@@ -154,7 +153,6 @@ def _cycle(oscillator: Oscillator, motion: Motion, end: int) -> LimitCycle | Non
         slip_duration=slip_duration,
         period=slip_duration + stick,
         slipped_distance=float(motion.slipped_distance[end]),
-        local_error=motion.local_error,
     )
 
 
@@ -174,18 +172,6 @@ def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-
     return cycle
 
 
-def cycle_period(oscillator: Oscillator, law: FrictionLaw) -> float | None:
-    """Natural periods of the stick-slip cycle at the oscillator's own damping ratio.
-
-    Infinite where there is none, None where slip is too stiff to decide.
-    """
-    try:
-        cycle = slip_loop(oscillator, law).cycle
-    except ConvergenceError:
-        return None
-    return math.inf if cycle is None else cycle.period / (2.0 * math.pi)
-
-
 @gate
 def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio above which the stick-slip cycle does not exist, for any damping ratio of the oscillator.
@@ -199,27 +185,17 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     back behind it beyond the static limit. This is a cycle of slip alone, which ends above a damping ratio of its own.
     `slip_loop` has no cycle there.
 
-    Of a flow that is too stiff for an explicit method the limit is known to STIFF_LIMIT (`stiff_return`). Raises
-    IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any damping
-    or slip is too stiff.
+    Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
+    damping or slip is too stiff.
 
     Method: bisection. A loop costs a millisecond, but its peak as a number, for faster root searches, some twenty.
     """
-    undamped = replace(oscillator, damping_ratio=0.0)
-    is_stiff, flow = False, slip_flow(undamped, law)
 
     def exists(ratio: float) -> bool:
-        nonlocal is_stiff
-        damped = replace(oscillator, damping_ratio=ratio)
-        if not is_stiff:
-            try:
-                return _reaches_the_belt(damped, law)
-            except ConvergenceError:
-                is_stiff = True
-        start = (departure_point(damped, law) - flow.steady) / oscillator.V
-        return stiff_return(replace(flow, damping_ratio=ratio), start) is not None
+        drawn, _ = _first_loop(replace(oscillator, damping_ratio=ratio), law, LIMIT_TOLERANCE)
+        return bool(np.any(drawn.motion.kind != DEPARTURE))
 
-    if not _excess_without_damping(undamped, law) > GRAZES:
+    if not exists(GRAZES):
         raise IllPosedError(
             "no stick-slip cycle even without damping: friction must fall with speed, or from more than "
             f"{law.static:.4g} at rest; scene keys: oscillator.law, oscillator.static_friction"
@@ -234,7 +210,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
                 work=trials,
             )
         low, high, trials = high, 2.0 * high, trials + 1
-    accuracy = STIFF_LIMIT * high if is_stiff else 1e-10 * max(high, 1.0)
+    accuracy = 1e-10 * max(high, 1.0)
     limit = scipy.optimize.bisect(lambda ratio: exists(ratio) - 0.5, low, high, xtol=accuracy, rtol=8.9e-16)
     return float(limit)
 
@@ -245,27 +221,3 @@ def limits_or_nan(oscillator: Oscillator, law: FrictionLaw) -> tuple[float, floa
         return hopf_damping(oscillator, law), existence_limit(oscillator, law)
     except (IllPosedError, ConvergenceError):
         return hopf_damping(oscillator, law), np.nan
-
-
-def _excess_without_damping(undamped: Oscillator, law: FrictionLaw) -> float:
-    """By how much the first loop of slip exceeds the belt's velocity, relative; its sign alone where slip is stiff."""
-    flow = slip_flow(undamped, law)
-    start = (departure_point(undamped, law) - flow.steady) / undamped.V
-    try:
-        return next_peak(flow, start, 1.0)[0] - 1.0
-    except ConvergenceError:
-        return -1.0 if stiff_return(flow, start) is None else 1.0
-
-
-def _reaches_the_belt(oscillator: Oscillator, law: FrictionLaw) -> bool:
-    """Whether slip from the departure point comes back to the belt, to stick or to pass its velocity."""
-    departure = departure_point(oscillator, law)
-    options = MotionOptions(LIMIT_TOLERANCE, samples_per_period=LOOP_SAMPLES)
-    drawn = trajectory(oscillator, law, None, 0.0, 0.5 * LOOP_PERIODS, options, departure)
-    if np.any(drawn.motion.kind != DEPARTURE):
-        return True
-    rises = np.diff(drawn.velocity) > 0.0
-    if np.any(rises[:-1] & ~rises[1:]):
-        return False
-    flow = slip_flow(oscillator, law)
-    return next_peak(flow, (departure - flow.steady) / oscillator.V, 1.0)[0] > 1.0

@@ -9,18 +9,16 @@ and scatter in proportion, and the law as it says itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol, Self
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from roughslip.errors import ParameterError
+from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.limits import PATH_NODES
-from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.limits import cycle_period
+from roughslip.oscillator.laws import FrictionLaw
+from roughslip.oscillator.limits import slip_loop
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.path import KeptPath
 from roughslip.validation import gate
@@ -47,54 +45,6 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")
 OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in OF_FRICTION)
 
 
-class PathSampler(Protocol):
-    """Friction paths by their seeds, as `friction.path_sampler` gives them."""
-
-    @property
-    def spacing(self) -> float:
-        """[m] distance of the nodes."""
-
-    def realisation(self, seed: Sequence[int]) -> Iterable[np.ndarray]:
-        """The path of a seed."""
-
-
-class ScatteringFriction(Protocol):
-    """What a machine asks of the friction of the pad that bears the load: `friction.Friction` has it."""
-
-    @property
-    def mean(self) -> float:
-        """Mean friction coefficient."""
-
-    @property
-    def windows(self) -> float:
-        """Number of windows in parallel."""
-
-    @property
-    def length_m(self) -> float:
-        """[m] correlation length of one window."""
-
-    @property
-    def multiplies(self) -> bool:
-        """Whether scatter multiplies the mean curve, mu_D (1 + mu_S), or is added to it."""
-
-    @property
-    def path_deviation(self) -> float:
-        """Standard deviation of mu_S."""
-
-    @property
-    def correlation_length_m(self) -> float:
-        """[m] of mu_S."""
-
-    def autocorrelation(self, s: np.ndarray) -> np.ndarray:
-        """Autocorrelation of mu_S at lags [m]."""
-
-    def paths(self, nodes_per_length: int) -> PathSampler:
-        """Paths of mu_S without end, with so many nodes a correlation length."""
-
-    def changed(self, *, mean: float, windows: float, length_m: float) -> Self:
-        """With another mean, the scatter in proportion; other windows; another correlation length of one."""
-
-
 @gate
 @dataclass(frozen=True)
 class Machine:
@@ -102,22 +52,24 @@ class Machine:
 
     oscillator : mass, spring, damper, belt and load
     law : mean friction against sliding speed
-    friction : its scatter along the slipped distance; None for none
+    friction : its scatter along the slipped distance, a `roughslip.friction.Friction`; None for none
     options : how its motion is integrated; whether scatter multiplies is as the friction says
     """
 
     oscillator: Oscillator
     law: FrictionLaw
-    friction: ScatteringFriction | None = None
+    friction: Any | None = None
     options: MotionOptions = DEFAULTS
 
     def __post_init__(self) -> None:
         if self.friction is not None:
+            if not hasattr(self.friction, "path_deviation"):
+                raise ParameterError(f"friction must be a roughslip.friction.Friction, not {self.friction!r}")
             kind = "multiplicative" if self.friction.multiplies else "additive"
             object.__setattr__(self, "options", replace(self.options, scatter=kind))
 
     @property
-    def scattering(self) -> ScatteringFriction:
+    def scattering(self) -> Any:
         """The friction, of a machine that has one."""
         if self.friction is None:
             raise ParameterError("the machine has no friction that scatters: give it a roughslip.friction.Friction")
@@ -179,7 +131,7 @@ class Machine:
         )
 
     @cached_property
-    def paths(self) -> PathSampler:
+    def paths(self) -> Any:
         """Friction paths by their seeds, the same for every machine of equal friction."""
         return self.scattering.paths(PATH_NODES)
 
@@ -191,5 +143,7 @@ class Machine:
 
 def cycle_exists(machine: Machine) -> bool | None:
     """Whether the stick-slip cycle without scatter exists; None where slip is too stiff to decide."""
-    period = cycle_period(machine.oscillator, machine.law)
-    return None if period is None else period < math.inf
+    try:
+        return slip_loop(machine.oscillator, machine.law).cycle is not None
+    except ConvergenceError:
+        return None

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
-from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
+from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.slip import Horizon, Samples, Settings, Status
+from roughslip.oscillator.slip import Horizon, Samples, Status
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
@@ -153,7 +153,6 @@ def _followed(
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"the start must be finite, not {x} m, {u} m")
-    settings = Settings(float(options.tolerance))
     if u == p.V:
         run, events = start_on_belt(float(x), feed.path, p)
     else:
@@ -162,7 +161,7 @@ def _followed(
     while status == Status.NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
         horizon = Horizon(2.0 * math.pi * duration_periods, step_limit)
-        status, run, events = continue_run(run, events, feed.path, p, settings, horizon, samples)
+        status, run, events = continue_run(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(run.y.s)
     steep = law.steeper_than(STEPS_PER_PERIOD / (2.0 * math.pi * p.F * p.omega))

@@ -1,8 +1,7 @@
 """The stochastic part of friction along the belt: mu_S(s) between equidistant nodes.
 
 Cubic Hermite pieces with central differences as tangents (Catmull & Rom 1974), one-sided at the two ends: continuous
-with its first derivative. Without nodes mu_S = 0 on a path without end. A `Wide`
-piece spans several nodes.
+with its first derivative. Without nodes mu_S = 0 on a path without end.
 """
 
 from __future__ import annotations
@@ -10,20 +9,17 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss, legvander
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import CONTRACTED
 from roughslip.validation import gate, positive, reals
 
-WIDTHS = (2, 4, 8, 16, 32, 64)  # spacings of a wide piece
 NO_PATH = "a friction path is a row of finite nodes, or several one after another, or None"
-AHEAD = 3 + WIDTHS[-1]  # nodes that a step may read beyond the one before it
+AHEAD = 3  # nodes that a step may read beyond the one before it
 
 
 class Path(NamedTuple):
@@ -31,7 +27,6 @@ class Path(NamedTuple):
 
     ends : whether the path ends with the last of them
     steepest : largest change of mu_S from one of them to the next
-    projections : of `projections`
     """
 
     nodes: np.ndarray
@@ -39,7 +34,6 @@ class Path(NamedTuple):
     spacing: float
     ends: bool
     steepest: float
-    projections: np.ndarray
 
 
 class Piece(NamedTuple):
@@ -52,19 +46,6 @@ class Piece(NamedTuple):
     left: float
     right: float
     per_spacing: float
-
-
-class Wide(NamedTuple):
-    """The quadratic with the same integrals over some spacings, against all quadratics, as mu_S between the nodes.
-
-    piece : the quadratic
-    rough : [m] root mean square of the running integral of mu_S - piece
-    least : a number that mu_S does not fall below
-    """
-
-    piece: Piece
-    rough: float
-    least: float
 
 
 @compiled()
@@ -88,57 +69,6 @@ def reaches(path: Path, s: float) -> bool:
     """Whether the present nodes determine the piece that holds s, and all that a step from there may read."""
     size = path.nodes.size
     return path.ends or size == 0 or int(s / path.spacing) + AHEAD < path.first + size
-
-
-@cache
-def projections() -> np.ndarray:
-    """(widths, 7, nodes) : from mu_S at the nodes -1 to n + 1 of a wide piece, its coefficients and roughness.
-
-    Rows 0 to 2 give c0, c1, c2. Each row from 3 on gives the root mean square, over the length, of the running integral
-    of the Legendre polynomial of that degree in mu_S. Degrees 3 to 6 make most of the roughness.
-    """
-    table = np.zeros((len(WIDTHS), 7, WIDTHS[-1] + 3))
-    rough = {
-        degree: math.sqrt(1 / (2 * degree + 3) + 1 / (2 * degree - 1)) / (4 * degree + 2) for degree in range(3, 7)
-    }
-    # Coefficients of the shifted Legendre polynomials of degree 0 to 2 in t, and the roughness of the others
-    into_rows = np.diag([0.0, 0.0, 0.0, *rough.values()])
-    into_rows[:3, :3] = [[1, -1, 1], [0, 2, -6], [0, 0, 6]]
-    points, weights = leggauss(5)  # exact up to degree 9: a cubic times degree 6
-    t = 0.5 * (points + 1.0)
-    end, before, after = t * t * (3 - 2 * t), -t * (1 - t) ** 2 / 2, t * t * (t - 1) / 2
-    nodes = np.stack([before, 1 - end - after, end - before, after])  # the piece, by the nodes around it
-    for row, n in zip(table, WIDTHS, strict=True):
-        for k in range(n):
-            degrees = legvander(2 * (k + t) / n - 1, 6) * (np.arange(1, 14, 2) / (2 * n))
-            row[:, k : k + 4] += into_rows @ (degrees.T * weights @ nodes.T)
-    return table
-
-
-@compiled(error_model="numpy", fastmath={"contract", "reassoc", "nnan", "nsz"})
-def wide_piece(path: Path, first: int, level: int) -> Wide:
-    """The wide piece of WIDTHS[level] spacings from the node `first` on.
-
-    The node before it and the one behind it are present. Sums are reordered, so that several nodes are taken at once.
-    """
-    n, table = WIDTHS[level], path.projections[level]
-    t0, t1, t2, t3, t4, t5, t6 = table[0], table[1], table[2], table[3], table[4], table[5], table[6]
-    nodes = path.nodes[first - path.first - 1 : first - path.first + n + 2]
-    c0, c1, c2, r3, r4, r5, r6, low, high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.inf, -np.inf
-    for i in range(nodes.size):
-        mu_s = nodes[i]
-        c0 += t0[i] * mu_s
-        c1 += t1[i] * mu_s
-        c2 += t2[i] * mu_s
-        r3 += t3[i] * mu_s
-        r4 += t4[i] * mu_s
-        r5 += t5[i] * mu_s
-        r6 += t6[i] * mu_s
-        low = min(low, mu_s)
-        high = max(high, mu_s)
-    length = n * path.spacing
-    piece = Piece(c0, c1, c2, 0.0, first * path.spacing, (first + n) * path.spacing, 1.0 / length)
-    return Wide(piece, length * math.sqrt(r3 * r3 + r4 * r4 + r5 * r5 + r6 * r6), low - (high - low) / 6.0)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
@@ -184,7 +114,7 @@ def path_through(nodes: np.ndarray, first: int, spacing: float, ends: bool) -> P
     """A `Path` with the steepest change of its nodes, which is not finite where a node is not."""
     rises = np.diff(nodes)
     steepest = float(max(rises.max(initial=0.0), -rises.min(initial=0.0)))
-    return Path(nodes, first, spacing, ends, steepest, projections())
+    return Path(nodes, first, spacing, ends, steepest)
 
 
 class PathFeed:

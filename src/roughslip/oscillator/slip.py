@@ -34,7 +34,6 @@ from roughslip.oscillator.switching_events import (
     may_cut,
     stays_within,
 )
-from roughslip.oscillator.wide_step import wide_step
 
 FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a phase that ends within it moves less than the error allowed
 MOST_TRIED = 5  # trial steps until one ends at a node of the path
@@ -59,15 +58,6 @@ class Status(IntEnum):
     GOES_ON = 7  # it does not end
 
 
-class Settings(NamedTuple):
-    """How a motion is integrated.
-
-    tolerance : [-] of a unit of tau
-    """
-
-    tolerance: float
-
-
 class Horizon(NamedTuple):
     """Up to which tau a motion runs, and for how many steps at most."""
 
@@ -88,17 +78,15 @@ class StepControl(NamedTuple):
 
     allowed : the longest next step
     grown, length : growth factor and length of the last step that was as long as allowed
-    level : of path.WIDTHS, for the next step over many nodes; below 0 the nodes until then
     """
 
     allowed: float
     grown: float
     length: float
-    level: int
 
 
-START = StepControl(0.0, 0.0, 0.0, -1)
-FIRST = StepControl(FIRST_STEP, 0.0, 0.0, -1)
+START = StepControl(0.0, 0.0, 0.0)
+FIRST = StepControl(FIRST_STEP, 0.0, 0.0)
 
 
 class Slip(NamedTuple):
@@ -166,7 +154,7 @@ def turns_backwards(y: State, end: State) -> bool:
 
 @compiled(error_model="numpy")
 def node_side_matters(
-    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
+    y: State, h: float, sigma: float, piece: Piece, path: Path, p: Coefficients, tolerance: float
 ) -> bool:  # fmt: skip
     """Whether it matters, for a state close to the end of a piece, from which side of the node friction is taken.
 
@@ -180,29 +168,26 @@ def node_side_matters(
         return False
     passed = min(rate * h, path.spacing)
     half = 0.5 * p.F * gain(sigma * p.omega * (p.V - y.u), p) * abs(left)
-    if (
-        error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, settings.tolerance)
-        <= MISPLACED
-    ):
+    if error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, tolerance) <= MISPLACED:
         return False  # the usual case, which does not need the next piece
     z = piece.right - left
     wrong = abs(mu_s_at(piece_at(path, piece.right + SLACK * path.spacing), z) - mu_s_at(piece, z))
-    return not error_ratio(half * wrong, passed, y, p, settings.tolerance) <= MISPLACED
+    return not error_ratio(half * wrong, passed, y, p, tolerance) <= MISPLACED
 
 
 @compiled(forceinline=True, error_model="numpy")
 def try_step(
-    y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, settings: Settings
+    y: State, h: float, sigma: float, piece: Piece, here: Branch, path: Path, p: Coefficients, tolerance: float
 ) -> tuple[State, float, float, float, int]:  # fmt: skip
     """Trial step, shortened at nodes; returns end, error, length, error over the error allowed, number of trials."""
     taken = 0
     while True:
         end, error = step(y, h, sigma, piece, here.p)
-        ratio, taken = error_ratio(error, h, end, p, settings.tolerance), taken + 1
+        ratio, taken = error_ratio(error, h, end, p, tolerance), taken + 1
         passed = end.s - piece.right
         if passed <= 0.0 or not ratio <= 1.0 or taken == MOST_TRIED:
             break
-        if not node_side_matters(end, h, sigma, piece, path, p, settings):
+        if not node_side_matters(end, h, sigma, piece, path, p, tolerance):
             break
         rate = sigma * (p.V - end.u)
         h = h - passed / rate if 0.0 < passed < rate * h else 0.5 * h
@@ -229,7 +214,7 @@ def next_control(control: StepControl, h: float, ratio: float) -> StepControl:
     trend = 1.0
     if control.grown > 0.0 and grown < LARGEST_GROWTH:
         trend = min(1.0, grown / control.grown * (h / control.length))
-    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h, control.level)
+    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
 
 
 @compiled()
@@ -248,26 +233,6 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, samples: S
 
 
 @compiled()
-def sample_wide(
-    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, samples: Samples
-) -> None:
-    """The same for a step over many nodes, from node to node."""
-    while samples.x.size > 0 and y.tau < end.tau:
-        piece = piece_at(path, y.s + SLACK * path.spacing)
-        y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-        h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
-        node, _ = single_step(y, h, sigma, piece, here.p)
-        sample_slip(y, node, here, Sliding(sigma, piece, p), samples)
-        y = node
-
-
-@compiled()
-def is_smooth_onto(path: Path, piece: Piece, p: Coefficients) -> bool:
-    """Whether acceleration and jerk are continuous from the previous piece onto this one."""
-    return not may_cut(piece, p)
-
-
-@compiled()
 def start_phase(
     start: State, control: StepControl, sigma: float, path: Path, p: Coefficients
 ) -> tuple[Piece, Branch, State]:
@@ -276,7 +241,7 @@ def start_phase(
     piece = piece_at(path, start.s + (SLACK if goes_on else AT_NODE) * path.spacing)
     u = start.u if goes_on else p.V
     here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
-    if goes_on and is_smooth_onto(path, piece, p):
+    if goes_on and not may_cut(piece, p):
         return piece, here, start
     return piece, here, slip_state(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
@@ -284,91 +249,81 @@ def start_phase(
 @compiled(forceinline=True, error_model="numpy")
 def next_piece(
     y: State, control: StepControl, piece: Piece, here: Branch, sigma: float, path: Path, p: Coefficients,
-    settings: Settings,
+    tolerance: float,
 ) -> tuple[Status, StepControl, Piece, Branch, State]:  # fmt: skip
     """The piece and the branch of the next step: those given, or the next ones where the piece is over."""
     slack = SLACK * path.spacing
     over = y.s >= piece.right - slack
-    if not over or (y.s < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, settings)):
+    if not over or (y.s < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, tolerance)):
         return Status.GOES_ON, control, piece, here, y
-    level = control.level + 1 if control.level < 0 else control.level
-    control = StepControl(control.allowed, control.grown, control.length, level)
     if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
         return Status.PATH_OVER, control, piece, here, y
     if not reaches(path, y.s + slack):
         return Status.NODES_OVER, control, piece, here, y
     piece = piece_at(path, y.s + slack)
-    here = branch_on_piece(here, y, sigma, piece, p, settings.tolerance)
-    if not is_smooth_onto(path, piece, p):
+    here = branch_on_piece(here, y, sigma, piece, p, tolerance)
+    if may_cut(piece, p):  # else acceleration and jerk are continuous
         y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
     return Status.GOES_ON, control, piece, here, y
 
 
 @compiled()
 def tried_again(
-    end: State, error: float, length: float, sigma: float, piece: Piece, path: Path, p: Coefficients, settings: Settings
+    end: State, error: float, length: float, sigma: float, piece: Piece, path: Path, p: Coefficients, tolerance: float
 ) -> tuple[float, float]:
     """Error ratio of a step that ends at a bound, or beyond a node not seen, and length of another try, 0 for none."""
-    ratio = error_ratio(error, length, end, p, settings.tolerance)
+    ratio = error_ratio(error, length, end, p, tolerance)
     if not ratio <= 1.0:
         return ratio, length * growth(ratio)
     beyond = end.s > piece.right
-    return ratio, 0.5 * length if beyond and node_side_matters(end, length, sigma, piece, path, p, settings) else 0.0
+    return ratio, 0.5 * length if beyond and node_side_matters(end, length, sigma, piece, path, p, tolerance) else 0.0
 
 
 @compiled(error_model="numpy")
 def slip(
     start: State, since: float, control: StepControl, backwards: bool, sigma: float, path: Path, p: Coefficients,
-    settings: Settings, horizon: Horizon, samples: Samples,
+    tolerance: float, horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). Such an
     error per unit step does not grow with the number of nodes. A turn of the loop: (1) take the next piece where one is
-    over; (2) step over many nodes where that is accurate enough; else (3) limit the step to node and time; (4) try it,
-    shorter where the error is too large; (5) a first step that is pulled back to the belt is no slip; (6) end it at the
-    first bound of the branch; (7) accept it, and end the phase or cross the bound.
+    over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
+    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the phase
+    or cross the bound.
     """
-    tolerance, total, steps, cuts = settings.tolerance, 0.0, 0, 0
+    total, steps, cuts = 0.0, 0, 0
     piece, here, y = start_phase(start, control, sigma, path, p)
     control = control if control.allowed > 0.0 else FIRST
     while steps < horizon.steps:
         first = y.tau == since
-        status, control, piece, here, y = next_piece(y, control, piece, here, sigma, path, p, settings)  # 1
+        status, control, piece, here, y = next_piece(y, control, piece, here, sigma, path, p, tolerance)  # 1
         if status != Status.GOES_ON:
             return Slip(status, y, backwards, steps, total, control, cuts)
-        if control.level >= 0:  # 2
-            leap = wide_step(y, control.level, backwards, sigma, here, path, p, tolerance, horizon.tau)
-            steps += leap.tried
-            control = StepControl(control.allowed, 0.0, 0.0, leap.level)
-            if leap.level >= 0:
-                sample_wide(y, leap.end, here, sigma, path, p, samples)
-                backwards, total, y = backwards or leap.end.u < 0.0, total + leap.error, leap.end
-                continue
-        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
+        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
         if not y.tau + h > y.tau:
             return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
         last, whole = h == horizon.tau - y.tau, h == control.allowed
-        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, settings)  # 4
+        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, tolerance)  # 3
         steps += trials
         if not ratio <= 1.0:
-            control = StepControl(h * growth(ratio), control.grown, control.length, control.level)
+            control = StepControl(h * growth(ratio), control.grown, control.length)
             continue
-        if first and sigma * (p.V - end.u) <= 0.0:  # 5
+        if first and sigma * (p.V - end.u) <= 0.0:  # 4
             if h < SHORTEST_SLIP:
                 return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, control, cuts)
-            control = StepControl(0.25 * h, control.grown, control.length, control.level)
+            control = StepControl(0.25 * h, control.grown, control.length)
             continue
-        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
+        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 5
         if not stays_within(y, end, h, first, here, sliding, tolerance):
             met, end, error, length, trials = end_at_first_bound(y, end, error, h, first, here, sliding, tolerance)
             steps += trials
-            ratio, shorter = tried_again(end, error, length, sigma, piece, path, p, settings)
+            ratio, shorter = tried_again(end, error, length, sigma, piece, path, p, tolerance)
             if shorter > 0.0:
-                control = StepControl(shorter, control.grown, control.length, control.level)
+                control = StepControl(shorter, control.grown, control.length)
                 continue
             last, whole = last and length == h, whole and length == h
-        sample_slip(y, end, here, sliding, samples)  # 7
+        sample_slip(y, end, here, sliding, samples)  # 6
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
@@ -381,5 +336,5 @@ def slip(
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)
-            control = StepControl(control.allowed, 0.0, 0.0, control.level)
+            control = StepControl(control.allowed, 0.0, 0.0)
     return Slip(Status.STEPS_OVER, y, backwards, steps, total, control, cuts)

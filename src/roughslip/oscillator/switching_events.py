@@ -9,7 +9,7 @@ Ordinary Differential Equations I, 2nd ed. 1993, II.6).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,6 @@ from roughslip.oscillator.laws import (
     only_row,
     row_at,
     row_ends,
-    row_spacing,
 )
 from roughslip.oscillator.path import Piece, lowest_mu_s, mu_s_at, mu_s_curvature, mu_s_slope
 from roughslip.oscillator.runge_kutta import (
@@ -115,6 +114,13 @@ def branch_on_piece(here: Branch, y: State, sigma: float, piece: Piece, p: Coeff
     return here if cut == here.cut else branch(here.row, cut, p)
 
 
+@compiled(error_model="numpy")
+def shorter_row(row: int, law: Any) -> float:
+    """The length [m/s] of the shorter of a row and the next one."""
+    low, middle = row_ends(row, law)
+    return min(middle - low, row_ends(row + 1, law)[1] - middle)
+
+
 @compiled(forceinline=True, error_model="numpy")
 def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficients) -> Bound:
     """A bound of a branch; that of the first row to below is the belt."""
@@ -122,11 +128,11 @@ def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficien
         return Bound(kind, -1.0 if here.cut else 1.0, BEYOND * tolerance * p.F)
     low, high = row_ends(here.row, p.law)
     if kind == UPPER:
-        margin = max(BEYOND * tolerance * row_spacing(here.row + 1, p.law), ROUNDED * (p.V * p.omega + high))
+        margin = max(BEYOND * tolerance * shorter_row(here.row, p.law), ROUNDED * (p.V * p.omega + high))
         return Bound(kind, -sigma, p.V - sigma * (high + margin) / p.omega)
     if here.row == 0:
         return Bound(kind, sigma, p.V)
-    margin = max(BEYOND * tolerance * row_spacing(here.row, p.law), ROUNDED * (p.V * p.omega + low))
+    margin = max(BEYOND * tolerance * shorter_row(here.row - 1, p.law), ROUNDED * (p.V * p.omega + low))
     return Bound(kind, sigma, p.V - sigma * (low - margin) / p.omega)
 
 

@@ -1,8 +1,8 @@
 """How long stick-slip and steady sliding last near the limit of existence, by the chain of the troughs of slip.
 
-Between sticks slip is a sequence of loops (`slip_flow`). Let u be the depth of a trough of X' / V, M(u) the next one
+Between sticks slip is a sequence of loops (`slip_orbit`). Let u be the depth of a trough of X' / V, M(u) the next one
 without scatter, and U the trough after a departure. From u* on the next peak reaches the belt, and the mass sticks.
-Friction of unit variance moves a depth by s(u), to first order: the response along the loop as in `grazing`, taken at
+Friction of unit variance moves a depth by s(u), to first order: the response along the loop (`slip_orbit`), taken at
 the trough, where friction changes least with speed. The loop after a departure has the response of the grazing orbit,
 made a depth by (U - u*) / (D* - D). For one that misses the belt comes slowly to it, and friction acts there for long.
 So the depths are a Markov chain,
@@ -43,14 +43,17 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.grazing import GrazingResponse, grazing_response, orbit_response
-from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import departure_point, slip_loop
+from roughslip.oscillator.limits import slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.slip_flow import TOLERANCE, SlipFlow, slip_flow
-from roughslip.oscillator.state_durations import Durations
-from roughslip.oscillator.states import LOOPS
+from roughslip.oscillator.slip_orbit import (
+    GrazingResponse,
+    SlipFlow,
+    grazing_response,
+    orbit_response,
+    slip_flow,
+    turn,
+)
+from roughslip.oscillator.states import LOOPS, Durations
 from roughslip.validation import gate
 
 KNOTS = 10  # depths at which the map is computed
@@ -62,7 +65,8 @@ NEGLIGIBLE = 1e-90  # probability of a transition
 APART = 0.01  # relative distance from the existence limit at which depths are compared with damping ratios
 FAR = 12.0  # standard deviations of the existence limit, beyond which a loop neither fails nor sticks by chance
 LONGEST = 1e12  # natural periods, beyond which rounding hides the rate
-TURN_PERIODS, DEEPEST = 60.0, 30.0  # within which slip turns; in units of the trough after a departure
+DEEPEST = 30.0  # in units of the trough after a departure
+ACCURACY = 1e-9  # relative, of a step of slip
 
 
 @dataclass(frozen=True)
@@ -90,35 +94,14 @@ class TroughMap:
 
 
 def _turn(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
-    """The next extreme of w after one of w > 0, or of a departure, or of w < 0; and the time until then [tau].
-
-    From w < 0 the motion ends where it reaches the belt, and 1 + w' stands for the peak.
-    """
-
-    def velocity(_: float, state: np.ndarray) -> tuple[float, float]:
-        return float(state[1]), flow.at_peak(float(state[1])) - float(state[0])
-
-    def rate(_: float, state: np.ndarray) -> float:
-        return flow.at_peak(float(state[1])) - float(state[0])
-
-    def belt(_: float, state: np.ndarray) -> float:
-        return float(state[1]) - 1.0
-
-    rate.terminal, rate.direction = True, math.copysign(1.0, w)  # type: ignore[attr-defined]
-    belt.terminal, belt.direction = True, 1.0  # type: ignore[attr-defined]
-    end, accuracy = 2.0 * math.pi * TURN_PERIODS, 1e3 * TOLERANCE
-    leg = scipy.integrate.solve_ivp(
-        velocity, (0.0, end), (y, w), "DOP853", events=(rate, belt), rtol=accuracy, atol=accuracy * abs(w)
-    )
-    if leg.t_events[1].size and w < 0.0:
-        y, w = leg.y_events[1][0]
-        return 1.0 + flow.at_peak(float(w)) - float(y), float(leg.t_events[1][0])
-    if leg.t_events[0].size == 0 or leg.y_events[0][0][1] * w >= 0.0:
+    """The next extreme of w, as `turn` has it up to the belt, and the time until then [tau]."""
+    _, extreme, time = turn(flow, y, w, ACCURACY, to_belt=True)
+    if extreme == 0.0:
         raise IllPosedError(
             f"slip at the damping ratio {flow.damping_ratio:.4g} does not swing, so that its loops make no chain: "
             "lower the damping; scene key: oscillator.damping_ratio"
         )
-    return float(leg.y_events[0][0][1]), float(leg.t_events[0][0])
+    return extreme, time
 
 
 def _drifting(flow: SlipFlow, machine: Machine) -> SlipFlow:
@@ -135,11 +118,6 @@ def _drifting(flow: SlipFlow, machine: Machine) -> SlipFlow:
         return flow.slope(w) + 2.0 * most * ratio**2 * (1.0 - w) / (1.0 + (ratio * (1.0 - w)) ** 2) ** 2
 
     return replace(flow, force=force, slope=slope)
-
-
-def _departure(oscillator: Oscillator, law: FrictionLaw, flow: SlipFlow) -> tuple[float, float]:
-    """y and w of the departure without scatter."""
-    return (departure_point(oscillator, law) - flow.steady) / oscillator.V, 1.0
 
 
 def _after(flow: SlipFlow, depth: float) -> tuple[float, float]:
@@ -169,7 +147,7 @@ def _grazing(machine: Machine) -> GrazingResponse:
         ratio = (1.0 - APART) * response.limit
     damped = replace(machine.oscillator, damping_ratio=ratio)
     flow = slip_flow(damped, machine.law)
-    depth = -_turn(flow, *_departure(damped, machine.law, flow))[0]
+    depth = -_turn(flow, flow.departure, 1.0)[0]
     scale = (depth - _reaching(flow, depth)) / ((response.limit - ratio) * abs(response.damping))
     return replace(response, kernel=scale * response.kernel)
 
@@ -183,7 +161,7 @@ def trough_map(machine: Machine) -> TroughMap:
     oscillator, law, friction = machine.oscillator, machine.law, machine.scattering
     length_m = friction.correlation_length_m
     flow, cycle = slip_flow(oscillator, law), slip_loop(oscillator, law).cycle
-    start = _departure(oscillator, law, flow)
+    start = flow.departure, 1.0
     samples = int(np.clip(PER_LENGTH * 2.0 * math.pi * oscillator.V / length_m, FEWEST_SAMPLES, MOST_SAMPLES))
 
     def loop(state: tuple[float, float]) -> tuple[float, float, float]:

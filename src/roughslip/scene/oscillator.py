@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
 
 from roughslip.limits import MOST_NUMBERS, PATH_NODES
-from roughslip.oscillator.friction_laws import FRICTION_LAWS
 from roughslip.scene.friction import MEAN, MOST_WINDOWS, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, fits, is_increasing, missing, refused
 from roughslip.scene.section import EachOnce, Section, key, many, word
@@ -40,7 +39,7 @@ class Oscillator(Section):
     """Angular frequency Omega of the excitation."""
     static_friction: float = key(uncertain="friction curve", gt=0, le=10)
     """Mean friction coefficient at rest, eq. (13) at v_rel = 0."""
-    law: str = word(FRICTION_LAWS, default="stribeck", or_file=True)
+    law: str = word(("coulomb", "stribeck", "table"), default="stribeck", or_file=True)
     """Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as
     mu_fit; coulomb, that coefficient at every speed; table, friction_table; or a law of your own."""
     friction_table: tuple[Row, ...] | None = many(min_length=2, max_length=1000, default=None)

@@ -6,10 +6,9 @@ from dataclasses import asdict
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.answer_runs import Sampling
 from roughslip.oscillator.answers import Quantity, answer, check_has_answer
 from roughslip.oscillator.machine import OF_OSCILLATOR
-from roughslip.oscillator.state_durations import states_of_answer
+from roughslip.oscillator.states import states_of_answer
 from roughslip.report.words import answer_summary
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream
@@ -22,14 +21,14 @@ VARIED = OF_OSCILLATOR
 def work(scene: Scene, job: Job) -> None:
     """Write answer.json."""
     friction, machine = friction_of(scene, job.optional("friction")), machine_of(scene, job.optional("friction"))
-    sampling = Sampling(scene.answer.realisations, scene.answer.duration_periods, (scene.seed, Stream.ANSWER))
+    runs, periods, seed = scene.answer.realisations, scene.answer.duration_periods, (scene.seed, Stream.ANSWER)
     try:
         check_has_answer(machine)
     except IllPosedError as error:
         lines = [f"Stick-slip: no answer, because {error}."]
         store.write_json(job.output, {"given": False, "reason": str(error), "summary": lines})
         return
-    answered = answer(machine, sampling, VARIED, job.progress)
+    answered = answer(machine, runs, periods, VARIED, seed, job.progress)
     job.count(runs=answered.trials)
     shown_friction = {
         "friction_mean": friction.mean,

@@ -20,11 +20,10 @@ from roughslip import store
 from roughslip.errors import IllPosedError, InputError
 from roughslip.friction.pad import pad_edges
 from roughslip.friction.scatter_law import Covariance, scatter_of_friction
-from roughslip.oscillator.base_law import FrictionLaw
 from roughslip.oscillator.budget import Budget, uncertainty_budget
-from roughslip.oscillator.friction_laws.table import TableLaw
-from roughslip.oscillator.laws import law_from_scene
+from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.machine import PARAMETERS, Machine
+from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.words import budget_summary

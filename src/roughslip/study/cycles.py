@@ -10,8 +10,8 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.counts import ensemble as ensemble_counts
 from roughslip.oscillator.cycles import count_difference, reattachment_statistics
+from roughslip.oscillator.cycles import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.estimate import student_95, wilson_interval

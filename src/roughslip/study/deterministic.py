@@ -10,10 +10,10 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction.paths import Friction
-from roughslip.oscillator.base_law import FrictionLaw
-from roughslip.oscillator.counts import Counts
-from roughslip.oscillator.counts import ensemble as ensemble_counts
+from roughslip.oscillator.cycles import Counts
+from roughslip.oscillator.cycles import ensemble as ensemble_counts
 from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory, trajectory

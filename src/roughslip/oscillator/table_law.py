@@ -1,24 +1,27 @@
-"""A friction law measured at some speeds."""
+"""A friction law measured at some speeds, or given as a function of speed; and the law that a scene names."""
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import numbers
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
-from roughslip.oscillator.base_law import OPTIONS, FrictionLaw
+from roughslip.oscillator.laws import LAWS, OPTIONS, FrictionLaw
 from roughslip.validation import gate, not_negative
 
-LEFT_OUT = 1e-6  # of the largest value: knots that the cubic between others meets within that are no ends of rows
-INTERPOLATIONS = ("monotone_cubic", "linear")
-NEAREST = 1e-9  # of their speed: knots nearer than that ask for steps that rounding loses
-SMOOTHED = 1e-4  # of the last speed: friction that grows from nothing within less is stick made smooth
+LEFT_OUT = 1e-6  # of the largest value up to there: knots that a cubic between others meets within that end no rows
+LEFT_OUT_SMOOTH = 1e-8  # the same of a function
+SPEEDS = np.append(0.0, np.geomspace(1e-9, 1e4, 1301))  # [m/s] at which a function is a table: 100 a decade
 
 
 class TableParameters(NamedTuple):
@@ -46,63 +49,33 @@ def _row_at(speed: float, table: np.ndarray) -> int:
     return low
 
 
-@compiled(**OPTIONS)
-def _friction(speed: float, table: np.ndarray) -> float:
-    row = table[_row_at(speed, table)]
-    d = speed - row[0]
-    return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
-
-
-@compiled(**OPTIONS)
-def _slope(speed: float, table: np.ndarray) -> float:
-    row = table[_row_at(speed, table)]
-    d = speed - row[0]
-    return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
-
-
-@compiled(**OPTIONS)
-def _curvature(speed: float, table: np.ndarray) -> float:
-    row = table[_row_at(speed, table)]
-    return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
-
-
-@compiled(**OPTIONS)
-def _row_ends(row: int, table: np.ndarray) -> tuple[float, float]:
-    return table[row, 0], table[row + 1, 0] if row + 1 < table.shape[0] else np.inf
-
-
 @lru_cache(maxsize=64)
-def _rows(speeds: tuple[float, ...], values: tuple[float, ...], interpolation: str) -> np.ndarray:
+def _rows(speeds: tuple[float, ...], values: tuple[float, ...], is_smooth: bool) -> np.ndarray:
     """The table of `TableParameters`."""
     x, mu = np.array(speeds), np.array(values)
-    kept = list(range(x.size))
-    if interpolation == "linear":
-        curve = scipy.interpolate.PPoly(np.stack([np.diff(mu) / np.diff(x), mu[:-1]]), x)
-    else:
-        curve = scipy.interpolate.PchipInterpolator(x, mu)
-        slopes = curve.derivative()(x)
-        kept = _needed(curve, slopes, LEFT_OUT * mu.max())
-        curve = scipy.interpolate.CubicHermiteSpline(x[kept], mu[kept], slopes[kept])
+    curve = (scipy.interpolate.CubicSpline if is_smooth else scipy.interpolate.PchipInterpolator)(x, mu)
+    slopes = curve.derivative()(x)
+    kept = _needed(curve, slopes, (LEFT_OUT_SMOOTH if is_smooth else LEFT_OUT) * np.maximum.accumulate(mu))
     table = np.zeros((len(kept), 5))
     table[:, 0], table[:, 1] = x[kept], mu[kept]
-    table[:-1, 1 : 1 + len(curve.c)] = curve.c[::-1].T
+    table[:-1, 1:] = scipy.interpolate.CubicHermiteSpline(x[kept], mu[kept], slopes[kept]).c[::-1].T
     return table
 
 
-def _needed(curve: Any, slopes: np.ndarray, allowed: float) -> list[int]:
-    """Knots, from the first to the last, between which cubics of the same slopes are near a monotone cubic curve.
+def _needed(curve: Any, slopes: np.ndarray, allowed: np.ndarray) -> list[int]:
+    """Knots, from the first to the last, between which cubics of the same slopes are near a curve of cubics.
 
     slopes : (knots,) of the curve
-    allowed : largest difference, at the knots that are left out and in the middle between knots
+    allowed : (knots,) largest difference, at the knots that are left out and in the middle from there to the next
     """
     speeds, kept = curve.x, [0]
 
     def is_near(last: int) -> bool:
-        ends = [kept[-1], last]
-        inside = speeds[kept[-1] : last + 1]
+        ends, span = [kept[-1], last], slice(kept[-1], last + 1)
+        inside = speeds[span]
         tried = np.concatenate([inside, 0.5 * (inside[1:] + inside[:-1])])
         cubic = scipy.interpolate.CubicHermiteSpline(speeds[ends], curve(speeds[ends]), slopes[ends])
-        return bool(np.abs(cubic(tried) - curve(tried)).max() <= allowed)
+        return bool(np.all(np.abs(cubic(tried) - curve(tried)) <= np.append(allowed[span], allowed[span][:-1])))
 
     while kept[-1] < speeds.size - 1:
         low, step = kept[-1] + 1, 1
@@ -121,22 +94,23 @@ def _needed(curve: Any, slopes: np.ndarray, allowed: float) -> list[int]:
 class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     """mu_D as measured at some speeds.
 
-    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two; no nearer than 1e-9 of their speed
+    speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two
     values : (knots,) [-] mu_D at the speeds; constant beyond the last speed
     static : [-] limit of stick, at least the first value; the first value where not given
-    interpolation : monotone_cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E. Carlson,
-        SIAM J. Numer. Anal. 17 (1980) 238), or linear
     measured_from_m_per_s : [m/s] the slowest speed of the measurement; below it the table is a guess
+    is_smooth : whether the values are those of a smooth function at close speeds
 
-    A step of the motion ends at each knot, where the curvature jumps. So of a monotone cubic, knots are left out where
-    the cubic between their neighbours, of the same slopes, differs by less than LEFT_OUT: of a smooth curve, most.
+    Between the speeds it is a monotone cubic, with a continuous slope and no extremes of its own (F. N. Fritsch & R. E.
+    Carlson, SIAM J. Numer. Anal. 17 (1980) 238); of a smooth function a cubic spline. A step of the motion ends at each
+    knot, where the curvature jumps. So knots are left out where the cubic between their neighbours, of the same slopes,
+    differs by less than LEFT_OUT: of a smooth curve, most.
     """
 
     speeds_m_per_s: tuple[float, ...]
     values: tuple[float, ...]
     static: float = math.nan
-    interpolation: str = "monotone_cubic"
     measured_from_m_per_s: float = 0.0
+    is_smooth: bool = False
 
     def __post_init__(self) -> None:
         speeds = tuple(real("TableLaw.speeds_m_per_s", speed) for speed in self.speeds_m_per_s)
@@ -150,23 +124,6 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")
         if min(values) < 0.0:
             raise ParameterError(f"TableLaw.values must not be negative, not {min(values)}")
-        near = np.flatnonzero(np.diff(speeds) < NEAREST * np.array(speeds[1:]))
-        if near.size:
-            raise ParameterError(
-                f"TableLaw.speeds_m_per_s {speeds[near[0]]} and {speeds[near[0] + 1]} are nearer than {NEAREST:g} of "
-                "their speed, which no step resolves: space them further, as hardly changes the motion; scene key: "
-                "oscillator.friction_table"
-            )
-        if values[0] < 0.5 * values[1] and speeds[1] < SMOOTHED * speeds[-1]:
-            raise ParameterError(
-                f"TableLaw.values rise from {values[0]} to {values[1]} within {speeds[1]} m/s: stick needs no such "
-                f"approximation here, and steps as short; start the table at 0 m/s with {values[1]} and give static; "
-                "scene keys: oscillator.friction_table, oscillator.static_friction"
-            )
-        if self.interpolation not in INTERPOLATIONS:
-            raise ParameterError(
-                f"TableLaw.interpolation must be {' or '.join(INTERPOLATIONS)}, not {self.interpolation!r}"
-            )
         not_negative("TableLaw.measured_from_m_per_s", self.measured_from_m_per_s)
         object.__setattr__(self, "speeds_m_per_s", speeds)
         object.__setattr__(self, "values", values)
@@ -176,40 +133,32 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
             raise ParameterError(f"TableLaw.static must be at least the first value, {values[0]}, not {self.static}")
 
     @property
-    def fastest_known(self) -> float:
+    def fastest_known(self) -> float:  # type: ignore[override]
         """The last speed of the table [m/s]."""
         return self.speeds_m_per_s[-1]
 
     @property
-    def slowest_known(self) -> float:
+    def slowest_known(self) -> float:  # type: ignore[override]
         """The slowest speed of the measurement [m/s]."""
         return self.measured_from_m_per_s
 
     @gate
-    def times(self, factor: float) -> TableLaw:
+    def times(self, factor: float) -> Self:
         """The law of friction that is this factor larger at every speed."""
         values = tuple(factor * value for value in self.values)
         return replace(self, values=values, static=factor * self.static)
 
     @classmethod
-    def from_scene(cls, section: Any, mean: float) -> TableLaw:
+    def from_scene(cls, section: Any, mean: float) -> Self:
         """The table of the scene, which takes the place of the mean friction coefficient."""
         speeds, values = zip(*section.friction_table, strict=True)
         return cls(speeds, values, section.static_friction)
 
-    @classmethod
-    def example(cls, generator: np.random.Generator, static: float, speed: float) -> TableLaw:
-        """Seven knots within some of the speeds, and values that rise and fall."""
-        knots = np.concatenate(([0.0], np.cumsum(generator.uniform(0.05, 0.5, 6)))) * speed
-        values = static * generator.uniform(0.2, 1.0, 7)
-        interpolation = INTERPOLATIONS[int(generator.choice(len(INTERPOLATIONS)))]
-        return cls(tuple(knots), tuple(values), float(max(values[0], static)), interpolation)
-
     @lru_cache(maxsize=64)  # noqa: B019 (laws are small; searches of limits ask for the same one again and again)
     def parameters(self) -> TableParameters:
-        table = _rows(self.speeds_m_per_s, self.values, self.interpolation)
-        allowed = 0.0 if self.interpolation == "linear" else LEFT_OUT * max(self.values)
-        least = max(min(self.values) - allowed, 0.0)
+        values = np.array(self.values)
+        least = max(float(np.min(values - LEFT_OUT * np.maximum.accumulate(values))), 0.0)
+        table = _rows(self.speeds_m_per_s, self.values, self.is_smooth)
         return TableParameters(float(self.static), self.values[0], least, table)
 
     def steeper_than(self, maximum: float) -> str:
@@ -225,15 +174,20 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
 
     @staticmethod
     def friction(speed: float, law: TableParameters) -> float:
-        return _friction(speed, law.table)
+        row = law.table[_row_at(speed, law.table)]
+        d = speed - row[0]
+        return row[1] + d * (row[2] + d * (row[3] + d * row[4]))
 
     @staticmethod
     def slope_of_friction(speed: float, law: TableParameters) -> float:
-        return _slope(speed, law.table)
+        row = law.table[_row_at(speed, law.table)]
+        d = speed - row[0]
+        return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
 
     @staticmethod
     def curvature_of_friction(speed: float, law: TableParameters) -> float:
-        return _curvature(speed, law.table)
+        row = law.table[_row_at(speed, law.table)]
+        return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
 
     @staticmethod
     def row_at(speed: float, law: TableParameters) -> int:
@@ -241,13 +195,54 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
 
     @staticmethod
     def row_ends(row: int, law: TableParameters) -> tuple[float, float]:
-        return _row_ends(row, law.table)
-
-    @staticmethod
-    def row_spacing(row: int, law: TableParameters) -> float:
-        below, above = _row_ends(row, law.table)
-        return min(below - law.table[row - 1, 0], above - below)
+        return law.table[row, 0], law.table[row + 1, 0] if row + 1 < law.table.shape[0] else np.inf
 
     @staticmethod
     def only_row(row: int, law: TableParameters) -> TableParameters:
         return TableParameters(law.static, law.rest, law.least, law.table[row : row + 1])
+
+
+@gate
+def friction_law(function: Callable[[float], float], *, static: float | None = None) -> TableLaw:
+    """A law from a function of speed, for example `friction_law(lambda v: 0.3 + 0.1 * np.exp(-v / 0.02))`.
+
+    function : mu_D [-] at a speed |v_rel| >= 0 [m/s], a number, smooth
+    static : [-] limit of stick, at least the function at 0, which it is where not given
+
+    The law is the table of its values at SPEEDS, right to 1e-8 of the largest value up to there. A motion takes two to
+    three times as long as with the formula of `StribeckLaw`. Raises ParameterError for a function that fails or is not
+    finite at a speed from 0 to 1e4 m/s, is negative, or exceeds static at 0.
+    """
+    values = tuple(_tried(function, float(speed)) for speed in SPEEDS)
+    return TableLaw(tuple(SPEEDS.tolist()), values, math.nan if static is None else static, is_smooth=True)
+
+
+def _tried(function: Callable[[float], float], speed: float) -> float:
+    """The function at a speed, or an error that says what is wrong with it."""
+    try:
+        value = function(speed)
+    except (ArithmeticError, ValueError, TypeError) as error:
+        raise ParameterError(f"the friction law fails at {speed:g} m/s: {error}") from error
+    if not isinstance(value, numbers.Real) or not math.isfinite(value):
+        raise ParameterError(f"the friction law must give a finite number at {speed:g} m/s, not {value!r}")
+    return float(value)
+
+
+def law_from_scene(section: Any, mean: float) -> FrictionLaw:
+    """The friction law that the section `oscillator` of a scene names, with the mean friction coefficient.
+
+    `my_laws.py:falling` is a function of speed in a file of the user, in place of the mean. Raises ParameterError where
+    there is none.
+    """
+    if section.law in LAWS:
+        return LAWS[section.law].from_scene(section, mean)
+    file, _, name = section.law.rpartition(":")
+    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    if spec is None or spec.loader is None or not Path(file).is_file():
+        raise ParameterError(f"there is no file {file!r} with a friction law; scene key: oscillator.law")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    function = getattr(module, name, None)
+    if not callable(function):
+        raise ParameterError(f"{section.law} is no function of speed; scene key: oscillator.law")
+    return friction_law(function, static=section.static_friction)

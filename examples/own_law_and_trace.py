@@ -17,7 +17,7 @@ belt = Oscillator(
 
 
 def falling(speed: float) -> float:
-    """Any function of speed in terms that numba compiles; derivatives follow by differences."""
+    """Any smooth function of speed."""
     return 0.25 + 0.1 * math.exp(-speed / 0.04)
 
 

@@ -2,8 +2,7 @@
 
 numba compares the file of a function only: it does not see an edit of a compiled function that is called from another
 file. Here the folder of a module carries the hash of its import closure. So no edit is missed, an edit of a docstring
-compiles nothing, and equal code has one folder. Parameters of a friction law of the user have a type whose name changes
-with its file (`oscillator.law_parameters`).
+compiles nothing, and equal code has one folder.
 """
 
 from __future__ import annotations
@@ -11,9 +10,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
-import inspect
 import logging
-import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -72,14 +69,6 @@ def _folder(file: Path) -> Path:
         code = source_hash.closure_hash(" ".join(imported), _SOURCE).encode()
         digest = hashlib.sha256(file.read_bytes() + code).hexdigest()
     return source_hash.compiled_folder() / f"{name.removeprefix('roughslip.')}-{digest[:20]}"
-
-
-def file_key(defined: Any) -> str:
-    """The hash of the file that defines a class or function of the user, and of what it imports of the package."""
-    try:
-        return _folder(Path(inspect.getfile(defined)).resolve()).name
-    except (TypeError, OSError):  # typed at a prompt: compiled in each process
-        return os.urandom(16).hex()
 
 
 class _Locator(caching.InTreeCacheLocator):

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.limits import PATH_NODES
@@ -45,6 +45,14 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")
 OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in OF_FRICTION)
 
 
+class ScatteringFriction(Protocol):
+    """Friction of the pad that bears the load, with paths of mu_S: `roughslip.friction.Friction`."""
+
+    @property
+    def path_deviation(self) -> float:
+        """Standard deviation of mu_S."""
+
+
 @gate
 @dataclass(frozen=True)
 class Machine:
@@ -58,14 +66,12 @@ class Machine:
 
     oscillator: Oscillator
     law: FrictionLaw
-    friction: Any | None = None
+    friction: ScatteringFriction | None = None
     options: MotionOptions = DEFAULTS
 
     def __post_init__(self) -> None:
         if self.friction is not None:
-            if not hasattr(self.friction, "path_deviation"):
-                raise ParameterError(f"friction must be a roughslip.friction.Friction, not {self.friction!r}")
-            kind = "multiplicative" if self.friction.multiplies else "additive"
+            kind = "multiplicative" if self.scattering.multiplies else "additive"
             object.__setattr__(self, "options", replace(self.options, scatter=kind))
 
     @property

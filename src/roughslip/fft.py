@@ -33,17 +33,9 @@ def _c2c(a: np.ndarray, axes: Axes = None, forward: bool = True, out: np.ndarray
 
 
 def _c2r(
-    a: np.ndarray,
-    axes: Axes = None,
-    lastsize: int = 0,
-    forward: bool = False,
-    inorm: int = 0,
-    out: np.ndarray | None = None,
-    **_: Any,
+    a: np.ndarray, axes: Axes = None, lastsize: int = 0, inorm: int = 0, out: np.ndarray | None = None, **_: Any
 ) -> np.ndarray:
-    """Back from r2c to a last axis of that size; inorm 2 divides by n."""
-    if forward:
-        raise NotImplementedError("a transform to real values goes backwards")
+    """Back from r2c, with forward False, to a last axis of that size; inorm 2 divides by n."""
     axes = range(a.ndim) if axes is None else axes
     sizes = [*(a.shape[axis] for axis in axes[:-1]), lastsize]
     return _written(scipy.fft.irfftn(a, sizes, axes=axes, norm="backward" if inorm == 2 else "forward"), out)

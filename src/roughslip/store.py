@@ -24,7 +24,6 @@ import numpy as np
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
 from roughslip.probability.estimate import Estimate, columns_of
-from roughslip.validation import gate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,11 +31,9 @@ if TYPE_CHECKING:
 # By dimension, the variable that holds its coordinates: they are also stored under the name of the dimension, so that
 # xarray selects by them: `sel(damping=0.1)`.
 COORDINATES = {
-    "damping": ("damping_ratio",),
-    "level": ("percentile",),
-    "penetration": ("fit_percentile",),
-    "scatter": ("scatter_factor",),
-    "velocity": ("belt_velocity",),
+    "damping": "damping_ratio",
+    "level": "percentile",
+    "penetration": "fit_percentile",
 }
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "netCDF4")
 
@@ -191,7 +188,6 @@ def write(
         raise StoreError(f"{path}: cannot be written ({error})") from error
 
 
-@gate
 def read(path: Path | str) -> Result:
     """Read a result whole. Raises StoreError where it is missing, truncated or altered, with the command to rebuild."""
     path = Path(path)
@@ -209,9 +205,9 @@ def read(path: Path | str) -> Result:
     return Result(path, variables, attributes)
 
 
-def read_all(paths: list[Path], *, sort_by: str = "first") -> list[Result]:
+def read_all(paths: list[Path]) -> list[Result]:
     """Batches in the order of their first sample."""
-    return sorted((read(path) for path in paths), key=lambda result: int(result.attributes[sort_by]))
+    return sorted((read(path) for path in paths), key=lambda result: int(result.attributes["first"]))
 
 
 def join(batches: list[Result], name: str) -> np.ndarray:
@@ -261,13 +257,9 @@ def versions() -> dict[str, str]:
 
 
 def _coordinates(variables: Mapping[str, Variable]) -> dict[str, Variable]:
-    """Of each dimension that COORDINATES names the first of its variables that is there."""
+    """Of each dimension that COORDINATES names its variable, if that is there."""
     dimensions = {dimension for variable in variables.values() for dimension in variable.dimensions}
-    return {
-        dimension: next(variables[name] for name in names if name in variables)
-        for dimension, names in COORDINATES.items()
-        if dimension in dimensions and any(name in variables for name in names)
-    }
+    return {one: variables[name] for one, name in COORDINATES.items() if one in dimensions and name in variables}
 
 
 def _storable(path: Path, name: str, variable: Variable) -> Variable:

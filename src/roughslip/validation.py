@@ -10,7 +10,6 @@ import operator
 import types
 import typing
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -53,16 +52,10 @@ def gate(public: Public) -> Public:
     return typing.cast(Public, checked)
 
 
-_ROWS = (tuple, list, collections.abc.Sequence, collections.abc.Iterable)
-
-
 def _check(hint: Any) -> Check:
     """The check of an annotation, for the kinds that the package has."""
     kind, parts = typing.get_origin(hint), typing.get_args(hint)
     if kind in (typing.Union, types.UnionType):
-        classes = tuple(part for part in parts if isinstance(part, type) and _is_class(part))
-        if classes == parts:
-            return functools.partial(_instance, classes, " or ".join(map(_article, classes)))
         others = [_check(part) for part in parts if part not in (types.NoneType, np.ndarray)]
         return functools.partial(_one_of, np.ndarray in parts, others, types.NoneType in parts)
     if hint is np.ndarray:
@@ -71,16 +64,15 @@ def _check(hint: Any) -> Check:
         return real if hint is float else whole
     if kind is typing.Literal:
         return functools.partial(_word, parts)
-    if kind in _ROWS[:3]:
-        return functools.partial(_items, kind, [_check(part) for part in parts if part is not Ellipsis], parts)
+    if kind in (tuple, collections.abc.Sequence):
+        is_fixed = kind is tuple and Ellipsis not in parts
+        return functools.partial(_items, is_fixed, [_check(part) for part in parts if part is not Ellipsis])
     if kind is collections.abc.Mapping:
         return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Iterable:
         return _rows
     if kind is collections.abc.Callable:
         return functools.partial(_instance, collections.abc.Callable, "a function")
-    if hint is Path:
-        return lambda name, value: Path(_instance((str, Path), "a path", name, value))
     if getattr(hint, "_is_protocol", False):
         return functools.partial(_follows, hint)
     if isinstance(hint, type) and hint is not Any:
@@ -103,17 +95,16 @@ def _one_of(or_array: bool, checks: list[Check], optional: bool, name: str, valu
     raise errors[0]
 
 
-def _items(kind: type, checks: list[Check], parts: tuple[Any, ...], name: str, values: Any) -> Any:
-    """A tuple, list or sequence: each of its items is checked; arrays will do."""
+def _items(is_fixed: bool, checks: list[Check], name: str, values: Any) -> Any:
+    """A tuple or sequence: each of its items is checked; arrays will do."""
     if hasattr(values, "__array__"):
         values = tuple(array(name, values))
     if not isinstance(values, (tuple, list, range)):
         raise ParameterError(f"{name} must be a sequence, not {_named(values)}")
-    fixed = kind is tuple and Ellipsis not in parts
-    if fixed and len(values) != len(checks):
+    if is_fixed and len(values) != len(checks):
         raise ParameterError(f"{name} must have {len(checks)} entries, not {len(values)}")
-    each = checks if fixed else checks * len(values)
-    return (list if kind is list else tuple)(check(name, value) for check, value in zip(each, values, strict=True))
+    each = checks if is_fixed else checks * len(values)
+    return tuple(check(name, value) for check, value in zip(each, values, strict=True))
 
 
 def _rows(name: str, values: Any) -> Any:
@@ -142,14 +133,11 @@ def _word(words: tuple[Any, ...], name: str, value: Any) -> Any:
 
 
 def _follows(protocol: type, name: str, value: Any) -> Any:
+    """Members are looked up without a call: a property may compute."""
     members = (member for member in vars(protocol) if not member.startswith("_"))
     if any(inspect.getattr_static(value, member, None) is None for member in members):
         raise ParameterError(f"{name} must be {_article(protocol)}, not {_named(value)}")
     return value
-
-
-def _is_class(hint: type) -> bool:
-    return hint not in (np.ndarray, float, int, Path, types.NoneType) and not getattr(hint, "_is_protocol", False)
 
 
 def _article(kind: type) -> str:
@@ -205,20 +193,18 @@ def finite(name: str, values: Any, dimensions: int | None = None) -> np.ndarray:
     return numbers
 
 
-def positive(name: str, value: Any, unit: str = "") -> float:
+def positive(name: str, value: Any, unit: str = "", or_zero: bool = False) -> float:
     """The value as a float; ParameterError where it is not positive and finite. unit : of the value, for the error"""
     number = real(name, value)
-    if not 0.0 < number < math.inf:
-        raise ParameterError(f"{name} must be positive and finite, not {f'{value} {unit}'.rstrip()}")
+    if not (0.0 < number < math.inf or (or_zero and number == 0.0)):
+        wanted = "finite and not negative" if or_zero else "positive and finite"
+        raise ParameterError(f"{name} must be {wanted}, not {f'{value} {unit}'.rstrip()}")
     return number
 
 
 def not_negative(name: str, value: Any, unit: str = "") -> float:
-    """The value as a float; ParameterError where it is negative or not finite. unit : of the value, for the error"""
-    number = real(name, value)
-    if not 0.0 <= number < math.inf:
-        raise ParameterError(f"{name} must be finite and not negative, not {f'{value} {unit}'.rstrip()}")
-    return number
+    """The same with zero allowed."""
+    return positive(name, value, unit, or_zero=True)
 
 
 def whole_at_least(name: str, value: Any, minimum: int) -> int:

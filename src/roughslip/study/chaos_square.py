@@ -54,9 +54,8 @@ VARIABLES = {
     ),
     "tail_error": (
         BY_METHOD,
-        "largest |log10| of the ratio to these samples where they lie between tail_from and 0.1",
+        "largest |log10| of the ratio to these samples at low probabilities, up to 0.1",
     ),
-    "tail_from": ((), "least of the low probabilities that the solved samples determine"),
     "distance_between_variants": ((), "Kolmogorov distance of eqs. (8) and (9)"),
     "fit": (BY_FIT, "expansion"),
     "fit_condition_number": (BY_FIT, "condition number of the basis"),
@@ -116,7 +115,6 @@ def work(scene: Scene, job: Job) -> None:
         | {
             "method": np.array(METHODS),
             "distance": [apart.get(name, np.nan) for name in METHODS],
-            "tail_from": solved.tail_from,
             "distance_between_variants": between(drawn),
             "fit": np.array(EXPANDED),
             "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],

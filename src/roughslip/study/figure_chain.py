@@ -9,35 +9,23 @@ from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream, geometry, surface_model
 from roughslip.study.from_scene.domain import own_cells
-from roughslip.study.from_scene.machine import friction_of, friction_paths
+from roughslip.study.from_scene.machine import MEDIAN, friction_of, friction_paths
 from roughslip.study.job import Job
 
 SOLVED, SHOWN = 128, 96  # cells on an edge of the square
-PIECES = 200  # of the surface, among which one with contact is looked for
 PATHS = 4
 LENGTHS = 10  # correlation lengths of a path that are drawn
 
 
-def under_a_plane(job: Job, percentile: float) -> tuple[np.ndarray, np.ndarray]:
-    """Heights [m] and pressure [Pa] of the middle of a square of the surface, on the cells of the strips.
-
-    Of the first PIECES squares, the first that has contact in its middle; of none, the one with the highest summit.
-    """
+def under_a_plane(job: Job) -> tuple[np.ndarray, np.ndarray]:
+    """Heights [m] and pressure [Pa] of the middle of a square of the surface, on the cells of the strips."""
     scene, cell = job.scene, job.scene.strip.cell_m
     grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, job.optional("scan"))
-    sample = model.sampler(grid)
-    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
-    plane = float(model.plane_height(np.array([percentile]))[0])
-    heights, summit = np.empty((0, 0)), -np.inf
-    for piece in range(PIECES):
-        seed = [scene.seed, Stream.STRIP, piece]
-        drawn = model.heights(sample(np.random.default_rng(seed)))
-        if (highest := float(drawn[middle, middle].max())) > summit:
-            heights, summit = drawn, highest
-        if summit > plane:
-            break
+    heights = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, Stream.STRIP, 0])))
     tolerance, hardness = scene.numerics.contact_tolerance, geometry.hardness_pa(scene)
-    solution = solve(geometry.influence(scene, grid), heights - plane, tolerance, hardness_pa=hardness)
+    rough = heights - float(model.plane_height(np.array([MEDIAN]))[0])
+    solution = solve(geometry.influence(scene, grid), rough, tolerance, hardness_pa=hardness)
+    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
     return heights[middle, middle], solution.pressure[middle, middle]
 
 
@@ -52,19 +40,18 @@ def under_the_load(job: Job) -> tuple[np.ndarray, np.ndarray]:
     return heights, pressure
 
 
-def surface_and_pressure(job: Job, cycles: store.Result) -> dict[str, store.Variable]:
+def surface_and_pressure(job: Job) -> dict[str, store.Variable]:
     """A piece of the surface, and the pressure on it."""
     if job.scene.load is not None:
         heights, pressure = under_the_load(job)
         pressed_by = f"nominal pressure {1e-6 * job.scene.load.nominal_pressure_pa:.3g} MPa"
     else:
-        percentile = float(cycles["friction_percentile"])
-        heights, pressure = under_a_plane(job, percentile)
-        pressed_by = f"penetration {percentile:.3g} %"
+        heights, pressure = under_a_plane(job)
+        pressed_by = f"penetration {MEDIAN:g} %"
     job.count(solves=1)
     place = job.scene.strip.cell_m * (np.arange(SHOWN) + 0.5)
     return {
-        "pressed_by": store.Variable(("how",), np.array([pressed_by]), "1", "what presses the surface"),
+        "pressed_by": store.Variable((), pressed_by, "1", "what presses the surface"),
         "x": store.Variable(("x",), place, "m", "place along the path"),
         "y": store.Variable(("y",), place, "m", "place across the path"),
         "height": store.Variable(("x", "y"), heights, "m", "height of the surface"),
@@ -93,4 +80,4 @@ def numbers(scene: Scene, job: Job) -> dict[str, store.Variable]:
     """Return what the picture shows of surface, pressure, friction and cycles."""
     cycles = store.read(job.path("cycles"))
     shown = {name: cycles.variable(name) for name in CYCLE}
-    return surface_and_pressure(job, cycles) | friction_along_paths(job) | shown
+    return surface_and_pressure(job) | friction_along_paths(job) | shown

@@ -40,36 +40,19 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
-def square_represented(modes: store.Result) -> list[str]:
-    """How many modes the square has, and what they carry."""
-    mean, centre, corner = (100 * modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
-    return [
-        f"The square is expanded in {len(modes['eigenvalues'])} modes.",
-        f"They carry {mean:.1f} % of the variance in the mean over the mesh, {centre:.1f} % at the centre and "
-        f"{corner:.1f} % at the corner.",
-    ]
-
-
-def score_of_variables(result: store.Result) -> str:
-    """How many variables the expansion of the square takes, and how well they predict."""
-    number, missed = result.attributes["variables"], float(result["fit_leave_one_out"][-1])
-    return f"Our expansion takes {number} variables and misses {missed:.1%} of the variance of left-out surfaces."
-
-
-def strips_represented(scene: Scene) -> str:
-    """How strips are sampled."""
-    if scene.roughness.wavelengths_m is not None:
-        return "Strips are sums of plane waves with random phases."
-    return "Strips are sampled by circulant embedding, exact and stationary."
-
-
 def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     sentences = {}
-    if "karhunen_loeve" in stages:
-        sentences["figure2"] = square_represented(store.read(files["surface/modes.nc"]))
     if "chaos_square" in stages:
-        sentences["figure2"].append(score_of_variables(store.read(files["chaos/square.nc"])))
+        modes, square = store.read(files["surface/modes.nc"]), store.read(files["chaos/square.nc"])
+        mean, centre, corner = (modes[f"captured_{where}"] for where in ("variance", "at_centre", "at_corner"))
+        missed = float(square["fit_leave_one_out"][-1])
+        sentences["figure2"] = [
+            f"The {len(modes['eigenvalues'])} modes of the square carry {mean:.1%} of the variance in the mean over "
+            f"the mesh, {centre:.1%} at the centre and {corner:.1%} at the corner.",
+            f"Our expansion takes {square.attributes['variables']} variables and misses {missed:.1%} of the variance "
+            "of left-out surfaces.",
+        ]
     if "scan" in stages:
         result = store.read(files["surface/scan.nc"])
         count = int(result["outliers"])
@@ -77,21 +60,15 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             f"Of the scan was read: {result['read']}; {count or 'no'} outlier{'' if count == 1 else 's'}.",
             f"Model of its surface: {result['model']}.",
         ]
-    under_load = store.read(files["friction/statistics.nc"]) if "friction" in stages else {}
-    if "contact" in stages and "plasticity_index" not in under_load:
-        figure = "figure3" if "figure3" in scene.targets else "figure5"
-        sentences[figure] = [strips_represented(scene)]
-    if "plasticity_index" in under_load:
-        figure = "friction_against_load" if "friction_against_load" in scene.targets else "figure5"
-        sentences[figure] = [
-            "Surfaces are periodic cells, sampled on their own torus, each under the nominal pressure.",
-            yielding(float(under_load["plasticity_index"]), float(under_load["yielded_share"])),
-        ]
-        if BY_LAW in under_load:
-            solved, law = (100 * float(under_load[name] / under_load["load_mean"]) for name in ("load_std", BY_LAW))
-            sentences[figure].append(
-                f"Friction of the pad scatters by {solved:.2g} %; the law of scatter, without a solve, has {law:.2g} %."
+    found = store.read(files["friction/statistics.nc"]) if "friction" in stages else {}
+    if "plasticity_index" in found:
+        lines = [yielding(float(found["plasticity_index"]), float(found["yielded_share"]))]
+        if BY_LAW in found:
+            solved, law = (float(found[name] / found["load_mean"]) for name in ("load_std", BY_LAW))
+            lines.append(
+                f"Friction of the pad scatters by {solved:.2%}; the law of scatter, without a solve, has {law:.2%}."
             )
+        sentences["friction_against_load" if "friction_against_load" in scene.targets else "figure5"] = lines
     return sentences
 
 
@@ -102,6 +79,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
     own = store.read_key(files["keys/page.json"]).configuration
     configuration = merged([store.read_key(files[f"keys/{stage}.json"]).configuration for stage in stages])
     configuration |= {name: own[name] for name in ("description", "targets")}
+    configuration.pop("figures", None)  # of the stage that draws them
     drawn = [name for name in captions if f"{name}.svg" in files]
     folder, file = os.path.relpath(Path("results", name), page_folder), SCENES / f"{name}.yaml"
     return SceneReport(

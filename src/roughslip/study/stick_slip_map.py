@@ -52,9 +52,7 @@ def work(scene: Scene, job: Job) -> None:
     interval = shares.probability, *wilson_interval(RUNS * shares.probability, RUNS)
     title = "probability of stick-slip, share of the second half of the runs"
     variables = store.with_interval("probability", POINT, interval, "1", title) | {
-        "is_computed": store.Variable(
-            POINT, shares.is_computed, "1", "1 where runs were made, else of the spline"
-        ),
+        "is_computed": store.Variable(POINT, shares.is_computed, "1", "1 where runs were made, else of the spline"),
         "prediction_error": store.Variable(
             (), shares.prediction_error, "1", "mean error of the spline at the last third of the points"
         ),

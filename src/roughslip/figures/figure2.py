@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import seaborn as sns
-import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from roughslip.figures.style import Shown, draw_curve, heads, panels, pressure_unit, with_ends
@@ -34,23 +31,6 @@ def figure2(result: Shown) -> Figure:
     curves = {"monte_carlo": with_ends(result, "cumulative", method="monte_carlo")}
     curves["latin_hypercube"] = with_ends(result, "design_cumulative")
     curves |= {str(name): with_ends(result, "given_cumulative", variant=name) for name in result["variant"].values}
-    _distributions(linear, logarithmic, result, curves)
-    for row, (method, label) in enumerate(CONTACT.items()):
-        colour = METHODS[method][1]["color"]
-        share, low, high = with_ends(result, "contact_probability", 100.0, method=method)
-        probability.plot([low, high], [-row, -row], "|-", color=colour)
-        probability.plot(share, -row, "o", color=colour)
-        probability.annotate(label, (share, -row), xytext=(0, 8), textcoords="offset points", ha="center")
-    probability.set(xlabel="probability of contact [%]", ylim=(-2.5, 0.8), yticks=[])
-    probability.margins(x=0.3)
-    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
-    heads(figure.axes, "distribution given contact", "low probabilities", "probability of contact")
-    sns.despine(figure)
-    return figure
-
-
-def _distributions(linear: Axes, logarithmic: Axes, result: Shown, curves: dict[str, list[xr.DataArray]]) -> None:
-    """Distributions given contact by method, with their bands, on both axes."""
     unit, name = pressure_unit(float(result["pressure"].max()))
     pressure = unit * result["pressure"]
     for method, (value, *ends) in curves.items():
@@ -64,3 +44,14 @@ def _distributions(linear: Axes, logarithmic: Axes, result: Shown, curves: dict[
     linear.set_xlim(0, float(pressure[last]))
     logarithmic.set(xscale="log", yscale="log", ylim=(LOWEST, 1.2), xlabel=f"pressure at the centre [{name}]")
     logarithmic.set(xlim=(pressure[first], pressure[-1]), ylabel="cumulative probability")
+    for row, (method, label) in enumerate(CONTACT.items()):
+        colour = METHODS[method][1]["color"]
+        share, low, high = with_ends(result, "contact_probability", 100.0, method=method)
+        probability.plot([low, high], [-row, -row], "|-", color=colour)
+        probability.plot(share, -row, "o", color=colour)
+        probability.annotate(label, (share, -row), xytext=(0, 8), textcoords="offset points", ha="center")
+    probability.set(xlabel="probability of contact [%]", ylim=(-2.5, 0.8), yticks=[])
+    probability.margins(x=0.3)
+    figure.legend(*linear.get_legend_handles_labels(), loc="outside lower center", ncols=len(curves))
+    heads(figure.axes, "distribution given contact", "low probabilities", "probability of contact")
+    return figure

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
@@ -51,7 +50,6 @@ def figure3(result: Shown) -> Figure:
         panel.set(xlabel=PENETRATION, ylabel=title, ylim=(0, None))
     legend_above(axes[0])
     heads(axes, "mean", "standard deviation", "coefficient of variation")
-    sns.despine(figure)
     return figure
 
 
@@ -69,7 +67,6 @@ def figure3_law(result: Shown) -> Figure:
         *("autocorrelation", "exponential length", "marginal at median penetration"),
         *("where the paper's Beta lies nearest", "skewness", "excess kurtosis"),
     )
-    sns.despine(figure)
     return figure
 
 
@@ -173,5 +170,4 @@ def friction_against_load(result: Shown) -> Figure:
             panel.set_ylim(0, 1.0 if name == "no_contact" else None)
     axes[0].legend(loc="lower right", fontsize="small", frameon=True)
     heads(axes, *(title for _, title in OVER_LOAD.values()))
-    sns.despine(figure)
     return figure

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-import seaborn as sns
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -46,7 +42,6 @@ def figure5(result: Shown) -> Figure:
         "cycles lost to the scatter",
         "cycles with and without scatter",
     )
-    sns.despine(figure)
     return figure
 
 
@@ -111,27 +106,17 @@ def figure_chain(result: Shown) -> Figure:
     """A piece of a surface and the pressure on it; friction along a few paths; the limit cycle of several runs."""
     figure, ((surface, contact), (path, cycle)) = panels(2, 2, 4.7)
     heights = 1e6 * result["height"]
-    _map(surface, result, heights, "height [µm]", "viridis", (float(heights.min()), float(heights.max())))
+    limits = float(heights.min()), float(heights.max())
+    draw_map(surface, result["x"], result["y"], heights, "height [µm]", limits)
     unit, name = pressure_unit(float(result["pressure"].max()))
     pressure = unit * result["pressure"]
-    _map(contact, result, pressure, f"pressure [{name}]", "magma", (0.0, float(pressure.max()) or 1.0))
+    limits = 0.0, float(pressure.max()) or 1.0
+    draw_map(contact, result["x"], result["y"], pressure, f"pressure [{name}]", limits, "magma")
     _friction(path, result)
     draw_cycle(cycle, result)
-    heads(figure.axes, "rough surface", pressure_title(result), "friction along the path", cycle_title(result))
-    sns.despine(figure)
+    pressed = f"{'contact pressure' if pressure.max() > 0.0 else 'no contact here'}, {result['pressed_by'].item()}"
+    heads((surface, contact, path, cycle), "rough surface", pressed, "friction along the path", cycle_title(result))
     return figure
-
-
-def pressure_title(result: Shown) -> str:
-    """Title of the map of pressure; it says so where the piece shown has no contact."""
-    contact = "contact pressure" if result["pressure"].max() > 0.0 else "no contact here"
-    return f"{contact}, {result['pressed_by'].item()}"
-
-
-def _map(axes: Axes, result: Shown, values: xr.DataArray, label: str, colours: str, limits: Sequence[float]) -> None:
-    image = draw_map(axes, result["x"], result["y"], values, colours, limits)
-    assert axes.figure is not None
-    axes.figure.colorbar(image, ax=axes, label=label)
 
 
 def _friction(axes: Axes, result: Shown) -> None:

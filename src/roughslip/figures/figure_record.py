@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from textwrap import fill
 
-import seaborn as sns
 from matplotlib.figure import Figure
 
 from roughslip.figures.style import Shown, draw_curve, heads, legend_above, panels, with_ends
@@ -49,5 +48,4 @@ def figure_record(result: Shown) -> Figure:
     heads(axes, "the record", "mean curve", "residuals", f"scatter, {kind}", "a synthetic record", "another one")
     notes = f"Left open: {'; '.join(map(str, result['note'].values))}"
     figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
-    sns.despine(figure)
     return figure

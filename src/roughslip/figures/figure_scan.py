@@ -5,7 +5,6 @@ from __future__ import annotations
 from textwrap import fill
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
@@ -36,8 +35,8 @@ def figure_scan(result: Shown) -> Figure:
     kept = result["map"].where(~outlier)
     scale = 2.5e6 * float(kept.std())
     heights = 1e6 * (result["map"] - kept.mean())
-    image = draw_map(grid[0, 0], result["map_x"], result["map_y"], heights, "viridis", (-scale, scale))
-    figure.colorbar(image, ax=grid[0, 0], label="height [µm]", extend="both")
+    limits = -scale, scale
+    draw_map(grid[0, 0], result["map_x"], result["map_y"], heights, "height [µm]", limits, extend="both")
     if outlier.any():
         spots, number = label(outlier, np.ones((3, 3)))
         i, j = np.round(center_of_mass(outlier, spots, range(1, number + 1))).astype(int).T
@@ -53,8 +52,6 @@ def figure_scan(result: Shown) -> Figure:
     scan = f"scan, {count} outlier{'s' if count > 1 else ''} circled" if count else "scan"
     heads(grid.ravel(), scan, "over lags", "density of heights", "autocorrelation", "power spectrum", numbers)
     figure.suptitle(fill(f"Read: {result['read'].item()}", WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
-    for axes in grid.ravel()[2:]:
-        sns.despine(ax=axes)
     return figure
 
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import seaborn as sns
-from matplotlib.axes import Axes
-from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -40,14 +37,21 @@ def figure_map(result: Shown) -> Figure:
     figure, _ = panels(1, 1, 6.2)
     axes = figure.axes[0]
     x, y, probability = (result[name].values for name in ("map_x", "map_y", "probability"))
-    mesh = draw_probability(axes, x, y, probability, list(map(str, result["map_parameters"].values)))
+    names = list(map(str, result["map_parameters"].values))
+    mesh = axes.pcolormesh(x, y, probability.T, cmap="cividis", vmin=0, vmax=1, shading="nearest", rasterized=True)
+    axes.set(xlabel=LABELS[names[0]], ylabel=LABELS[names[1]])
+    for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
+        if values[0] > 0.0:
+            scale("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     figure.colorbar(mesh, ax=axes, label="probability of stick-slip", shrink=0.9)
     low, high = float(probability.min()), float(probability.max())
     for level, style in LEVELS.items():
         if low < level < high:
-            axes.contour(
-                x, y, result["probability"].values.T, [level], colors="white", linewidths=0.8, linestyles=style
-            )
+            axes.contour(x, y, probability.T, [level], colors="white", linewidths=0.8, linestyles=style)
     at = np.nonzero(result["is_computed"])
     axes.plot(x[at[0]], y[at[1]], "o", mfc="white", mec="0.2", mew=0.4, ms=2.6)
     for name, style, label in (
@@ -63,20 +67,6 @@ def figure_map(result: Shown) -> Figure:
         f"probability of stick-slip, {int(result['map_runs'])} runs at each dot", loc="left", fontsize="medium"
     )
     return figure
-
-
-def draw_probability(axes: Axes, x: np.ndarray, y: np.ndarray, probability: np.ndarray, names: list[str]) -> QuadMesh:
-    """Probabilities (x, y) as colours, with scales and names of their axes; the limits of the axes are then fixed."""
-    mesh = axes.pcolormesh(x, y, probability.T, cmap="cividis", vmin=0, vmax=1, shading="nearest", rasterized=True)
-    axes.set(xlabel=LABELS[names[0]], ylabel=LABELS[names[1]])
-    for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
-        if values[0] > 0.0:
-            scale("log")
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            axis.set_minor_formatter(NullFormatter())
-    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    return mesh
 
 
 def figure_budget(result: Shown) -> Figure:
@@ -102,5 +92,4 @@ def figure_budget(result: Shown) -> Figure:
         others[-1].legend(loc="lower right")
     mean = 100.0 * float(result["averaged_probability"])
     heads((outcome, *others), f"stick-slip or not ({mean:.0f} %)", *(TITLES[name] for name in limits))
-    sns.despine(figure)
     return figure

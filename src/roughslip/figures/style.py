@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ import seaborn as sns
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 
 Look = dict[str, Any]  # colour, marker and line of an artist, in matplotlib's words
 INTERVAL = ("", "_low", "_high")
@@ -26,7 +25,7 @@ STYLE: Any = {
 }
 
 
-class Shown(Mapping[str, xr.DataArray]):
+class Shown:
     """The variables of a Dataset that a figure takes. `taken` has their names: these numbers are written beside it."""
 
     def __init__(self, results: xr.Dataset) -> None:
@@ -37,14 +36,8 @@ class Shown(Mapping[str, xr.DataArray]):
         self.taken[name] = None
         return self.results[name]
 
-    def __contains__(self, name: object) -> bool:
+    def __contains__(self, name: str) -> bool:
         return name in self.results
-
-    def __iter__(self) -> Iterator[str]:
-        return map(str, self.results.variables)
-
-    def __len__(self) -> int:
-        return len(self.results.variables)
 
 
 def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
@@ -52,7 +45,9 @@ def panels(columns: int, rows: int, width: float) -> tuple[Figure, np.ndarray]:
     mpl.rcdefaults()  # a user's matplotlibrc changes nothing
     sns.set_theme("paper", "ticks", "colorblind", font_scale=1.1, rc=STYLE)
     figure = Figure(figsize=(width * columns, 3.5 * rows), layout="constrained")
-    return figure, figure.subplots(rows, columns)
+    grid = figure.subplots(rows, columns)
+    sns.despine(figure)
+    return figure, grid
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -87,12 +82,20 @@ def draw_points(axes: Axes, x: Any, ends: Sequence[Any], look: Look, lw: float =
 
 
 def draw_map(
-    axes: Axes, x: xr.DataArray, y: xr.DataArray, values: xr.DataArray, colours: str, limits: Sequence[float]
-) -> AxesImage:
-    """Values (x, y) at the centres of cells [m] as colours between two limits."""
+    axes: Axes,
+    x: xr.DataArray,
+    y: xr.DataArray,
+    values: xr.DataArray,
+    label: str,
+    limits: tuple[float, float],
+    colours: str = "viridis",
+    extend: str = "neither",
+) -> None:
+    """Values (x, y) at the centres of cells [m] as colours between two limits, with their bar."""
     extent = (0, 1e6 * float(x[0] + x[-1]), 0, 1e6 * float(y[0] + y[-1]))
     axes.set(xlabel="x [µm]", ylabel="y [µm]")
-    return axes.imshow(values.T, extent=extent, origin="lower", cmap=colours, vmin=limits[0], vmax=limits[1])
+    image = axes.imshow(values.T, extent=extent, origin="lower", cmap=colours, vmin=limits[0], vmax=limits[1])
+    axes.get_figure(root=True).colorbar(image, ax=axes, label=label, extend=extend)  # type: ignore[union-attr]
 
 
 def pressure_unit(largest: float) -> tuple[float, str]:

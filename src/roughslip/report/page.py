@@ -178,37 +178,24 @@ def thumbnail(svg: bytes, name: str) -> str:
     return f'<svg {size} aria-hidden="true"><use href="#{name}-drawing"/></svg>'
 
 
-@dataclass(frozen=True)
-class Plot:
-    """Curves in a box of 100 by 100, as points of SVG, by `with_scatter` and `without_scatter`.
+def plots(motion: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Displacement and speed against time, and the cycle: speed against displacement.
 
-    across, along : lengths of the axes in words
+    Each has the curves with and without scatter as points of SVG in a box of 100 by 100, and the lengths of its axes.
     """
-
-    lines: Mapping[str, str]
-    across: str
-    along: str
-
-
-def plots(motion: Mapping[str, Any]) -> dict[str, Plot]:
-    """Displacement and speed against time, and the cycle: speed against displacement."""
     units, ends = {"time_s": "s", "displacement_m": "m", "velocity_m_per_s": "m s-1"}, {}
     for name in units:
         values = [value for curve in motion.values() for value in curve[name]]
         ends[name] = min(values), max(max(values) - min(values), 1e-300)
-
-    def plot(x: str, y: str) -> Plot:
-        lines = {
+    axes = {"displacement": ("time_s", "displacement_m"), "speed": ("time_s", "velocity_m_per_s")}
+    drawn = {}
+    for title, (x, y) in (axes | {"cycle": ("displacement_m", "velocity_m_per_s")}).items():
+        across, along = (words.amount(ends[axis][1], units[axis], words.SURE) for axis in (x, y))
+        drawn[title] = {"across": across, "along": along} | {
             kind: " ".join(
                 f"{100 * (a - ends[x][0]) / ends[x][1]:.4g},{100 - 100 * (b - ends[y][0]) / ends[y][1]:.4g}"
                 for a, b in zip(curve[x], curve[y], strict=True)
             )
             for kind, curve in motion.items()
         }
-        return Plot(lines, *(words.amount(ends[axis][1], units[axis], words.SURE) for axis in (x, y)))
-
-    return {
-        "displacement": plot("time_s", "displacement_m"),
-        "speed": plot("time_s", "velocity_m_per_s"),
-        "cycle": plot("displacement_m", "velocity_m_per_s"),
-    }
+    return drawn

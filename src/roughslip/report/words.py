@@ -74,12 +74,6 @@ def percent(number: Number) -> str:
     return f"{value} %" if set(inner) == {value} else f"{value} % [{', '.join(inner)}]"
 
 
-def likely(probability: Number) -> str:
-    """Whether stick-slip occurs: Yes, No or At times."""
-    value = probability["value"]
-    return "Yes" if value >= CERTAIN else "No" if value <= EXCLUDED else "At times"
-
-
 def answer_summary(answer: Mapping[str, Any]) -> list[str]:
     """Three lines: whether it stick-slips and how it moves; what would change that; what decides."""
     found = verdict(answer)
@@ -210,13 +204,15 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     if answer["starts_differ"]:
         text = "It stick-slips once it has been at rest, and goes on sliding where it slides at first."
         return {"word": "After a stop", "kind": "bad" if rest >= CERTAIN else "odd", "text": text}
-    word, share = likely(answer["probability"]), "more" if min(rest, sliding) > 0.5 else "less"
-    kind, text = {
-        "Yes": ("bad", "It stick-slips, whether it starts from rest or from sliding."),
-        "No": ("good", "It slides steadily, whether it starts from rest or from sliding."),
-        "At times": ("odd", f"Stick-slip ends and begins again: it takes {share} than half of the time."),
-    }[word]
-    return {"word": word, "kind": kind, "text": text}
+    if rest >= CERTAIN:
+        text = "It stick-slips, whether it starts from rest or from sliding."
+        return {"word": "Yes", "kind": "bad", "text": text}
+    if rest <= EXCLUDED:
+        text = "It slides steadily, whether it starts from rest or from sliding."
+        return {"word": "No", "kind": "good", "text": text}
+    share = "more" if min(rest, sliding) > 0.5 else "less"
+    text = f"Stick-slip ends and begins again: it takes {share} than half of the time."
+    return {"word": "At times", "kind": "odd", "text": text}
 
 
 def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:

@@ -40,10 +40,8 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**{**_OPTIONS, **options})(function)
-        try:  # what `cache=True` does, with the folder of the module
-            dispatcher._cache = _Cache(function)
-        except (OSError, RuntimeError):
-            _announce_not_kept()
+        with contextlib.suppress(OSError, RuntimeError):  # a function typed at a prompt is compiled in each process
+            dispatcher._cache = _Cache(function)  # as `cache=True`, with the folder of the module
         of_types = dispatcher.get_call_template
 
         def call_template(args: Sequence[Any], kws: Mapping[str, Any]) -> Any:
@@ -106,8 +104,8 @@ class _Cache(caching.FunctionCache):
                 with contextlib.suppress(OSError):  # a file system without locks
                     fcntl.flock(lock, fcntl.LOCK_EX)
                 super().save_overload(sig, data)
-        except OSError:
-            _announce_not_kept()
+        except OSError as error:
+            _announce(f"compiled code is not kept: {self._cache_path}: {error.strerror}")
 
 
 @cache
@@ -115,7 +113,3 @@ def _announce(message: str) -> None:
     """Log a message, once in a process; a program without handlers of its own has it on stderr."""
     source_hash.keep()
     logging.getLogger("roughslip").warning("roughslip: %s", message)
-
-
-def _announce_not_kept() -> None:
-    _announce(f"compiled code is not kept: {source_hash.compiled_folder()} is full or cannot be written to")

@@ -39,20 +39,15 @@ class Syntax(NamedTuple):
     """
 
     digest: str
-    imports: tuple[tuple[int, str, tuple[str, ...]], ...]
+    imports: list[tuple[int, str, list[str]]]
 
 
 def cache_folder() -> Path:
-    """The folder of caches, the first that can be written to.
-
-    Of the project if the package runs from one, of the user, or below the working folder.
-    """
+    """The folder of caches: of the project if the package runs from one, else of the user."""
     project = Path(__file__).resolve().parents[3]
-    user = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or os.path.expanduser("~/.cache")
-    folders = [Path(user) / "roughslip", Path.cwd() / ".cache"]
-    if (project / "pyproject.toml").is_file():
-        folders.insert(0, project / ".cache")
-    return next((folder for folder in folders if _is_writable(folder)), folders[-1])
+    if (project / "pyproject.toml").is_file() and os.access(project, os.W_OK):
+        return project / ".cache"
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "roughslip"
 
 
 def compiled_folder() -> Path:
@@ -93,8 +88,8 @@ def imported_modules(file: Path, module: str, package: str, source_root: Path) -
     modules = []
     for target, names in absolute_imports(file, module):
         if target.partition(".")[0] == package:
-            if names == ("*",):  # of a package: all its modules
-                names = tuple(sorted(one.stem for one in source_root.joinpath(*target.split(".")).glob("*.py")))
+            if names == ["*"]:  # of a package: all its modules
+                names = sorted(one.stem for one in source_root.joinpath(*target.split(".")).glob("*.py"))
             submodules = [f"{target}.{name}" for name in names if _module_file(f"{target}.{name}", source_root)]
             listed = _public_names(target, source_root)
             modules += [target, *submodules, *(place for place, of_place in listed if {*names} & {*of_place})]
@@ -102,7 +97,7 @@ def imported_modules(file: Path, module: str, package: str, source_root: Path) -
 
 
 @cache
-def _public_names(package: str, root: Path) -> list[tuple[str, tuple[str, ...]]]:
+def _public_names(package: str, root: Path) -> list[tuple[str, list[str]]]:
     """What `__init__.pyi` of a package imports, as `absolute_imports`."""
     file = root.joinpath(*package.split("."), "__init__.pyi")
     return absolute_imports(file, package) if file.is_file() else []
@@ -122,7 +117,7 @@ def closure_hash(modules: str, source_root: Path, without: Collection[str] = ())
     return digest.hexdigest()
 
 
-def absolute_imports(file: Path, module: str) -> list[tuple[str, tuple[str, ...]]]:
+def absolute_imports(file: Path, module: str) -> list[tuple[str, list[str]]]:
     """The import statements of a file as (absolute module, names taken from it), relative ones resolved."""
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     resolved = []
@@ -145,40 +140,24 @@ def syntax(file: Path, source: bytes) -> Syntax:
 
 def keep() -> None:
     """Write the memory of parsed files. Where it cannot be written, the next process parses again."""
-    content = json.dumps(_kept())
-    text = f"{_seal(content)}\n{content}"
     with contextlib.suppress(OSError):  # a read-only folder, a full disk
-        write_if_changed(_memory(), text)
+        write_if_changed(_memory(), json.dumps(_kept()))
 
 
 def _memory() -> Path:
-    return cache_folder() / "syntax.json"
+    """The file of parsed files, named by the code and the Python that parse."""
+    parser = f"{sys.version}\n{Path(__file__).read_text(encoding='utf-8')}"
+    return cache_folder() / f"syntax-{hashlib.sha256(parser.encode()).hexdigest()[:16]}.json"
 
 
 @cache
 def _kept() -> dict[str, Syntax]:
-    """Remembered files by the hash of their source; empty where the memory is damaged or other code wrote it."""
+    """Remembered files by the hash of their source; none where the memory is damaged or full of old files."""
     try:
-        seal, _, content = _memory().read_text(encoding="utf-8").partition("\n")
-    except (OSError, UnicodeDecodeError):
+        kept = {name: Syntax(*parts) for name, parts in json.loads(_memory().read_text(encoding="utf-8")).items()}
+    except (OSError, ValueError, TypeError, AttributeError):
         return {}
-    if seal != _seal(content):
-        return {}
-    kept = {
-        name: Syntax(digest, tuple((level, module, tuple(names)) for level, module, names in imports))
-        for name, (digest, imports) in json.loads(content).items()
-    }
     return kept if len(kept) <= MOST_KEPT else {}
-
-
-def _seal(content: str) -> str:
-    """Hash of the content, of this file, and of the Python that parses."""
-    return hashlib.sha256(f"{sys.version}\n{_this_file()}\n{content}".encode()).hexdigest()
-
-
-@cache
-def _this_file() -> str:
-    return Path(__file__).read_text(encoding="utf-8")
 
 
 @cache  # no file appears or moves while a study is planned
@@ -188,22 +167,15 @@ def _module_file(module: str, root: Path) -> Path | None:
     return next((file for file in candidates if file.is_file()), None)
 
 
-def _is_writable(folder: Path) -> bool:
-    """Whether a folder can be written to, or made."""
-    while not folder.exists() and folder != folder.parent:
-        folder = folder.parent
-    return folder.is_dir() and os.access(folder, os.W_OK)
-
-
 def _parsed(file: Path, source: bytes) -> Syntax:
     """The syntax of a file, without docstrings."""
     tree = ast.parse(source, str(file))
-    imports: list[tuple[int, str, tuple[str, ...]]] = []
+    imports: list[tuple[int, str, list[str]]] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            imports += [(0, alias.name, ()) for alias in node.names]
+            imports += [(0, alias.name, []) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            imports.append((node.level, node.module or "", tuple(alias.name for alias in node.names)))
+            imports.append((node.level, node.module or "", [alias.name for alias in node.names]))
         elif isinstance(node, _SCOPES) and ast.get_docstring(node, clean=False) is not None:
             del node.body[0]
-    return Syntax(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(imports))
+    return Syntax(hashlib.sha256(ast.dump(tree).encode()).hexdigest(), imports)

@@ -61,7 +61,6 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
 	@set -e; for subject in surface contact chaos oscillator; do \
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject $(if $(filter 1,$(PEERS)),--peers); \
-		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.plot results/benchmarks/$$subject.json; \
 	done
 
 stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; twenty minutes

@@ -36,7 +36,7 @@ from roughslip.scene.files import scene_names
 from roughslip.study import PARENT
 from roughslip.study.graph import STAGES
 from workflow.keys import KEY, STORE, Names
-from workflow.study import earlier_runs
+from workflow.study import working_folder
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
 from workflow.study.scenes import RULES, Scenes, check_config, check_targets, scene_folders
@@ -69,14 +69,12 @@ try:
         check_targets(words, known, RULES | {"all"})
     scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked", own=own)
     names = Names(scenes, ROOT, writes=RUNS)
-    held = earlier_runs.hold(STATE) if workflow.is_main_process and not LISTS else earlier_runs.Hold(False, [])
-    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS and held.is_alone)
+    inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS)
     if workflow.is_main_process and not LISTS:
-        lines = [*held.lines]
-        lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
+        lines = [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
-        earlier_runs.refuse_queued_jobs(STATE)
+        working_folder.hold(STATE)
     for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
         names.published(name)
     if RUNS:

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from tests.workflow.project import Project, copy_project
-from workflow.study import earlier_runs
 
 
 @pytest.fixture(scope="session")
@@ -60,8 +59,6 @@ def plan(monkeypatch):
     from snakemake.settings.types import DAGSettings, OutputSettings, Quietness, RerunTrigger, ResourceSettings
 
     def planned(folder: Path, *targets: str) -> dict[str, dict[str, int]]:
-        held: list = []
-        monkeypatch.setattr(earlier_runs, "_held", held)
         monkeypatch.setattr(sys, "argv", ["snakemake", "-n", *targets])
         monkeypatch.setenv("PYTHONPATH", str(folder / "src"))
         with SnakemakeApi(OutputSettings(quiet={Quietness.ALL}, dryrun=True)) as api:
@@ -71,8 +68,6 @@ def plan(monkeypatch):
             triggers = frozenset({RerunTrigger.MTIME})  # as in the profile
             workflow.dag(DAGSettings(targets=set(targets), rerun_triggers=triggers)).execute_workflow(executor="dryrun")
             jobs = list(workflow._workflow_store.dag.needrun_jobs(exclude_finished=False))
-        for file in held:
-            file.close()
         counts: dict[str, Counter] = {}
         for job in jobs:
             if job.output:

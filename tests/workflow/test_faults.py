@@ -28,7 +28,7 @@ from roughslip.errors import InputError, StoreError
 from roughslip.study import checksum, is_whole, job
 from roughslip.study.graph import Stage
 from tests.workflow.project import ROOT, Project, as_a_user, digests
-from workflow.study import earlier_runs
+from workflow.study import working_folder
 
 LONGEST = 15.0  # seconds into a run that a signal is sent
 EDITS = (
@@ -230,27 +230,27 @@ def test_a_stage_that_fails_late_leaves_no_result(project):
 
 
 def test_a_lock_lasts_until_the_process_of_its_run_ends_and_is_then_cleared(tmp_path, monkeypatch):
-    """However many others start meanwhile."""
+    """However many others start meanwhile. Snakemake's own lock is a file, which stays after a kill."""
     held: list = []
-    monkeypatch.setattr(earlier_runs, "_held", held)
+    monkeypatch.setattr(working_folder, "_held", held)
     state, lock = tmp_path / ".snakemake", tmp_path / ".snakemake/locks/0.input.lock"
     lock.parent.mkdir(parents=True)
-    lock.write_text("results/a.nc\n")
-    imports = "import sys; from pathlib import Path; from workflow.study.earlier_runs import hold"
-    code = f"{imports}; print(hold(Path({str(state)!r})), flush=True); sys.stdin.read()"
+    imports = "import sys; from pathlib import Path; from workflow.study.working_folder import hold"
+    code = f"{imports}; hold(Path({str(state)!r})); print('held', flush=True); sys.stdin.read()"
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     environment = {"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}
     with subprocess.Popen([sys.executable, "-c", code], cwd=ROOT, env=environment, **pipes) as other:
-        assert "is_alone=True" in other.stdout.readline()
+        assert other.stdout.readline() == "held\n"
         lock.write_text("results/a.nc\n")
         for _ in range(2):
-            line = f"{tmp_path}: another run is at work in this folder; wait for its end, or stop it"
-            assert earlier_runs.hold(state) == (False, [line])
+            with pytest.raises(InputError, match=f"^{tmp_path}: another run is at work in this folder; wait"):
+                working_folder.hold(state)
         other.kill()
     while held:
         held.pop().close()
-    assert earlier_runs.hold(state) == (True, [f"{state / 'locks'}: stale lock of an interrupted run; removed"])
-    assert list((state / "locks").iterdir()) == []
+    assert lock.exists()
+    working_folder.hold(state)
+    assert not lock.exists()
     held.pop().close()
 
 
@@ -260,15 +260,15 @@ def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
     (here / ".snakemake").mkdir(parents=True)
     answer = f"12|rule_surface|{here}\n13|rule_page|{here}/../a | b\n14|(null)|{here}\n15|rule_page|/elsewhere"
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr(earlier_runs, "_SECONDS", 0.2)
-    earlier_runs.refuse_queued_jobs(here / ".snakemake")
+    monkeypatch.setattr(working_folder, "_SECONDS", 0.2)
+    assert working_folder.queued_jobs(here) == []
     for script in ("exit 1", "exec /bin/sleep 5", f"/bin/cat <<'END'\n{answer}\nEND"):
         squeue.write_text(f"#!/bin/sh\n{script}\n")
         squeue.chmod(0o755)
         if "cat" not in script:
-            earlier_runs.refuse_queued_jobs(here / ".snakemake")
+            assert working_folder.queued_jobs(here) == []
     with pytest.raises(InputError, match=re.escape(f"{here}: jobs of an interrupted run") + ".*: scancel 12 13$"):
-        earlier_runs.refuse_queued_jobs(here / ".snakemake")
+        working_folder.hold(here / ".snakemake")
 
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
@@ -298,7 +298,7 @@ def test_results_on_slurm_are_those_of_this_machine_whatever_is_killed(finished,
         while not running:
             assert run.poll() is None, log.read_text()[-5000:]
             time.sleep(0.2)
-            running = earlier_runs.queued_jobs(project.folder, "RUNNING") if [*project.folder.glob(made)] else []
+            running = working_folder.queued_jobs(project.folder, "RUNNING") if [*project.folder.glob(made)] else []
         return max(running, key=int)
 
     run = start_on_slurm()

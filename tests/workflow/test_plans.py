@@ -18,7 +18,7 @@ from tests.scene.shipped import SCENES, overlays
 from workflow.keys import Names, code_hash
 from workflow.study.commands import NODE_MB, asked_mb
 from workflow.study.scenes import Scenes, checked
-from workflow.study.unused import unused
+from workflow.study.working_folder import unused
 
 ROOT = Path(__file__).resolve().parents[2]
 

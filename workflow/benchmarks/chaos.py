@@ -32,7 +32,7 @@ from roughslip.scene.types import scene_of
 from roughslip.study.from_scene import Stream, expansion, geometry, surface_model
 from roughslip.study.from_scene.geometry import central_nodes, training_nodes
 from roughslip.surface.modes import heights, karhunen_loeve
-from workflow.benchmarks.timing import OURS, case, make_row, timed, write
+from workflow.benchmarks.rows import OURS, case, make_row, timed, write
 
 ROOT = Path(__file__).parents[2]
 KEPT_RESULTS = ROOT / "results" / "reference"  # folders of scenes whose results git keeps

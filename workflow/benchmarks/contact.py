@@ -29,7 +29,7 @@ from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 from roughslip.surface.embedding import embed
 from roughslip.surface.models import covariance_of
-from workflow.benchmarks.timing import OURS, Row, case, fields, make_row, power, race, write
+from workflow.benchmarks.rows import OURS, Row, case, fields, make_row, power, race, write
 
 MOST_ITERATIONS = 2000
 STEP, MOST_TRIALS = 4.0, 10  # from one setting to the next: one or two iterations

@@ -23,7 +23,7 @@ from roughslip.oscillator.laws import StribeckLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, simulate
 from roughslip.oscillator.runge_kutta import NODES as STAGES
 from roughslip.probability import BetaDistribution
-from workflow.benchmarks.timing import OURS, Row, case, make_row, power, race, write
+from workflow.benchmarks.rows import OURS, Row, case, make_row, power, race, write
 
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)

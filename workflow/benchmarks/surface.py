@@ -23,7 +23,7 @@ from roughslip.surface import models
 from roughslip.surface.covariance import StationaryCovariance
 from roughslip.surface.embedding import Embedding, embed
 from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
-from workflow.benchmarks.timing import OURS, Row, case, make_row, race, timed, write
+from workflow.benchmarks.rows import OURS, Row, case, make_row, race, timed, write
 
 COVARIANCES = ("gaussian", "exponential", "matern", "rotated", "self_affine")
 LENGTH = 0.1

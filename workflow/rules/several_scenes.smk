@@ -9,7 +9,7 @@ PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
 rule page_of_scenes:
     input:
-        lambda _: inputs.of_joint_page(names.joint_page(scenes.default)),
+        lambda _: inputs.of_joint_page(names.joint_page(scenes.default).folder),
     output:
         "results/report.html",
     log:
@@ -67,4 +67,4 @@ rule clean_unused:
     params:
         own=[config["scenes_folder"]] if "scenes_folder" in config else [],
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.unused {params.own:q} 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.working_folder {params.own:q} 2> {log:q}'

@@ -37,7 +37,7 @@ rule publish:
     params:
         key=lambda wildcards: names.publication(wildcards.scene).folder,
     shell:
-        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.key}/key.json results/{wildcards.scene} --list 2> {log:q}'
+        'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.key}/key.json results/{wildcards.scene} 2> {log:q}'
 
 
 # One file by the name under which people open it.

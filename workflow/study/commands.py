@@ -76,11 +76,9 @@ class Inputs:
         path = f"results/{wildcards.scene}/{wildcards.file}"
         return self.of_file(path, *self.names.file(wildcards.scene, wildcards.file))
 
-    def of_joint_page(self, page: Entry) -> list[str]:
-        """The same of the page on several scenes."""
-        return self.of_file(
-            "results/report.html", f"{page.folder}/report.html", [f"{page.folder}/usage/joint_page.json"]
-        )
+    def of_joint_page(self, folder: str) -> list[str]:
+        """The same of the page on several scenes. folder : its folder in the store"""
+        return self.of_file("results/report.html", f"{folder}/report.html", [f"{folder}/usage/joint_page.json"])
 
     def _waits(self, records: Sequence[str], has_ended: bool, *files: Path) -> list[str]:
         """The records that a job waits for. files : what it makes, which is removed where it has not ended"""

@@ -1,8 +1,11 @@
-"""Put results of the store where people open them: python -m workflow.study.publish ..."""
+"""Put results of the store where people open them.
+
+python -m workflow.study.publish <file of the store> <where people open it>
+python -m workflow.study.publish <key file of a list> <folder of the scene>
+"""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import filecmp
 import json
@@ -73,17 +76,13 @@ def _listed(folder: Path) -> dict[str, str]:
 
 
 def main() -> None:
-    """Publish a file, or all that a key file lists; exit 1 with a line where it cannot be written."""
-    parser = argparse.ArgumentParser(prog="python -m workflow.study.publish", description=__doc__)
-    parser.add_argument("source", type=Path, help="file of the store, or the key file of a list")
-    parser.add_argument("path", type=Path, help="where people open it, or the folder of the scene")
-    parser.add_argument("--list", action="store_true", help="publish what the key file lists")
-    arguments = parser.parse_args()
+    """Publish a file of the store, or all that a key file lists; exit 1 with a line where it cannot be written."""
+    source, path = map(Path, sys.argv[1:])
     try:
-        if arguments.list:
-            publish(arguments.path, json.loads(arguments.source.read_text(encoding="utf-8"))["published"])
+        if source.name == "key.json" and path.suffix == "":
+            publish(path, json.loads(source.read_text(encoding="utf-8"))["published"])
         else:
-            publish_one(arguments.path, arguments.source)
+            publish_one(path, source)
     except OSError as error:
         sys.exit(f"publish: error: {error.filename}: {error.strerror}")
 

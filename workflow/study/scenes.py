@@ -60,7 +60,11 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
 
     Raises InputError with a line for each mistake.
     """
-    lines = [f"config: {shown(key)}: unknown key; {_guess(str(key), KEYS)}" for key in config if key not in KEYS]
+    lines = [
+        f"config: {shown(key)}: unknown key; {guess(str(key), KEYS)}allowed: {', '.join(KEYS)}"
+        for key in config
+        if key not in KEYS
+    ]
     memory = config.get("memory_mb", LEAST_MB)
     if type(memory) is not int or memory < LEAST_MB:
         lines.append(f"config: memory_mb: {shown(memory)} is not allowed; a whole number from {LEAST_MB}")
@@ -71,7 +75,9 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
         names = []
     for number, name in enumerate(names):
         if name not in scenes:
-            lines.append(f"config: scenes: {shown(name)} is no scene; {_guess(str(name), scenes)}")
+            lines.append(
+                f"config: scenes: {shown(name)} is no scene; {guess(str(name), scenes)}allowed: {', '.join(scenes)}"
+            )
         elif name in names[:number]:
             lines.append(f"config: scenes: {shown(name)} is given twice; name each scene once")
     if lines:
@@ -91,7 +97,8 @@ def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collecti
         is_value = before.startswith("--") and "=" not in before and before not in _FLAGS
         is_target = not (is_value or name in known or name.startswith("-") or "=" in word or Path(word).exists())
         if is_target and difflib.get_close_matches(name, scenes):
-            lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {_guess(name, sorted(scenes))}")
+            near = f"{guess(name, sorted(scenes))}allowed: {', '.join(sorted(scenes))}"
+            lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {near}")
     if lines:
         raise InputError(lines)
 
@@ -100,11 +107,6 @@ def scene_of(word: str) -> str:
     """The scene that a target of the command line belongs to: its name, or the folder of a result."""
     parts = Path(word).parts
     return parts[1] if len(parts) > 2 and parts[0] == "results" else word
-
-
-def _guess(name: str, allowed: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, allowed, 1)
-    return f"{f'did you mean {near[0]}? ' if near else ''}allowed: {', '.join(allowed)}"
 
 
 # A scene is a target of its own name, as these are already.
@@ -219,12 +221,9 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
     files = [(key, file) for key in USER_FILES for file in _listed(get(scene, key))]
     own = own_code(scene)
     for key, file in [*files, *((key, code.rpartition(":")[0]) for key, code in own.items())]:
-        path = Path(_user_file(folder, root, file))
-        text = "is not there; a path from the folder of the scenes or of the project"
-        if path.is_file():
-            text = "lies outside the project; copy it, not a link, to the folder of the scenes"
-        if not (path.is_file() and any(_is_inside(path, inside) for inside in (folder, root, Path.cwd()))):
-            raise InputError(line(top, tuple(key.split(".")), f"{shown(file)} {text}"))
+        if not Path(_user_file(folder, root, file)).is_file():
+            text = f"{shown(file)} is not there; a path from the folder of the scenes or of the project"
+            raise InputError(line(top, tuple(key.split(".")), text))
     for key, code in own.items():
         file, _, wanted = code.rpartition(":")
         section, _, last = key.partition(".")
@@ -253,11 +252,6 @@ def not_writable(name: str) -> list[Path]:
     folders = (results, results / "store", results / name, *(results / name / inner for inner in sorted(below - {"."})))
     there = [path for path in folders if os.path.lexists(path)]
     return [path for path in there or [Path()] if not (path.is_dir() and os.access(path, os.W_OK))]
-
-
-def _is_inside(file: Path, folder: Path) -> bool:
-    """Whether a file, links followed, is one of a folder."""
-    return file.resolve().is_relative_to(folder.resolve())
 
 
 def _listed(given: Any) -> list[str]:

@@ -1,4 +1,4 @@
-"""What the terminal shows of a run: one line of progress, of a failure the stage's own error, at its end a few lines.
+"""What the terminal shows of a run: lines of progress, of a failure the stage's own error, at its end a few lines.
 
 The file below .snakemake/log keeps all that Snakemake says. The last lines are from the results of the scenes.
 """
@@ -29,7 +29,7 @@ _ECHOES = (
 _KEPT = ("Nothing to be done", "Complete log")  # of what Snakemake says by the way
 _FINISHED = re.compile(r"Finished jobid: \d+ \(Rule: (\w+)\)")
 _OTHERS_S = 0.5  # of a job that only copies files
-_LINES = 10  # of progress, where it is no terminal
+_LINES = 20  # of progress
 _INTERRUPTED = ("Terminating processes on user request", "died with <Signals.SIGINT")
 
 
@@ -52,12 +52,9 @@ class OwnErrors(DefaultFormatter):
         return not text.startswith(_ECHOES) and not (self.is_interrupted and text.startswith("Error in "))
 
     def format(self, record: logging.LogRecord) -> str:
-        """A line of progress takes the place of the one before; all else begins a new line."""
-        if self.progress is None:
-            return super().format(record)
-        if getattr(record, "event", None) == LogEvent.PROGRESS:
-            return self.progress.line()
-        return self.progress.left() + super().format(record)
+        """A line of progress in place of Snakemake's."""
+        is_progress = self.progress is not None and getattr(record, "event", None) == LogEvent.PROGRESS
+        return self.progress.line() if is_progress else super().format(record)
 
     def format_job_error(self, msg: dict[str, Any]) -> str:
         """The stated error behind the name of its scene."""
@@ -75,16 +72,14 @@ def stated_error(logs: list[str]) -> str:
 
 
 class Progress:
-    """The line of progress: jobs done and the time to go, jobs weighted by what their stages cost in the kept runs.
+    """Lines of progress: jobs done and the time to go, jobs weighted by what their stages cost in the kept runs.
 
-    handler : writes to the terminal; there the line is written over, elsewhere some lines stand below each other
     seconds : of a job by its stage
     """
 
-    def __init__(self, handler: Any, seconds: dict[str, float]) -> None:
-        self._handler, self._seconds = handler, seconds
-        self._began, self._total, self._done = time.monotonic(), Counter[str](), Counter[str]()
-        self._lines, self._is_open = 0, False
+    def __init__(self, seconds: dict[str, float]) -> None:
+        self._seconds, self._began, self._lines = seconds, time.monotonic(), 0
+        self._total, self._done = Counter[str](), Counter[str]()
 
     def takes(self, record: logging.LogRecord, text: str) -> bool:
         """Count a record of Snakemake; whether it asks for a line of progress."""
@@ -94,10 +89,11 @@ class Progress:
             del self._total["total"]
         if (finished := _FINISHED.match(text)) is not None:
             self._done[finished[1]] += 1
-        if event != LogEvent.PROGRESS or self._handler.is_tty:
-            return event == LogEvent.PROGRESS
-        share = self._work(self._done) / max(self._work(self._total), 1e-9)
-        return int(share * _LINES) > self._lines or self._done.total() == self._total.total()
+        if event != LogEvent.PROGRESS:
+            return False
+        lines = int(self._work(self._done) / max(self._work(self._total), 1e-9) * _LINES)
+        is_due, self._lines = lines > self._lines or self._done == self._total, lines
+        return is_due
 
     def _work(self, jobs: Counter[str]) -> float:
         return sum(count * self._seconds.get(stage, _OTHERS_S) for stage, count in jobs.items())
@@ -105,20 +101,9 @@ class Progress:
     def line(self) -> str:
         """`41 of 308 steps done, about 3 min to go`."""
         done, of = self._work(self._done), self._work(self._total)
-        self._lines = int(done / max(of, 1e-9) * _LINES)
         to_go = (time.monotonic() - self._began) * (of - done) / max(done, 1e-9)
         left = f", about {to_go / 60:.0f} min to go" if to_go >= 90.0 else f", about {to_go:.0f} s to go"
-        is_over = self._done.total() == self._total.total()
-        text = f"{self._done.total()} of {self._total.total()} steps done{'' if is_over else left}"
-        if not self._handler.is_tty:
-            return text
-        self._is_open, self._handler.terminator = not is_over, "\n" if is_over else ""
-        return f"\r\033[K{text}"
-
-    def left(self) -> str:
-        """What ends an open line of progress before another line."""
-        was_open, self._is_open, self._handler.terminator = self._is_open, False, "\n"
-        return "\n" if was_open else ""
+        return f"{self._done.total()} of {self._total.total()} steps done{'' if self._done == self._total else left}"
 
 
 def seconds_of_stages(reference: Path) -> dict[str, float]:
@@ -131,14 +116,14 @@ def show_own_errors(scene_of: Callable[[str], str], seconds: dict[str, float] | 
     """Let Snakemake's handler for the terminal show a line an error, unless --verbose asks for all.
 
     scene_of : name of the scene that has a folder of the store
-    seconds : of a job by its stage, for the line of progress of a run; None where nothing runs
+    seconds : of a job by its stage, for the progress of a run; None where nothing runs
     """
     for handler in logger.handlers:
         shown = handler.formatter
         if handler.name == "DefaultStreamHandler" and isinstance(shown, DefaultFormatter):
             own = OwnErrors(shown.quiet, shown.show_failed_logs)
             own.scene_of = scene_of
-            own.progress = None if seconds is None else Progress(handler, seconds)
+            own.progress = None if seconds is None else Progress(seconds)
             handler.setFormatter(own)
             handler.addFilter(own.filter)
 

@@ -76,7 +76,7 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
 
 
 def test_defaults_and_absent_sections():
-    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"beta_shapes": [1, 2]}}
+    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"beta_shapes": [1, 2]}, "folder": "of a page"}
     assert get(scene, "oscillator.law") == "coulomb"
     assert get(scene, "ensemble.marginal") == "beta"
     assert get(scene, "roughness.scan.file") is None

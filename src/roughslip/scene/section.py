@@ -93,9 +93,9 @@ def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def build(kind: type[S], values: Mapping[str, Any]) -> S:
-    """A section from the keys that `values` holds, which are valid; reading any other raises AttributeError."""
+    """A section from those of its keys that `values` holds, which are valid; reading any other raises AttributeError."""
     made, held = kind.model_construct(), {}
-    for name, value in values.items():
+    for name, value in ((name, values[name]) for name in kind.model_fields if name in values):
         inner = kind_of(kind.model_fields[name])
         held[name] = build(inner, value) if inner and isinstance(value, Mapping) else as_tuples(value)
     made.__dict__.clear()

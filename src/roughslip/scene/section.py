@@ -93,7 +93,7 @@ def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def build(kind: type[S], values: Mapping[str, Any]) -> S:
-    """A section from those of its keys that `values` holds, which are valid; reading any other raises AttributeError."""
+    """A section from its keys in `values`, which are valid; reading any other key raises AttributeError."""
     made, held = kind.model_construct(), {}
     for name, value in ((name, values[name]) for name in kind.model_fields if name in values):
         inner = kind_of(kind.model_fields[name])

@@ -132,22 +132,15 @@ def test_rings_of_a_model_are_its_own(metre):
     assert fit.spectrum_misfit < 1e-3
 
 
-def test_lags_are_thinned_about_lag_zero(first):
-    measured = first[1].autocorrelation
-    data = lags_to_fit(measured)
-    assert len(data.x) <= 2000 < measured.correlation.value.size / 2
-    assert not np.any((data.x == 0) & (data.y == 0))
-    i, j = (len(axis) // 2 for axis in (measured.lag_x, measured.lag_y))
-    at = np.round(data.x).astype(int) + i, np.round(data.y).astype(int) + j
-    np.testing.assert_array_equal(data.correlation, measured.correlation.value[at])
-
-
 def test_standard_errors_are_the_jackknife_s(first):
     """Of lags as they are and of the logarithm of rings, widened for what neighbouring sub-areas share."""
     scan, statistics = first
     own = statistics.autocorrelation
     lags, rings = lags_to_fit(own), rings_to_fit(scan, statistics)
     i, j = (np.searchsorted(axis, lag - 0.5) for axis, lag in ((own.lag_x, lags.x), (own.lag_y, lags.y)))
+    assert len(lags.x) <= 2000 < own.correlation.value.size / 2
+    np.testing.assert_array_equal(lags.correlation, own.correlation.value[i, j])
+    assert not np.any((lags.x == 0) & (lags.y == 0))
     kept = np.isin(statistics.spectrum.power.value, rings.power)
     q = statistics.spectrum.wavenumber[kept]
     assert q.min() >= 4.0 / min(statistics.sub_areas.extent)  # the roll-off ends there

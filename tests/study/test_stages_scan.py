@@ -64,8 +64,9 @@ def test_a_scan_is_described_by_its_own_moments(scanned, heights):
     assert result["missing"] == 0.0
     assert result["sufficient"] == 1
     edges = result["density_edge"]
-    assert edges[0] <= z.min() < z.max() <= edges[-1]
-    np.testing.assert_allclose(result["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges))
+    assert edges[[0, -1]] == pytest.approx([z.min(), z.max()])
+    bins = np.histogram(z, edges)[0] / z.size / np.diff(edges)  # a height within rounding of an edge may fall out
+    np.testing.assert_allclose(result["density"], bins, atol=2 / z.size / np.diff(edges)[0])
 
 
 def test_lags_and_lengths_of_a_scan_lie_along_their_axes(scanned):

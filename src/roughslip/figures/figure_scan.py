@@ -70,8 +70,7 @@ def _over_lags(figure: Figure, axes: Axes, result: Shown) -> None:
 
 def _density(axes: Axes, result: Shown) -> None:
     edges = 1e6 * result["density_edge"]
-    ends = with_ends(result, "density", factor=1e-6)
-    draw_curve(axes, 0.5 * (edges[1:] + edges[:-1]), ends, {"color": SCAN, "lw": 1.4})
+    axes.plot(0.5 * (edges[1:] + edges[:-1]), 1e-6 * result["density"], color=SCAN, lw=1.4)
     reach = 6e6 * float(result["rms_height"])
     axes.set(xlabel="height [µm]", ylabel="density [1/µm]", ylim=(0, None))
     axes.set_xlim(max(float(edges[0]), -reach), min(float(edges[-1]), reach))

@@ -45,18 +45,13 @@ class Sliding:
     """What a fit takes from traces.
 
     samples : of sliding
-    used : of each trace (n,) whether a sample counts
     stick : of each trace (n,) whether it is in stick; without a rig, in stick-slip
-    friction, speed : of each trace (n,) [-], [m/s] of sliding
     notes : what is left out and why
     from_slips : whether samples are of slips between sticks
     """
 
     samples: Samples
-    used: list[np.ndarray]
     stick: list[np.ndarray]
-    friction: list[np.ndarray]
-    speed: list[np.ndarray]
     notes: tuple[str, ...]
     from_slips: bool
 
@@ -68,20 +63,21 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     slides.
     """
     parts = [_of_rig(trace, rig) if rig is not None and trace.load is not None else _alone(trace) for trace in traces]
-    fastest = max(float(np.max(np.abs(trace.speed))) for trace in traces)
-    notes, used = [], []
-    for trace, (_, speed, stick) in zip(traces, parts, strict=True):
-        used.append(~stick & (np.abs(trace.speed) > LEAST_SPEED * fastest) & (speed > LEAST_SPEED * fastest))
-    count = sum(int(np.count_nonzero(one)) for one in used)
+    slowest = LEAST_SPEED * max(float(np.max(np.abs(trace.speed))) for trace in traces)
+    used = [
+        ~stick & (np.abs(trace.speed) > slowest) & (speed > slowest)
+        for trace, (_, speed, stick) in zip(traces, parts, strict=True)
+    ]
+    count = sum(map(np.count_nonzero, used))
     if count == 0:
         raise IllPosedError(
             "no sample of the record is in steady sliding; give the rig: scene key: friction.record.rig_mass_kg"
         )
-    lost = sum(int(np.count_nonzero(stick)) for _, _, stick in parts)
-    total = sum(trace.time.size for trace in traces)
+    sticks, notes = [stick for _, _, stick in parts], []
+    lost = float(np.mean(np.concatenate(sticks)))
     if lost and rig is None:
         notes.append(
-            f"{lost / total:.0%} of the record is stick-slip and not used, as mass, stiffness and damping of the rig "
+            f"{lost:.0%} of the record is stick-slip and not used, as mass, stiffness and damping of the rig "
             "are not given; so the curve is open at the speeds of these slips, where its slope decides"
         )
     block = max(1, -(-count // MOST_SAMPLES))
@@ -89,12 +85,8 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
         _thinned(trace, friction, speed, keep, block)
         for trace, (friction, speed, _), keep in zip(traces, parts, used, strict=True)
     ]
-    columns = np.concatenate([piece for piece in pieces if len(piece)])
-    sticks = [stick for _, _, stick in parts]
-    samples = Samples(*columns.T)
-    return Sliding(
-        samples, used, sticks, [one[0] for one in parts], [one[1] for one in parts], tuple(notes), bool(lost and rig)
-    )
+    samples = Samples(*np.concatenate(pieces).T)
+    return Sliding(samples, sticks, tuple(notes), bool(lost and rig))
 
 
 def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

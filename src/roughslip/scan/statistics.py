@@ -1,4 +1,4 @@
-"""What the surface of a scan is like: density of heights, moments, autocorrelation, spectrum.
+"""What the surface of a scan is like: moments of its heights, autocorrelation, spectrum.
 
 Every statistic comes with a 95 % interval from leaving out one sub-area of the scan at a time (`sub_areas`). Statistics
 of heights are those of the measured points. The power spectrum is averaged over rings of wave vectors:
@@ -27,20 +27,11 @@ from roughslip.scan.jackknife import SubAreas, leave_one_out
 from roughslip.scan.topography import Topography
 from roughslip.validation import gate
 
-BIN = 0.2  # Sq, width of a bin of the density of heights
 RINGS_PER_OCTAVE = 4
 ROLL_OFF = 4.0  # over the shorter 1/e length: above it a finite correlation no longer bends the spectrum
 HIGHEST = 0.25  # of the highest wavenumber of the scan: blur, noise and most of the aliasing lie above
 
 LEAKAGE = 1e-5  # share of the highest power of a ring below which a spectrum may be the window's side lobes
-
-
-@result
-class HeightDensity:
-    """Density of heights."""
-
-    edges: np.ndarray = described("edges of bins about the mean height", "m", "edges")
-    density: Estimate = described("density of heights in the bins", "1/m", "bins")
 
 
 @result
@@ -60,7 +51,6 @@ class ScanStatistics:
     rms_height: Estimate = described("rms height Sq", "m")
     skewness: Estimate = described("skewness Ssk")
     kurtosis: Estimate = described("kurtosis Sku, 3 for Gaussian heights")
-    density: HeightDensity = described("density of heights")
     autocorrelation: Autocorrelation = described("autocorrelation of heights")
     spectrum: Spectrum = described("power spectrum of heights")
 
@@ -81,26 +71,9 @@ def scan_statistics(scan: Topography, parts: SubAreas | None = None) -> ScanStat
         rms_height=parts.interval(moments[:, 0], positive=True),
         skewness=parts.interval(moments[:, 1]),
         kurtosis=Estimate(kurtosis.value, np.maximum(kurtosis.low, 1.0 + moments[0, 1] ** 2), kurtosis.high),
-        density=height_density(scan, parts),
         autocorrelation=autocorrelation(scan, parts),
         spectrum=spectrum(scan, parts),
     )
-
-
-def height_density(scan: Topography, parts: SubAreas) -> HeightDensity:
-    """Histogram of the measured heights about their mean, in bins of BIN Sq."""
-    z = scan.heights - np.mean(scan.heights[scan.measured])
-    measured = z[scan.measured]
-    width = BIN * float(np.std(measured))
-    first, last = math.floor(measured.min() / width), math.floor(measured.max() / width) + 1
-    number = np.floor(z / width).astype(int) - first
-    counts = np.stack(
-        [np.bincount(number[part][scan.measured[part]], minlength=last - first) for part in parts.slices()]
-    )
-    rows = leave_one_out(counts, lambda total: total / (total.sum() * width))
-    estimate = parts.interval(rows)
-    density = Estimate(estimate.value, np.maximum(estimate.low, 0.0), estimate.high)
-    return HeightDensity(np.arange(first, last + 1) * width, density)
 
 
 def _moments(scan: Topography, parts: SubAreas) -> np.ndarray:

@@ -13,7 +13,6 @@ from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
 from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
-from roughslip.probability.estimate import columns_of
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan
@@ -34,6 +33,7 @@ from roughslip.surface.covariance import Covariance
 from roughslip.surface.models import KINDS
 
 MOST_DRAWN = 400  # points on an axis of a map that is drawn
+BINS = 50  # of the density of heights
 WIDE_RIM = 0.10  # share of the points that an empty rim may take without a warning
 FAR = 3.0  # standard errors by which a model misses lags or rings in the mean, from which a warning says so
 UNSAMPLED = {"figure_scan", "figure2"}  # targets that draw no strips; squares are expanded in modes
@@ -123,7 +123,8 @@ def of_scan(scan: Topography, statistics: ScanStatistics, outlying: np.ndarray) 
     step, axis, on_map = math.ceil(max(scan.grid.shape) / MOST_DRAWN), ("axis",), ("map_x", "map_y")
     marked = np.zeros([-(-n // step) for n in scan.grid.shape], dtype=int)  # a point drawn stands for step x step
     np.maximum.at(marked, tuple(places // step for places in np.nonzero(outlying)), 1)
-    density, is_sufficient = statistics.density, statistics.sub_areas.sufficient
+    heights, is_sufficient = scan.heights[scan.measured], statistics.sub_areas.sufficient
+    density, edges = np.histogram(heights - heights.mean(), BINS, density=True)
     variables = {
         "outliers": store.Variable((), int(outlying.sum()), "1", "points that are outliers of the heights"),
         "map_outlier": store.Variable(on_map, marked, "1", "1 where a point of the map stands for outliers"),
@@ -135,8 +136,8 @@ def of_scan(scan: Topography, statistics: ScanStatistics, outlying: np.ndarray) 
         "missing": store.Variable((), float(scan.missing.mean()), "1", "share of the points that have no height"),
         "read": store.Variable((), scan.read, "1", "what was read of the file, cut and missing"),
         "sufficient": store.Variable((), is_sufficient, "1", "whether the sub-areas are long enough for intervals"),
-        "density_edge": store.Variable(("edge",), density.edges, "m", "edges of bins of height"),
-        **store.with_interval("density", ("bin",), columns_of(density.density), "m-1", "density of heights"),
+        "density_edge": store.Variable(("edge",), edges, "m", "edges of bins of height"),
+        "density": store.Variable(("bin",), density, "m-1", "density of heights"),
     }
     for part in (statistics, statistics.autocorrelation, statistics.spectrum):
         variables |= store.variables_of(part, leave_out=("rows",))

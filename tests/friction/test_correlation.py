@@ -27,20 +27,6 @@ def averaged_white_noise(rng: np.random.Generator, strips: int, window: int, win
     return 1.0 + 0.1 * window_sums(noise, window, 5) / math.sqrt(window)
 
 
-def everywhere(mu: np.ndarray) -> np.ndarray:
-    return np.ones(mu.shape, bool)
-
-
-def test_lengths_of_the_window_alone() -> None:
-    lags = np.arange(721) * 2.5e-6
-    lengths = window_lengths(lags, WINDOW)
-    # 1/e is met at T (1 - 1/e)
-    assert lengths["one_over_e"] == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
-    # the figures of the design, in whole micrometres
-    assert lengths["least_squares"] == pytest.approx(320e-6, abs=0.5e-6)
-    assert lengths["log_line"] == pytest.approx(275e-6, rel=0.02)
-
-
 def test_an_exponential_has_its_own_length_and_a_curve_without_one_the_end_of_the_range() -> None:
     lags = np.arange(121) * 15e-6
     true = np.array([20e-6, 250e-6, 1500e-6])
@@ -80,7 +66,7 @@ def test_white_noise_averaged_on_windows_is_triangular() -> None:
     mu = averaged_white_noise(rng, 400, 40, 25)
     weights = strip_weights(400, 200, rng)
     lags = np.arange(25) * WINDOW / 8
-    r = autocorrelation(mu, everywhere(mu), 25, weights)
+    r = autocorrelation(mu, np.ones(mu.shape, bool), 25, weights)
     error = np.std(r.replicates, axis=1)
     # 24 correlated lags: 4 standard errors are exceeded once in 600 such tests
     assert np.all(np.abs(r.value - triangular(lags, WINDOW))[1:] < 4 * error[1:])
@@ -97,7 +83,7 @@ def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
     spacing, length = WINDOW / 20, 250e-6
     mu = 1.0 + 0.1 * autoregressive(rng, 300, 61, math.exp(-spacing / length))
     lags = np.arange(61) * spacing
-    fit = correlation_fit(lags, autocorrelation(mu, everywhere(mu), 61, strip_weights(300, 200, rng)), WINDOW)
+    fit = correlation_fit(lags, autocorrelation(mu, np.ones(mu.shape, bool), 61, strip_weights(300, 200, rng)), WINDOW)
     for name in ("least_squares", "one_over_e", "log_line"):
         e = getattr(fit, name)
         # 300 strips of 1800 um hold some 300 * 1800 / 500 = 1080 independent pieces: error of a length some 5 %
@@ -115,13 +101,13 @@ def test_faults_are_refused() -> None:
     weights = strip_weights(5, 40, rng)
     for lags in (1, 7):
         with pytest.raises(IllPosedError, match="longer strips"):
-            autocorrelation(mu, everywhere(mu), lags, weights)
-    ends = everywhere(mu)
+            autocorrelation(mu, np.ones(mu.shape, bool), lags, weights)
+    ends = np.ones(mu.shape, bool)
     ends[:, 1:] = False  # single windows: no pair at any lag
     with pytest.raises(IllPosedError, match="no pair"):
         autocorrelation(mu, ends, 2, weights)
     with pytest.raises(IllPosedError, match="no scatter"):
-        autocorrelation(np.full(mu.shape, 0.3), everywhere(mu), 3, weights)
+        autocorrelation(np.full(mu.shape, 0.3), np.ones(mu.shape, bool), 3, weights)
     with pytest.raises(IllPosedError, match="half a window"):
         window_lengths(np.arange(5.0), 1.5)
 
@@ -137,6 +123,10 @@ def test_a_straight_line_through_the_logarithm_of_a_triangle_depends_on_its_larg
     lags = np.linspace(0.0, 600e-6, 10_001)
     fitted = log_line(lags, triangular(lags, 600e-6)[None], share * 600e-6)
     assert fitted[0] == pytest.approx(length, rel=2e-3)
+    lengths = window_lengths(np.arange(721) * 2.5e-6, WINDOW)  # 1/e is met at T (1 - 1/e)
+    assert lengths["one_over_e"] == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
+    assert lengths["least_squares"] == pytest.approx(320e-6, abs=0.5e-6)
+    assert lengths["log_line"] == pytest.approx(275e-6, rel=0.02)
 
 
 def test_a_straight_line_finds_an_exponential_and_ends_before_the_curve_falls_to_zero():

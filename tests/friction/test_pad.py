@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import erf
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction.pad import (
     POWERS,
     WINDOWS,
@@ -192,8 +192,6 @@ def test_windows_of_blocks_are_their_plain_sums(periodic):
         ]
         np.testing.assert_allclose(found, plain, rtol=1e-13)
     assert blocks.of_rows(np.array([[1, 2, 0]])).tolist() == [[1, 1, 2, 2, 0, 0]]
-    with pytest.raises(ParameterError, match=r"must both be \(samples, X, Y\)"):
-        Blocks(area, force[0], 1e-5, 2e-5, 3e-5, periodic)
 
 
 def test_what_cells_say_of_pads_at_a_shear_strength_of_one_and_under_a_load():

@@ -147,7 +147,11 @@ def distance_to_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> 
     replicates. Sampling noise raises it: a sample of the Beta itself shows about 0.6 / sqrt(effective windows).
     """
     mu, valid = check_windows(mu, valid, weights)
-    mean, std = _mean_and_std(mu, valid, weights)
+    centre = float(np.mean(mu[valid]))
+    n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T
+    variance = second / n - (first / n) ** 2
+    require_scatter(variance, centre, first / n)
+    mean, std = centre + first / n, np.sqrt(variance)
     probability = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES
     standard = (special.betaincinv(*PAPER_BETA, probability) - PAPER_MOMENTS.mean) / PAPER_MOMENTS.standard_deviation
     shares = resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * standard)
@@ -162,11 +166,3 @@ def nearest_level(distance: np.ndarray, skewness: np.ndarray) -> int:
     """
     is_skewed = np.abs(skewness / PAPER_MOMENTS.skewness - 1.0) <= SAME_SKEWNESS
     return int(np.argmin(np.where(is_skewed, distance, 1.0 + distance)))
-
-
-def _mean_and_std(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    centre = float(np.mean(mu[valid]))
-    n, first, second = resampled(weights, power_sums(mu, valid, centre, 2)).T
-    variance = second / n - (first / n) ** 2
-    require_scatter(variance, centre, first / n)
-    return centre + first / n, np.sqrt(variance)

@@ -24,7 +24,7 @@ import numpy as np
 import scipy
 from numpy.polynomial.legendre import legvander
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction.windows import Windows, estimate_of, resampled, window_sums
 from roughslip.probability import Estimate
 
@@ -116,8 +116,6 @@ def adjacent_variance(area: np.ndarray, force: np.ndarray, weights: np.ndarray, 
 
 def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """(1 + R, n) mean of A A' - mu (A N' + N A') + mu^2 N N' over mean(N)^2, from means (S, n) of each strip."""
-    if area.shape != force.shape or area.ndim != 2:
-        raise ParameterError(f"area {area.shape} and force {force.shape} of blocks must both be (strips, blocks)")
     strips = weights.sum(axis=1)[:, None]
     aa, af, ff = (resampled(weights, product) / strips for product in products)
     of_strips = np.stack((area.mean(axis=1), force.mean(axis=1)), axis=1)
@@ -218,10 +216,6 @@ class Blocks:
     width_m: float
     window_m: float
     periodic: bool
-
-    def __post_init__(self) -> None:
-        if self.area.ndim != 3 or self.area.shape != self.force.shape:
-            raise ParameterError(f"area {self.area.shape} and force {self.force.shape} must both be (samples, X, Y)")
 
     @property
     def samples(self) -> int:

@@ -14,8 +14,7 @@ from functools import partial
 import numpy as np
 
 from roughslip.errors import ParameterError, real
-from roughslip.probability import BetaDistribution, Translation, beta_moments
-from roughslip.probability.translation import tabulate
+from roughslip.probability import BetaDistribution, Translation, beta_moments, translate
 from roughslip.validation import gate, positive, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper
@@ -123,13 +122,7 @@ class FrictionProcess:
 
         Raises IllPosedError where 200 terms of the Hermite series leave out more than 1e-4 of the variance.
         """
-        return tabulate(
-            self.marginal.centred,
-            scale=self.marginal.scale,
-            nodes=TABLE_NODES,
-            most_terms=MOST_TERMS,
-            negligible_remainder=NEGLIGIBLE_REMAINDER,
-        )
+        return translate(self.marginal, TABLE_NODES, MOST_TERMS, NEGLIGIBLE_REMAINDER)
 
 
 @gate

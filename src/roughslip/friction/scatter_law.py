@@ -3,16 +3,14 @@
 The influence of a window on its pad is g = (A - kappa N) / mean(A), kappa = sum(A) / sum(N). Its standard deviation is
 the coefficient of variation of friction where all windows touch, and exists where some do not.
 
-Pairs of points. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse as ever shorter waves are
-added. It begins at the nominal pressure p, is absorbed at zero, and ends with the variance s^2 = (E* h' / 2)^2. So
-A = erf(p / (sqrt(2) s)). Two points a distance r apart share the waves longer than r: a part rho(r) of the variance,
-with rho the correlation of the slopes. From there on they diffuse independently. With f the density of the stress of
-what is not absorbed after a variance of rho, in units of s,
+Pairs of points. Persson (J. Chem. Phys. 115 (2001) 3840) lets the stress at a point diffuse from the nominal pressure p
+as ever shorter waves are added, up to the variance s^2 = (E* h' / 2)^2. It is absorbed at zero, so A = erf(p / (sqrt(2)
+s)). Two points a distance r apart share a part rho(r) of the variance, the correlation of the slopes, and diffuse
+independently from there on. With f the density of the stress of what is not absorbed then, in units of s,
 
     C(rho) = int f(x) (erf(x / sqrt(2 (1 - rho))) - kappa x)^2 dx / A^2,      T^2 = mean of C over pairs of points.
 
-For rho << p^2 it is (d ln A / d ln s^2)^2 2 rho^2, the scatter of the slope of a window. At light loads it is shot
-noise, T^2 = c / (S p*) for a large window of area S, with p* = p / (E* h').
+At light loads it is shot noise, T^2 = c / (S p*) for a large window of area S, with p* = p / (E* h').
 
 Summits. Real contacts at light loads are Hertz contacts of few summits (Bush, Gibson and Thomas, Wear 35 (1975) 87).
 M is the matrix of the mean products of the slopes, and w <= 1 the ratio of its eigenvalues. Above a plane at t rms

@@ -225,7 +225,6 @@ def window_statistics(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) ->
     )
 
 
-@gate
 def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float, weights: np.ndarray) -> Estimate:
     """tau sum(A) / sum(N) over all windows, light ones included: the friction coefficient of the strips as a whole.
 
@@ -233,9 +232,5 @@ def ratio_of_sums(area: np.ndarray, force: np.ndarray, shear_strength_pa: float,
     shear_strength_pa : [Pa] shear strength tau
     weights : (1 + R, S) counts from `strip_weights`
     """
-    force = finite("force", force, 2)
-    area = finite("area", area, 2)
-    area, loaded = check_windows(area, np.asarray(force) > 0.0, weights)
-    force, _ = check_windows(force, loaded, weights)
     totals = resampled(weights, np.stack((area.sum(axis=1), force.sum(axis=1)), axis=1))
     return estimate_of("mean", shear_strength_pa * totals[:, 0] / totals[:, 1], len(area))

@@ -6,7 +6,7 @@ variance that of the outcome, 0 or 1, with P = E[p], is
     P (1 - P) = E[p (1 - p)] + Var p(x).
 
 The first part is the scatter of friction, which no knowledge of the inputs takes away. The second one is split by
-sources as in `probability.sensitivity`. The limits depend on the inputs alone, and all of their variance is split.
+sources as in `probability.estimate`. The limits depend on the inputs alone, and all of their variance is split.
 
 Limits are those of the cycle without scatter, searched anew at each draw. Scatter blurs that in damping, D*: to first
 order by b = sigma s(L), as `slip_orbit` has it. The shape of the grazing orbit is held as at the given values, so that
@@ -34,9 +34,8 @@ from roughslip.errors import ParameterError
 from roughslip.oscillator.machine import Machine, cycle_exists
 from roughslip.oscillator.slip_orbit import GrazingResponse, grazing_response
 from roughslip.oscillator.trough_chain import durations_by_theory
-from roughslip.probability.estimate import TAILS
+from roughslip.probability.estimate import TAILS, Source, Split, variance_split
 from roughslip.probability.search import first_change
-from roughslip.probability.sensitivity import Source, Split, variance_split
 from roughslip.validation import gate, positive
 
 LIMITS = ("damping", "belt_velocity", "load")

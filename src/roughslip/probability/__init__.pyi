@@ -3,8 +3,8 @@ from roughslip.probability.distributions import EmpiricalDistribution as Empiric
 from roughslip.probability.distributions import beta_moments as beta_moments
 from roughslip.probability.distributions import empirical_distribution as empirical_distribution
 from roughslip.probability.estimate import Estimate as Estimate
+from roughslip.probability.estimate import Source as Source
+from roughslip.probability.estimate import variance_split as variance_split
 from roughslip.probability.estimate import wilson_interval as wilson_interval
-from roughslip.probability.sensitivity import Source as Source
-from roughslip.probability.sensitivity import variance_split as variance_split
 from roughslip.probability.translation import Translation as Translation
 from roughslip.probability.translation import translate as translate

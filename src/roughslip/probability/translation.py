@@ -8,7 +8,6 @@ J. Eng. Mech. 110 (1984) 610). It increases from rho_x(-1), the least that the d
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -30,10 +29,6 @@ SMALLEST_SLOPE = 1e-9  # keeps Newton's steps finite where rho_x is flat, near r
 
 class Distribution(Protocol):
     """What a translation needs of a distribution."""
-
-    @property
-    def standard_deviation(self) -> float:
-        """Standard deviation of x."""
 
     def from_gaussian(self, normal: np.ndarray) -> np.ndarray:
         """x - E x : (as normal) at standard normal scores."""
@@ -123,41 +118,33 @@ class Translation:
 
 
 @gate
-def translate(distribution: Distribution) -> Translation:
-    """The translation to a distribution.
-
-    Raises IllPosedError where 120 terms leave out 1e-4 of the variance.
-    """
-    return tabulate(distribution.from_gaussian, standard_deviation=distribution.standard_deviation)
-
-
-@gate
-def tabulate(
-    quantile: Callable[[np.ndarray], np.ndarray],
-    *,
-    standard_deviation: float | None = None,
-    scale: float = 1.0,
+def translate(
+    distribution: Distribution,
     nodes: int = TABLE_NODES,
     most_terms: int = MOST_TERMS,
     negligible_remainder: float = NEGLIGIBLE_REMAINDER,
 ) -> Translation:
-    """The translation to a distribution that is given by its quantile function of a standard normal score.
+    """The translation to a distribution; one without scatter has a single term.
 
-    quantile : function that returns (x - E x) / scale at the scores
-    standard_deviation : of what `quantile` returns. If given, the remainder of the series is taken as the next term.
-        Otherwise the quadrature gives it, and the shares are scaled to sum to one
-    scale : unit of `quantile`, 0 for no scatter
+    nodes : of the table; most_terms : of the series, which ends at a remainder of the variance
 
     Coefficients follow from the trapezoidal rule on the table. With the normal weight it converges faster than any
     power for smooth x, and faster than Gauss-Hermite for others, most of whose nodes lie where the weight is negligible
     (L. N. Trefethen, SIAM Review 64 (2022) 132). Raises IllPosedError where the series leaves out 1e-4 of the variance.
     """
     normal = np.linspace(-TABLE_EDGE, TABLE_EDGE, nodes)
-    values = quantile(normal)
+    values = distribution.from_gaussian(normal)
     if not (np.isfinite(values).all() and (np.diff(values) >= 0.0).all()):
         raise ParameterError("the quantile function of the distribution must be finite and increase")
-    variance = None if standard_deviation is None else standard_deviation**2
-    shares = _hermite_shares(normal, values, variance, most_terms, negligible_remainder)
+    measure = np.exp(-0.5 * normal**2) / math.sqrt(2.0 * math.pi) * (normal[1] - normal[0])
+    variance = float(np.sum(measure * values**2) - np.sum(measure * values) ** 2)
+    before, now = np.ones_like(normal), normal.copy()
+    shares: list[float] = []
+    for n in range(1, most_terms + 1 if variance else 2):
+        shares.append(float(np.sum(measure * values * now)) ** 2 / variance if variance else 1.0)
+        if sum(shares) > 1.0 - negligible_remainder:
+            break
+        before, now = now, (normal * now - math.sqrt(n) * before) / math.sqrt(n + 1.0)
     carried = sum(shares)
     if not abs(1.0 - carried) < LEFT_OUT:
         raise IllPosedError(
@@ -165,30 +152,7 @@ def tabulate(
             "distribution is too close to steps, as of few values, or its tail too long, as of outliers: leave these "
             "out, or take a Beta distribution of larger shapes"
         )
-    append = standard_deviation is not None and carried < 1.0
-    return Translation(
-        normal=normal,
-        values=scale * values,
-        shares=np.append(shares, 1.0 - carried) if append else np.array(shares) / carried,
-        left_out=1.0 - carried,
-    )
-
-
-def _hermite_shares(
-    normal: np.ndarray, values: np.ndarray, variance: float | None, most_terms: int, negligible_remainder: float
-) -> list[float]:
-    """w_1, w_2, ..., until they carry the variance but for a negligible remainder."""
-    measure = np.exp(-0.5 * normal**2) / math.sqrt(2.0 * math.pi) * (normal[1] - normal[0])
-    if variance is None:
-        variance = float(np.sum(measure * values**2) - np.sum(measure * values) ** 2)
-    before, now = np.ones_like(normal), normal.copy()
-    shares: list[float] = []
-    for n in range(1, most_terms + 1):
-        shares.append(float(np.sum(measure * values * now)) ** 2 / variance)
-        if sum(shares) > 1.0 - negligible_remainder:
-            break
-        before, now = now, (normal * now - math.sqrt(n) * before) / math.sqrt(n + 1.0)
-    return shares
+    return Translation(normal, values, np.array(shares) / carried, 1.0 - carried)
 
 
 def checked_correlations(values: float | np.ndarray) -> np.ndarray:

@@ -1,10 +1,14 @@
-"""The work of a stage in this process: from a slice of a scene and files to the result that it writes."""
+"""The work of a stage in this process, from a slice of a scene and files to the result that it writes, and small scenes.
+
+Seeds of random numbers are [seed of the scene, number of the stream, number of the sample], in tests as in stages.
+"""
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -15,6 +19,43 @@ from roughslip.study.graph import STAGES
 from roughslip.study.job import Job
 
 KEY = store.Key({}, "code")
+MODULUS = 2.1e11 / (1 - 0.3**2)  # E* of CONTACT
+SQ = 2e-7
+CONTACT = {
+    "seed": 7,
+    "roughness": {"covariance": "gaussian", "rms_height_m": SQ, "correlation_length_m": 1.5e-5},
+    "material": {"young_modulus_pa": 2.1e11, "poisson_ratio": 0.3},
+    "square": {"edge_m": 6e-5, "nodes": 6, "modes": 36},
+    "strip": {
+        "width_m": 2.5e-5,
+        "cell_m": 5e-6,
+        "window_m": 1e-4,
+        "window_spacing_m": 2e-5,
+        "penetration_percentiles": [30.0, 50.0],
+    },
+    "expansion": {},
+    "numerics": {"contact_tolerance": 1e-10},
+}
+OSCILLATOR = {
+    "mass_kg": 1.0,
+    "stiffness_n_per_m": 316.0**2,
+    "damping_ratio": 0.17,
+    "belt_velocity_m_per_s": 0.948,
+    "normal_force_n": 2500.0,
+    "excitation_force_n": 0.0,
+    "excitation_frequency_rad_per_s": 316.0,
+    "static_friction": 0.4,
+    "stribeck_decay_s_per_m": 1.42,
+    "stribeck_quadratic_s2_per_m2": 0.01,
+}
+
+
+def changed(scene: dict, **sections: dict) -> dict:
+    """A copy of the scene with other values in some of its sections."""
+    new = copy.deepcopy(scene)
+    for section, values in sections.items():
+        new[section] = new.get(section, {}) | values
+    return new
 
 
 def job_of(name: str, configuration: dict, output: Path, **given: Any) -> Job:
@@ -33,20 +74,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(folder: Path) -> Callable[..., store.Result]:
-    """run(stage, configuration, **arguments) is the result. It stays in the module's folder by the stage's name.
-    run.did is the work that the last stage counted, and run.warnings what it warned of."""
+    """run(stage, configuration, name, constants, **files) is the result, which stays in the module's folder under that
+    name. constants : of the module of the stage; run.warnings are those of the last stage"""
 
-    def run_stage(stage: ModuleType, configuration: dict, name: str = "", **arguments: object) -> store.Result:
-        row = stage.__name__.rpartition(".")[2]
-        further = {"text": "text.json", "deterministic": "plain.nc", "ensemble": "runs.nc"}
-        also = {kind: folder / file for kind, file in further.items()} | {
-            "summary": folder / f"{name or 'summary'}.csv"
-        }
-        output = folder / f"{name or row}.nc"
-        job = job_of(row, configuration, output, also=also, **arguments)
-        stage.work(job.scene, job)
-        run_stage.did, run_stage.warnings = dict(job.did), job.warnings
-        return store.read(output)
+    def run_stage(stage: str, configuration: dict, name: str = "", constants: dict | None = None, **arguments):
+        module, name = import_module(f"roughslip.study.{stage}"), name or stage
+        further = {"text": "text.json", "deterministic": "plain.nc", "ensemble": "runs.nc", "summary": "summary.csv"}
+        also = {kind: folder / f"{name}-{file}" for kind, file in further.items()}
+        job = job_of(stage, configuration, folder / f"{name}.nc", also=also, **arguments)
+        with pytest.MonkeyPatch.context() as patch:
+            for constant, value in (constants or {}).items():
+                patch.setattr(module, constant, value)
+            module.work(job.scene, job)
+        run_stage.warnings = job.warnings
+        return store.read(job.output)
 
     return run_stage
 

@@ -1,4 +1,4 @@
-"""The work of a stage in this process, from a slice of a scene and files to the result that it writes, and small scenes.
+"""The work of a stage in this process, from a slice of a scene and files to the result that it writes; small scenes.
 
 Seeds of random numbers are [seed of the scene, number of the stream, number of the sample], in tests as in stages.
 """

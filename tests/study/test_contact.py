@@ -17,7 +17,7 @@ from roughslip.study.from_scene import domain, geometry
 from roughslip.study.from_scene.surface_model import surface_model
 from roughslip.study.graph import STAGES
 from roughslip.surface.models import covariance_of
-from roughslip.surface.plausibility import rms_slope
+from roughslip.surface.plausibility import rms_slope, yielding
 from tests.study.conftest import CONTACT, MODULUS, SQ, changed
 
 STRIPS, MANY, TRAINED = 12, 40, 6
@@ -373,7 +373,7 @@ def test_a_soft_surface_touches_on_the_load_over_its_hardness(run, cells, monkey
     assert result["real_area"] == pytest.approx(0.1, rel=0.05)
     assert cells[0][0]["plasticity_index"] == 0
     assert not cells[0][0]["yielded"].any()
-    assert periodic_cell.yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
+    assert yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
 
 
 @pytest.mark.nightly

@@ -272,7 +272,7 @@ LENGTHS = (6.0, 6.0)
     ],
 )
 def test_training_nodes_lie_half_a_length_from_the_central_ones(nx, ny, lengths, central, training):
-    """Each with its mirror images, the centre first; none beyond the central ones where the mesh does not resolve it."""
+    """Each with its mirror images, the centre first; the central ones alone where the mesh does not resolve it."""
     grid = geometry.Grid(nx, ny, 1.0, 1.0)
     middle, nodes = geometry.central_nodes(lengths, grid), geometry.training_nodes(lengths, grid)
     assert list(zip(middle.x.tolist(), middle.y.tolist(), strict=True)) == central

@@ -14,13 +14,13 @@ from roughslip.figures.figure_record import figure_record
 from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
 from roughslip.oscillator.answers import leaves_known_speeds
-from roughslip.record.process import Scatter
+from roughslip.record.likelihood import scatter_path
 from roughslip.scene.types import scene_of
 from roughslip.study import budget, record
 from roughslip.study.from_scene.machine import friction_of, machine_of
 from roughslip.study.graph import STAGES
 from roughslip.surface import covariance_of
-from tests.study.conftest import KEY, OSCILLATOR, changed
+from tests.study.conftest import OSCILLATOR, changed
 from tests.study.test_motion import EXISTENCE, scattered
 
 SECONDS, N, LENGTH = 30.0, 500, 1e-3
@@ -40,7 +40,7 @@ def recorded(run, folder):
     time = np.arange(N) * SECONDS / N
     speed = 2e-3 * np.exp(3.0 * (np.abs(time / SECONDS * 4.0 % 2.0 - 1.0) - 1.0))
     slipped = np.cumsum(speed) * SECONDS / N
-    path = Scatter("exponential", LENGTH / 2).path(slipped, np.random.default_rng(6))
+    path = scatter_path(slipped, LENGTH / 2, np.random.default_rng(6))
     columns = np.c_[time, 1e3 * speed, 0.25 / (1.0 + 4e3 * speed) + 0.2 + 0.02 * path]
     header = "time [s],speed [mm/s],friction [1]"
     np.savetxt(folder / "trace.csv", columns, header=header, comments="", delimiter=",")
@@ -67,17 +67,6 @@ def test_law_and_process_of_the_oscillator_are_those_of_the_record(recorded):
         assert deviation == pytest.approx(float(recorded["multiplicative_std"]))
     for velocity, outside in ((5e-4, True), (1e-3, False), (3e-3, True)):
         assert leaves_known_speeds(own.changed({"belt_velocity": velocity, "load": 0.1})) == outside
-
-
-def test_a_triangle_is_that_of_the_oscillator_too(recorded, tmp_path):
-    """An average over a window of two lengths: nothing beyond it."""
-    variables = {name: recorded.variable(name) for name in recorded}
-    triangle = np.full(np.shape(variables["additive_shape"].values), "triangle")
-    variables["additive_shape"] = variables["additive_shape"]._replace(values=triangle)
-    store.write(tmp_path / "record.nc", variables, KEY)
-    process = friction_of(scene_of(SCENE), tmp_path / "record.nc").process
-    lags = process.correlation_length_m * np.array([0.0, 0.5, 1.0, 2.0, 3.0])
-    assert process.autocorrelation(lags) == pytest.approx([1.0, 0.75, 0.5, 0.0, 0.0])
 
 
 def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(recorded):

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
-from roughslip.oscillator.friction_laws.stribeck import StribeckLaw
+from roughslip.oscillator.laws import StribeckLaw
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import ACCURACY

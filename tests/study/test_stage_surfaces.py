@@ -60,7 +60,8 @@ def test_a_scan_is_described_by_its_own_moments_along_its_axes(scan_of):
     assert stored == pytest.approx(moments, rel=1e-5, abs=1e-5 * 1e-7)
     assert (result["missing"], result["outliers"]) == (0.0, 0)
     edges = result["density_edge"]
-    np.testing.assert_allclose(result["density"], np.histogram(z, edges)[0] / z.size / np.diff(edges), rtol=1e-2)
+    bins = np.histogram(z, edges)[0] / z.size / np.diff(edges)  # a height within rounding of an edge may fall out
+    np.testing.assert_allclose(result["density"], bins, atol=2 / z.size / np.diff(edges)[0])
     assert (result["length_x"], result["length_y"]) == (pytest.approx(8e-6, rel=0.25), pytest.approx(5e-6, rel=0.25))
     assert result["length_x_low"] < result["length_x"] < result["length_x_high"]
     i, j = (int(np.argmin(np.abs(result[name]))) for name in ("lag_x", "lag_y"))

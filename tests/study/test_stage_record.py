@@ -21,7 +21,7 @@ from roughslip.study.from_scene.machine import friction_of, machine_of
 from roughslip.study.graph import STAGES
 from roughslip.surface import covariance_of
 from tests.study.conftest import OSCILLATOR, changed
-from tests.study.test_cycles import EXISTENCE, scattered
+from tests.study.test_stage_motion import EXISTENCE, scattered
 
 SECONDS, N, LENGTH = 30.0, 500, 1e-3
 SCENE = {

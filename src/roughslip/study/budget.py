@@ -30,7 +30,7 @@ from roughslip.report.words import budget_summary
 from roughslip.scene.schema import source_of
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream, geometry
-from roughslip.study.from_scene.machine import at_penetration, friction_of, is_under_load, machine_of, oscillator_of
+from roughslip.study.from_scene.machine import friction_of, machine_of, oscillator_of, own_windows
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
 
@@ -52,15 +52,8 @@ def work(scene: Scene, job: Job) -> None:
     if not answer["given"]:
         raise InputError(f"figure_budget: {answer['summary'][0]}")
     inputs = uncertain_inputs(scene, job.optional("friction"), job.optional("scan"))
-    seed = (scene.seed, Stream.BUDGET)
-    found = uncertainty_budget(
-        inputs.machine,
-        inputs.sources,
-        band_of(answer),
-        with_rates=True,
-        samples=SAMPLES,
-        seed=seed,
-    )
+    options: Any = {"with_rates": True, "samples": SAMPLES, "seed": (scene.seed, Stream.BUDGET)}
+    found = uncertainty_budget(inputs.machine, inputs.sources, band_of(answer), **options)
     job.count(machines=SAMPLES * (len(inputs.sources) + 2) if inputs.sources else 1)
     result = {
         **asdict(found),
@@ -215,7 +208,7 @@ def _of_surface(scene: Scene, scan: Path | None) -> tuple[dict[str, tuple[float,
     powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)
     if scan is None and not powers:
         raise InputError("roughness: heights whose slope has no limit take no standard uncertainty: give numbers alone")
-    found = of_scene if scan is None else _relative_errors(store.read(scan), OF_SCAN, float)
+    found = of_scene if scan is None else _relative_errors(store.read(scan), OF_SCAN)
     return (found if powers else {}), powers
 
 
@@ -223,19 +216,14 @@ def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, 
     """Value 1 and relative standard error of the factors that contact solves leave uncertain."""
     if statistics is None or scene.friction.statistics is not None:
         return {}
-    result = store.read(statistics)
-    combined = "" if is_under_load(result) else "combined_"
-    columns = {name: f"{combined}{column}" for name, column in OF_SOLVES.items()}
-    return _relative_errors(result, columns, lambda values: at_penetration(scene, result, values))
+    return _relative_errors(own_windows(store.read(statistics)), OF_SOLVES)
 
 
-def _relative_errors(
-    result: store.Result, columns: Mapping[str, str], number: Callable[[np.ndarray], float]
-) -> dict[str, tuple[float, float]]:
+def _relative_errors(result: Mapping[str, np.ndarray], columns: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     """Value 1 and relative standard error by name, from 95 % intervals of columns; without those that have none."""
     errors = {}
     for name, column in columns.items():
-        value, low, high = (number(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
+        value, low, high = (float(result[f"{column}{end}"]) for end in ("", "_low", "_high"))
         error = (high - low) / (2.0 * NORMAL_95 * value)
         if math.isfinite(error) and error > 0.0:
             errors[name] = 1.0, error
@@ -245,8 +233,7 @@ def _relative_errors(
 def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> SimpleNamespace:
     """The section `oscillator` at other values of its numbers. mean : friction coefficient
 
-    A limit of stick that is the first
-    coefficient of the table stays that; none falls below it.
+    A limit of stick that is the first coefficient of the table stays that; none falls below it.
     """
     section = SimpleNamespace(**vars(scene.oscillator))
     for key, value in values.items():

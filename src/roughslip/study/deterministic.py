@@ -23,12 +23,12 @@ from roughslip.study.from_scene.machine import (
     DISCARDED_PERIODS,
     DRAWN_PERIODS,
     MEDIAN,
-    at_penetration,
     damping_ratios,
     friction_of,
     is_record,
     is_under_load,
     machine_of,
+    own_windows,
     response_of_limit,
     statistics_of,
 )
@@ -104,14 +104,14 @@ def of_motion(
 
 def of_friction(job: Job, machine: Machine, friction: Friction) -> dict[str, store.Variable]:
     """The scatter of the friction, and where it is that of windows how that of the load's windows moves the limit."""
-    scene, result = job.scene, statistics_of(job.scene, job.optional("friction"))
+    result = statistics_of(job.scene, job.optional("friction"))
     title = "standard deviation of the coefficient of all windows in parallel"
     variables = {"friction_scatter": store.Variable((), friction.pad_deviation, "1", title)}
     if result is None or is_record(result) or is_under_load(result):
         return variables
     warn_of_load(job, result, friction.pad_deviation)
     title = "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
-    for kind, moved in load_responses(scene, result, machine, friction).items():
+    for kind, moved in load_responses(job.scene, result, machine, friction).items():
         variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
     variables["friction_percentile"] = store.Variable((), MEDIAN, "percent", "penetration of the windows")
     return variables
@@ -123,7 +123,7 @@ def load_responses(scene: Scene, result: store.Result, machine: Machine, frictio
     To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without
     a limit.
     """
-    pad = replace(friction, windows=max(at_penetration(scene, result, result["load_windows"]), 1.0))
+    pad = replace(friction, windows=max(float(own_windows(result)["load_windows"]), 1.0))
     try:
         own = response_of_limit(machine, friction)[1]
         return {
@@ -137,10 +137,9 @@ def load_responses(scene: Scene, result: store.Result, machine: Machine, frictio
 def warn_of_load(job: Job, statistics: store.Result, scatter: float) -> None:
     """Warns where the scene's windows are far from those that bear its force at its penetration."""
     section = job.scene.oscillator
-    low, needed, high, std = (
-        at_penetration(job.scene, statistics, statistics[name])
-        for name in ("load_windows_low", "load_windows", "load_windows_high", "load_std")
-    )
+    names = ("load_windows_low", "load_windows", "load_windows_high", "load_std")
+    own = own_windows(statistics)
+    low, needed, high, std = (float(own[name]) for name in names)
     force, given = section.normal_force_n, section.windows_in_parallel
     if max(needed / given, given / needed) > MISSED:
         job.warn(

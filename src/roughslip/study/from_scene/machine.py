@@ -7,7 +7,7 @@ of the `Machine` that every stage of the motion runs.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -91,15 +91,16 @@ def friction_of(scene: Scene, statistics: Path | None) -> Friction:
         deviation = float(result[f"{kind}_std"]) * (mean if multiplies else 1.0)
         length, (a, b) = float(result[f"{kind}_length"]), map(float, result["beta_shapes"])
     else:
-        column = "" if is_under_load(result) else "combined_"
-        names = (f"{column}mean", f"{column}std", f"{column}length_least_squares")
-        mean, deviation, length = (at_penetration(scene, result, result[name]) for name in names)
-        a, b = (at_penetration(scene, result, result[name]) for name in ("beta_a", "beta_b"))
-        pad = pad_of_windows(scene, result)
+        own = own_windows(result)
+        mean, deviation, length, a, b = (
+            float(own[name]) for name in ("mean", "std", "length_least_squares", "beta_a", "beta_b")
+        )
         if is_under_load(result):
-            mean, deviation = float(result["load_mean"]), float(window_scatter(result))
+            mean = float(own["load_mean"])
+            deviation = deviation if own["missing_share"] == 0.0 else float(own["pad_std"][0])
         elif windows > 1:
-            mean = at_penetration(scene, result, of_pad(result, "pad_mean", windows))
+            mean = of_pad(own, "pad_mean", windows)
+        pad = pad_of_windows(own, deviation)
     marginal = PAPER_SHAPES if scene.ensemble.marginal == "paper" else (a, b)
     return Friction(mean, deviation, length, marginal, windows, pad, multiplies)
 
@@ -119,20 +120,22 @@ def is_under_load(result: store.Result) -> bool:
     return "load_mean" in result
 
 
-def at_penetration(scene: Scene, result: store.Result, values: np.ndarray) -> float:
-    """Values : (levels,) of the friction statistics at the penetration of the windows, or () under the load."""
+def own_windows(result: store.Result) -> dict[str, np.ndarray]:
+    """What friction statistics say under the load, or else at the median, with the expansion as control, by name."""
     if is_under_load(result):
-        return float(values)
-    return float(values[np.flatnonzero(result["percentile"] == MEDIAN)[0]])
+        return dict(result)
+    median = int(np.flatnonzero(result["percentile"] == MEDIAN)[0])
+    own = {
+        name: variable.values[median] if variable.dimensions[:1] == ("level",) else variable.values
+        for name, variable in result.variables.items()
+    }
+    return own | {name.removeprefix("combined_"): own[name] for name in own if name.startswith("combined_")}
 
 
-def window_scatter(result: store.Result) -> np.ndarray:
-    """() standard deviation of a window under the load: its own, or of first order where some have no contact."""
-    return np.asarray(result["std"] if result["missing_share"] == 0.0 else result["pad_std"][0])
-
-
-def pad_of_windows(scene: Scene, result: store.Result) -> Callable[[float, float], Pad]:
+def pad_of_windows(own: Mapping[str, np.ndarray], deviation: float) -> Callable[[float, float], Pad]:
     """Pads of the windows of a file, with the correlation of windows along and across the belt (`friction.pad`).
+
+    own : from `own_windows`; deviation : standard deviation of a window
 
     The autocorrelation of a single window is exp(-s / L); that of a pad is stored at some numbers of windows.
     """
@@ -140,36 +143,31 @@ def pad_of_windows(scene: Scene, result: store.Result) -> Callable[[float, float
     def pad(windows: float, length_m: float) -> Pad:
         if windows == 1:
             return 1.0, length_m, None
-        under_load = is_under_load(result)
-        own = window_scatter(result) if under_load else result["combined_std"]
-        independent = at_penetration(scene, result, own / of_pad(result, "pad_std", windows)) ** 2
-        name = "length_least_squares" if under_load else "combined_length_least_squares"
-        own_length = at_penetration(scene, result, result[name])  # a map may have others
-        length, shape = pad_correlation(scene, result, windows)
-        return max(independent, 1.0), length * length_m / own_length, shape
+        independent = (deviation / of_pad(own, "pad_std", windows)) ** 2
+        length, shape = pad_correlation(own, windows)
+        length *= length_m / float(own["length_least_squares"])  # a map may have others
+        return max(independent, 1.0), length, shape
 
     return pad
 
 
-def of_pad(result: store.Result, name: str, windows: float) -> np.ndarray:
-    """(levels,) or () a positive number of pads of so many windows : power laws between the stored ones, and beyond."""
-    places, values = np.log(result["pad_windows"]), np.log(result[name])
+def of_pad(own: Mapping[str, np.ndarray], name: str, windows: float) -> float:
+    """A positive number of pads of so many windows : power laws between the stored ones, and beyond."""
+    places, values = np.log(own["pad_windows"]), np.log(own[name])
     low = min(int(np.searchsorted(places, math.log(windows), side="right")), len(places) - 1) - 1
     share = (math.log(windows) - places[low]) / (places[low + 1] - places[low])
-    return np.asarray(np.exp((1.0 - share) * values[..., low] + share * values[..., low + 1]))
+    return float(np.exp((1.0 - share) * values[low] + share * values[low + 1]))
 
 
-def pad_correlation(scene: Scene, result: store.Result, windows: float) -> tuple[float, CorrelationShape]:
+def pad_correlation(own: Mapping[str, np.ndarray], windows: float) -> tuple[float, CorrelationShape]:
     """Length [m] and shape of the autocorrelation of the friction of a pad of so many windows."""
-    place, last = math.log(windows, result["pad_windows"][1]), len(result["pad_windows"]) - 1
+    place, last = math.log(windows, own["pad_windows"][1]), len(own["pad_windows"]) - 1
     low = min(int(place), last - 1)
     share, near = place - low, min(place - low, 1.0)  # beyond the largest pad the curve stays and the lags grow
-    curves = result["pad_means"][low : low + 2] @ result["pad_parts"].T
+    curves = own["pad_means"][low : low + 2] @ own["pad_parts"]
     curves /= curves[:, :1]
     curve = (1.0 - near) * curves[0] + near * curves[1]
-    if not is_under_load(result):
-        curve = np.array([np.interp(MEDIAN, result["percentile"], row) for row in curve])
-    lags = result["pad_lag"][low] * (result["pad_lag"][low + 1, -1] / result["pad_lag"][low, -1]) ** share
+    lags = own["pad_lag"][low] * (own["pad_lag"][low + 1, -1] / own["pad_lag"][low, -1]) ** share
     return CorrelationShape.of_lags(lags, curve)
 
 

@@ -1,22 +1,20 @@
 """Stage contact_square: contact of a batch of samples of the square with the plane, at one penetration."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.at_nodes import NodePressures, solve_at
+from roughslip.contact.at_nodes import solve_at
 from roughslip.contact.dense_solver import SMALL
 from roughslip.contact.edge import point_pressures
-from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.from_scene.geometry import Nodes, latin_hypercubes, training_design, variables_of
 from roughslip.study.job import Job
-from roughslip.surface.model import GaussianModel
 from roughslip.surface.modes import heights
 
 PENETRATION = 50.0  # [%] of the heights are above the plane
@@ -26,70 +24,39 @@ POINT = f"{PRESSURE}, less the mesh error at edges"
 GAP = "gap at nodes around the centre, below zero the plastic displacement"
 
 
-@dataclass(frozen=True)
-class Square:
-    """The square and the plane.
-
-    model, grid : surfaces, and the mesh of the square
-    modes : (M, nx, ny) [m] scaled Karhunen-Loeve modes
-    plane_m : [m] height of the plane
-    influence : of a pressure on displacements
-    tolerance : [-] of a solve
-    hardness_pa : [Pa] highest pressure
-    """
-
-    model: GaussianModel
-    grid: Grid
-    modes: np.ndarray
-    plane_m: float
-    influence: Influence
-    tolerance: float
-    hardness_pa: float
-
-
 def work(scene: Scene, job: Job) -> None:
     """Write the pressure around the centre of every sample, and of a design that trains the expansion the gap."""
-    numbers, problem = job.numbers, square(job)
-    modes, count, lengths = len(problem.modes), len(job.numbers), problem.model.lengths_m
+    model, grid = surface_model.gaussian_model(scene, job.optional("scan")), geometry.square_grid(scene)
+    modes, plane = store.read(job.path("surface"))["modes"], float(model.plane_height(PENETRATION))
+
+    def above(xi: np.ndarray, modes: np.ndarray) -> np.ndarray:
+        """Heights [m] above the plane, of a sample (M,) of the variables of the modes (M, nx, ny) [m]."""
+        return np.asarray(model.heights(heights(modes, xi)) - plane)
+
+    central, count = geometry.central_nodes(model.lengths_m, grid), len(modes)
     if job.design == "expansion":
-        xi = training_design(scene, modes)[numbers]
-        variables = solved(problem, xi, count, geometry.training_nodes(lengths, problem.grid), job)
+        rough = (above(xi, modes) for xi in training_design(scene, count)[job.numbers])
+        variables = solved(job, grid, rough, geometry.training_nodes(model.lengths_m, grid))
     elif job.design == "latin_hypercube":
-        xi = np.concatenate(list(latin_hypercubes(scene, modes)))[numbers]
-        nodes = geometry.central_nodes(lengths, problem.grid)
-        first = geometry.Nodes(*(part[:1] for part in nodes))  # a design is balanced at one node only
-        variables = pressures_at(problem, xi, count, first, job)
+        first = geometry.Nodes(*(part[:1] for part in central))  # a design is balanced at one node only
+        designs = np.concatenate(list(latin_hypercubes(scene, count)))
+        variables = pressures_at(job, grid, modes, above, designs[job.numbers], first)
     else:
-        drawn = (variables_of(scene.seed, number, modes) for number in numbers)
-        variables = pressures_at(problem, drawn, count, geometry.central_nodes(lengths, problem.grid), job)
+        drawn = (variables_of(scene.seed, number, count) for number in job.numbers)
+        variables = pressures_at(job, grid, modes, above, drawn, central)
     store.write(job.output, variables, job.key, {"first": job.numbers.start, "design": job.design})
 
 
-def square(job: Job) -> Square:
-    """The square of a stage that was given the modes as --surface."""
-    scene = job.scene
-    model, grid = surface_model.gaussian_model(scene, job.optional("scan")), geometry.square_grid(scene)
-    return Square(
-        model,
-        grid,
-        store.read(job.path("surface"))["modes"],
-        float(model.plane_height(PENETRATION)),
-        geometry.influence(scene, grid),
-        scene.numerics.contact_tolerance,
-        geometry.hardness_pa(scene),
-    )
-
-
-def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job) -> dict[str, store.Variable]:
+def solved(job: Job, grid: Grid, rough: Iterable[np.ndarray], nodes: Nodes) -> dict[str, store.Variable]:
     """Pressure, with the mesh error at edges and without it, and gap at some nodes of every sample.
 
-    xi : `count` samples (M,) of the variables of the modes
+    rough : heights (nx, ny) [m] of each above the plane
     """
+    scene, kept, count = job.scene, (nodes.x, nodes.y), len(job.numbers)
+    influence, hardness = geometry.influence(scene, grid), geometry.hardness_pa(scene)
     pressure, point, gap = np.empty((3, count, len(nodes.x)))
-    kept = nodes.x, nodes.y
-    for row, variables in enumerate(xi):
-        rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
-        solution = solve(problem.influence, rough, problem.tolerance, hardness_pa=problem.hardness_pa)
+    for row, above in enumerate(rough):
+        solution = solve(influence, above, scene.numerics.contact_tolerance, hardness_pa=hardness)
         pressure[row], gap[row] = solution.pressure[kept], solution.signed_gap[kept]
         point[row] = point_pressures(solution.pressure, kept)
         job.progress(row + 1, count)
@@ -103,38 +70,35 @@ def solved(problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, 
 
 
 def pressures_at(
-    problem: Square, xi: Iterable[np.ndarray], count: int, nodes: Nodes, job: Job
+    job: Job,
+    grid: Grid,
+    modes: np.ndarray,
+    above: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    drawn: Iterable[np.ndarray],
+    nodes: Nodes,
 ) -> dict[str, store.Variable]:
     """Pressure at some nodes of every sample, and no more than that takes.
 
-    xi : `count` samples (M,) of the variables of the modes
+    above : heights [m] above the plane, by variables and modes; drawn : variables (M,) of each sample
     """
-    points = geometry.counts_shares(job.scene)
-    pressure, error = np.empty((2, count, len(nodes.x)))
-    kept = nodes.x, nodes.y
-    there = np.ascontiguousarray(problem.modes[:, *kept, None])
-    is_small = problem.grid.size <= SMALL  # the whole surface is then as quick as these nodes
-    nothing = np.zeros(len(nodes.x))
+    scene, kept, count = job.scene, (nodes.x, nodes.y), len(job.numbers)
+    influence, points = geometry.influence(scene, grid), geometry.counts_shares(scene)
+    options: Any = {"hardness_pa": geometry.hardness_pa(scene), "points": points}
+    pressure, error = np.zeros((2, count, len(nodes.x)))
+    there = np.ascontiguousarray(modes[:, *kept, None])
+    is_small = grid.size <= SMALL  # the whole surface is then as quick as these nodes
     solves = work = 0
-    for row, variables in enumerate(xi):
-        bounds = NodePressures(nothing, nothing, nothing, 0, "none")
-        if is_small or (problem.model.heights(heights(there, variables)) > problem.plane_m).any():
-            rough = problem.model.heights(heights(problem.modes, variables)) - problem.plane_m
-            bounds = solve_at(
-                problem.influence,
-                rough,
-                kept,
-                PRECISION,
-                problem.tolerance,
-                hardness_pa=problem.hardness_pa,
-                points=points,
-            )
-        pressure[row], error[row] = bounds.pressure, bounds.high - bounds.low
-        solves += bounds.method != "none"
-        work += bounds.work
+    for row, xi in enumerate(drawn):
+        if is_small or (above(xi, there) > 0.0).any():
+            tolerance = scene.numerics.contact_tolerance
+            bounds = solve_at(influence, above(xi, modes), kept, PRECISION, tolerance, **options)
+            pressure[row], error[row] = bounds.pressure, bounds.high - bounds.low
+            solves += bounds.method != "none"
+            work += bounds.work
         job.progress(row + 1, count)
     job.count(surfaces=count, solves=solves, products=work)
+    title = "width of the bounds of the cell's pressure"
     return {
         "pressure": store.Variable(("sample", "node"), pressure, "Pa", POINT if points else PRESSURE),
-        "pressure_error": store.Variable(("sample", "node"), error, "Pa", "width of the bounds of the cell's pressure"),
+        "pressure_error": store.Variable(("sample", "node"), error, "Pa", title),
     }

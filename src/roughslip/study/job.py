@@ -56,7 +56,8 @@ class Job:
     scenes: Mapping[str, Mapping[str, Path]] = field(default_factory=dict)
     did: Counter[str] = field(default_factory=Counter)
     warnings: list[str] = field(default_factory=list)
-    _loop: tuple[int, int, float, float] = (0, 0, 0.0, 0.0)  # done, done at first, when, and when a line was last said
+    _loop_began: float = 0.0
+    _said: float = 0.0  # when a line was last said
 
     def paths(self, name: str) -> list[Path]:
         """All files of that name; none where the scene has none."""
@@ -93,21 +94,18 @@ class Job:
         print(f"{self.stage}: {text}", file=sys.stderr, flush=True)
 
     def progress(self, done: int, total: int) -> None:
-        """Say every few seconds, and at the end, what is done and the time to go.
+        """Say every few seconds, and at the end, what is done and the time to go. done : from 1 up, in each loop anew.
 
-        done : from 1 up; a lower one than before begins another loop. Time is counted from its first call, so that
-            compiling does not count
+        Time is counted from its first call, so that compiling does not count.
         """
-        before, first, began, said = self._loop
         now = time.monotonic()
-        if done <= before or not before:
-            first, began = done, now
-        if now - said >= _LINES_APART or done == total:
-            to_go = (total - done) * (now - began) / max(done - first, 1)
-            left = f", about {to_go:.0f} s to go" if first < done < total else ""
+        if done == 1:
+            self._loop_began = now
+        if now - self._said >= _LINES_APART or done == total:
+            to_go = (total - done) * (now - self._loop_began) / max(done - 1, 1)
+            left = f", about {to_go:.0f} s to go" if 1 < done < total else ""
             self.say(f"{done} of {total} after {time.time() - _BEGAN:.0f} s{left}")
-            said = now
-        self._loop = done, first, began, said
+            self._said = now
 
     def record(self) -> dict[str, Any]:
         """What it took up to now and what it did, with size and checksum of each file that it made."""

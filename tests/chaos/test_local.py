@@ -68,40 +68,17 @@ def truth(target, count=1_000_000):
     return pressures(response(u) + scatter(u) * generator.standard_normal(count), target)[0]
 
 
-@pytest.fixture(scope="module")
-def fitted():
-    return {kind: fit_local(samples(target), 3, target) for kind, target in TARGETS.items()}
-
-
-@pytest.fixture(scope="module")
-def true():
-    return {kind: truth(target) for kind, target in TARGETS.items()}
-
-
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_distribution_is_recovered(fitted, true, kind):
-    """Within four standard errors of so many surfaces seen at one node, though the expansion has 166 coefficients."""
-    drawn, p = fitted[kind].draw(np.random.default_rng(3), 200_000), true[kind]
+def test_the_distribution_at_the_centre_is_recovered_for_any_drift_with_the_distance(kind):
+    """Within four standard errors of so many surfaces seen at one node."""
+    target = TARGETS[kind]
+    p = truth(target)
     share = np.mean(p > 0)
-    assert np.mean(drawn > 0) == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / SURFACES))
-    assert drawn.mean() == pytest.approx(p.mean(), abs=4 * p.std() / np.sqrt(SURFACES))
-    assert drawn.std() == pytest.approx(p.std(), rel=0.15)  # 4 sqrt((kurtosis - 1) / 4 n) with a kurtosis of some 5
-    levels = np.r_[0.0, np.quantile(p[p > 0], [0.1, 0.5, 0.9])]
-    curves = [np.searchsorted(np.sort(one), levels, side="right") / len(one) for one in (drawn, p)]
-    assert np.max(np.abs(curves[0] - curves[1])) < 4 * 0.5 / np.sqrt(SURFACES)
-
-
-def test_the_drift_with_the_distance_is_taken_out(true):
-    """Twice the drift at nodes further out changes nothing at the centre, but for errors of the coefficient."""
-    target, p = TARGETS["trial_pressure"], true["trial_pressure"]
-    near, far = (
-        fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000)
-        for drift in (0.0, 1.5)
-    )
-    for drawn in (near, far):
-        assert np.mean(drawn > 0) == pytest.approx(np.mean(p > 0), abs=4 * 0.5 / np.sqrt(400))
-    assert np.mean(far > 0) == pytest.approx(np.mean(near > 0), abs=0.04)
-    assert far.mean() == pytest.approx(near.mean(), rel=0.1)
+    for drift in (0.0, 1.5):
+        drawn = fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000)
+        assert np.mean(drawn > 0) == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 400))
+        assert drawn.mean() == pytest.approx(p.mean(), abs=4 * p.std() / np.sqrt(400))
+        assert drawn.std() == pytest.approx(p.std(), rel=0.2)  # 4 sqrt((kurtosis - 1) / 4 n) with a kurtosis of some 5
 
 
 def test_the_fit_to_all_surfaces_is_weighted_least_squares_and_the_scatter_that_near_contact():

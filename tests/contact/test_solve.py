@@ -63,19 +63,6 @@ def test_energy_falls_at_every_step_of_one_product(surface, cap, loaded):
     assert energies[-1] < energies[3] < energies[0]
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-13])
-def test_single_precision_leaves_no_error(surface, tolerance, monkeypatch):
-    """Residuals below single precision are reached, with about the products that double precision takes."""
-    influence, interference = Influence(LARGE, 1.0), surface(LARGE.shape, 5.0, 6)
-    rounded = found(influence, interference, tolerance)
-    assert rounded.residual <= tolerance
-    whole = influence.apply
-    monkeypatch.setattr(influence, "apply", lambda pressure, result=None, rounded=False: whole(pressure, result))
-    exact = found(influence, interference, tolerance)
-    assert rounded.products <= exact.products + 6
-    np.testing.assert_allclose(rounded.pressure, exact.pressure, rtol=0, atol=100 * tolerance * exact.pressure.max())
-
-
 def test_initial_pressure_saves_work(surface):
     influence, interference = Influence(LARGE, 1.0), surface(LARGE.shape, 5.0, 6)
     cold = found(influence, interference, 1e-10)

@@ -24,16 +24,14 @@ from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION, Fit, Regression
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
 from roughslip.chaos.variables import sobol_places
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.results import described, result
-from roughslip.validation import finite, gate
 
 GROUPS = 20  # of surfaces, left out in turn
 UNIFORM = (np.arange(32) + 0.5) / 32  # quantiles of the scatter over which a mean is taken
 BLOCK = 20_000  # draws evaluated at a time
 
 
-@gate
 @dataclass(frozen=True)
 class Samples:
     """Solved surfaces, each at some nodes around the centre.
@@ -42,8 +40,6 @@ class Samples:
     distance2 : (nodes,) [-] d^2 - d_centre^2, d in correlation lengths
     pressure, gap : (K, nodes) [Pa], [m]; where the surface yields, the gap is minus the plastic displacement
     odd : (v, symmetries) 1 for a variable that changes sign under a symmetry of surfaces and nodes together, else 0
-
-    Raises ParameterError for shapes that do not match or numbers that are not finite.
     """
 
     variables: np.ndarray
@@ -51,15 +47,6 @@ class Samples:
     pressure: np.ndarray
     gap: np.ndarray
     odd: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
-
-    def __post_init__(self) -> None:
-        for name, dimensions in (("variables", 3), ("distance2", 1), ("pressure", 2), ("gap", 2)):
-            finite(name, getattr(self, name), dimensions)
-        shape = self.variables.shape[:2]
-        if {self.pressure.shape, self.gap.shape} != {shape}:
-            raise ParameterError(f"pressure {self.pressure.shape} and gap {self.gap.shape} do not match {shape}")
-        if self.distance2.shape != shape[1:]:
-            raise ParameterError(f"{len(self.distance2)} distances were given for {shape[1]} nodes")
 
     @cached_property
     def group(self) -> np.ndarray:
@@ -96,7 +83,6 @@ class LocalExpansion:
     target: PressureTarget = described("how the target gives the pressure")
     fit: Fit = described("the regression; its left-out predictions are those without the group of each surface")
 
-    @gate
     def draw(self, generator: np.random.Generator, count: int, *, left_out: bool = False) -> np.ndarray:
         """Pressures of random surfaces. They are evenly distributed together, and not independent of each other.
 
@@ -130,7 +116,6 @@ def jackknife_deviations(values: np.ndarray) -> np.ndarray:
     return np.sqrt((groups - 1) / groups) * (values - values.mean(axis=0))
 
 
-@gate
 def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExpansion:
     """Expand the pressure around the centre.
 

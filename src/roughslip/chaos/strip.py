@@ -20,7 +20,6 @@ from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
 from roughslip.chaos.variables import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.results import described, result
-from roughslip.validation import finite, gate
 
 ALL = slice(None)
 GROUPS = 20  # largest number of groups of training strips, left out in turn
@@ -42,20 +41,15 @@ class StripExpansion:
     def _basis(self) -> HermiteBasis:
         return HermiteBasis(self.indices)
 
-    @gate
     def predicted(self, heights: np.ndarray, columns: slice = ALL) -> np.ndarray:
         """The target at every penetration.
 
         heights : (nx, ny) [m] a strip of the width of the fit and of any length
         columns : columns of the result
 
-        Returns s : (levels, columns, ny) [target]. Raises ParameterError for another width, or heights that are not
-        finite.
+        Returns s : (levels, columns, ny) [target].
         """
-        heights = finite("heights", heights, 2)
         rows, _, levels = self.coefficients.shape
-        if heights.ndim != 2 or heights.shape[1] != rows:
-            raise ParameterError(f"the expansion is of strips of {rows} rows, not of heights {heights.shape}")
         functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 0, 1)
         xi = self.whiten @ np.ascontiguousarray(functionals)
         values = np.empty((levels, rows, xi.shape[2]))
@@ -64,7 +58,6 @@ class StripExpansion:
         return values.transpose(0, 2, 1)
 
 
-@gate
 def fit_strip(
     functionals: np.ndarray,
     target_values: np.ndarray,
@@ -86,12 +79,9 @@ def fit_strip(
         are left out one by one. Neighbours are correlated, so the share that is missed is then too small
 
     Returns the expansion; (ny, levels) [-] the share of the variance that predictions of left-out samples miss; and
-    (levels, K, ny) [target] these predictions. Raises ParameterError for arrays that do not match and for a single
-    strip, IllPosedError as the whitening and the regression.
+    (levels, K, ny) [target] these predictions. Raises ParameterError for a single strip, IllPosedError as the whitening
+    and the regression.
     """
-    functionals, target_values = finite("functionals", functionals, 3), finite("targets", target_values, 3)
-    if functionals.shape[:2] != target_values.shape[:2]:
-        raise ParameterError(f"functionals {functionals.shape} and targets {target_values.shape} must match")
     _, rows, variables = functionals.shape
     nodes, levels = len(functionals), target_values.shape[2]
     group = None if strip is None else _groups(strip)

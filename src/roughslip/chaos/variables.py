@@ -15,7 +15,7 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError
-from roughslip.validation import finite, gate, whole_at_least
+from roughslip.validation import gate, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
 
@@ -28,25 +28,17 @@ SOBOL_BITS = 30
 INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
-@gate
 @dataclass(frozen=True)
 class Stencil:
     """Boxes of the near and the far mean of the heights.
 
     near, far : half widths along x and y [nodes]; a half width of 1 is a box of 3 nodes
-
-    Raises ParameterError for a negative half width.
     """
 
     near: tuple[int, int]
     far: tuple[int, int]
 
-    def __post_init__(self) -> None:
-        for half in (*self.near, *self.far):
-            whole_at_least("half width of a box", half, 0)
 
-
-@gate
 def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     """The functionals NAMES at every node, in units of height: derivatives are per node, not per metre.
 
@@ -54,10 +46,8 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     stencil : boxes of the local means
 
     Returns functionals : (8, ..., nx, ny) [m]. Differences are central, one-sided at the border, and zero along an axis
-    with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border. Raises ParameterError for heights that
-    are not finite.
+    with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border.
     """
-    heights = finite("heights", heights)
     slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
     return np.stack(
         [
@@ -128,12 +118,11 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
         that differ in it are uncorrelated, and their sample correlation is ignored.
 
     Returns whiten : (n, n) [1/m], lower triangular. The columns of samples @ whiten.T have unit second moments and no
-    mixed ones, except between functionals that differ in `odd`. Raises ParameterError for samples that are not finite,
-    IllPosedError where a functional vanishes or depends on those before it.
+    mixed ones, except between functionals that differ in `odd`. Raises IllPosedError where a functional vanishes or
+    depends on those before it.
 
     Method: inverse of the Cholesky factor of the correlation matrix; its diagonal is the independent part of each.
     """
-    samples = finite("samples of the functionals", samples, 2)
     covariance = samples.T @ samples / len(samples) * np.all(odd[:, None] == odd, axis=2)
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):

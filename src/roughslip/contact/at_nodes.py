@@ -23,13 +23,11 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.contact import conjugate_gradients, kernels
-from roughslip.contact.edge import check_nodes, point_pressures
+from roughslip.contact.edge import point_pressures
 from roughslip.contact.influence import Influence
 from roughslip.contact.problem import Problem
 from roughslip.contact.solve import dense_pays, solve
-from roughslip.errors import ParameterError
 from roughslip.results import described, result
-from roughslip.validation import finite, gate
 
 # K_ii on a mesh of any size over that on the patch of Influence.approximate_inverse: at most 1.0003 for square cells
 # and 1.016 for cells of ten to one.
@@ -51,7 +49,6 @@ class NodePressures:
     )
 
 
-@gate
 def solve_at(
     influence: Influence,
     interference: np.ndarray,
@@ -74,10 +71,6 @@ def solve_at(
     Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Raises
     as `solve`.
     """
-    interference = finite("interference", interference, 2)
-    if interference.shape != influence.grid.shape:
-        raise ParameterError(f"the interference has the shape {interference.shape}, not {influence.grid.shape}")
-    nodes = check_nodes(nodes, interference.shape)
     if not (interference[nodes] > 0).any():
         nothing = np.zeros(len(nodes[0]))
         return NodePressures(nothing, nothing, nothing, 0, "none")

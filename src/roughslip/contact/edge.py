@@ -79,7 +79,11 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     are of second order in the cell. A lone cell has no gradient and keeps its pressure.
     """
     pressure = finite("pressure", pressure, 2)
-    x, y = check_nodes(nodes, pressure.shape)
+    x, y = nodes
+    if x.ndim != 1 or x.shape != y.shape or {x.dtype.kind, y.dtype.kind} - {"i", "u"}:
+        raise ParameterError(f"nodes must be two rows of whole numbers, not {x.shape} and {y.shape} of {x.dtype}")
+    if x.size and not (min(x.min(), y.min()) >= 0 and x.max() < pressure.shape[0] and y.max() < pressure.shape[1]):
+        raise ParameterError(f"nodes must lie on the mesh of {pressure.shape} nodes, with indices from 0 on")
     squared = np.pad(pressure, 1) ** 2
     own = squared[x + 1, y + 1]
     rise_x = np.maximum(squared[x + 2, y + 1], squared[x, y + 1]) - own  # towards the inside, where the field is smooth
@@ -89,13 +93,3 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
     near = own < ROOT[-1] ** 2 * rise
     at_nodes[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
     return at_nodes
-
-
-def check_nodes(nodes: tuple[np.ndarray, np.ndarray], shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """The indices (n,), (n,) of nodes; ParameterError where they are no whole numbers, or outside of the mesh."""
-    x, y = nodes
-    if x.ndim != 1 or x.shape != y.shape or {x.dtype.kind, y.dtype.kind} - {"i", "u"}:
-        raise ParameterError(f"nodes must be two rows of whole numbers, not {x.shape} and {y.shape} of {x.dtype}")
-    if x.size and not (min(x.min(), y.min()) >= 0 and x.max() < shape[0] and y.max() < shape[1]):
-        raise ParameterError(f"nodes must lie on the mesh of {shape[0]} x {shape[1]} nodes, with indices from 0 on")
-    return x, y

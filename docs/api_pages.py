@@ -1,12 +1,11 @@
 """The reference of the library: a page for each package, written before the manual is read.
 
 A page begins with the docstring of the package and a table of its functions. Each function has its docstring, a link
-to the source, the examples that call it, and its own lines in `snippets.md`. Tests run all of them.
+to the source, and lines of `snippets.md`, which tests run.
 """
 
 from __future__ import annotations
 
-import ast
 import importlib
 import inspect
 import re
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 ROOT = Path(__file__).resolve().parents[1]
-EXAMPLES = ROOT / "examples"
 SNIPPETS = re.compile(r"^## (\S+)\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
 _LISTED = sorted(file.parent.name for file in (ROOT / "src/roughslip").glob("*/__init__.pyi"))
@@ -56,7 +54,9 @@ def _page(package: str) -> str:
             kind, more = ("exception", "") if issubclass(value, Exception) else ("class", "\n   :members:")
             text.append(f"```{{eval-rst}}\n.. auto{kind}:: {package}.{name}{more}\n```\n")
         elif name in functions:
-            text.append(f"```{{eval-rst}}\n.. autofunction:: {package}.{name}\n```\n{_example(package, name)}")
+            text.append(f"```{{eval-rst}}\n.. autofunction:: {package}.{name}\n```\n")
+            if code := snippets().get(f"{package}.{name}"):
+                text.append(f"```python\n{code}```\n")
         elif not callable(value):
             meaning = f"{value:g}" if isinstance(value, float) else ", ".join(f"`{word}`" for word in value)
             text.append(f"```{{py:data}} {package}.{name}\n{meaning}.\n```\n")
@@ -68,31 +68,10 @@ def _first_sentence(value: Any) -> str:
     return re.split(r"(?<=[a-z)][.]) ", text, maxsplit=1)[0].replace("|", "\\|").replace("*", "\\*").removesuffix("::")
 
 
-def _example(package: str, name: str) -> str:
-    """The example of a function in `snippets.md`, and the scripts that call it."""
-    code = snippets().get(f"{package}.{name}")
-    files = ", ".join(
-        f"{{download}}`{name} <../../../examples/{name}>`" for name in calls().get(f"{package}.{name}", ())
-    )
-    return (f"```python\n{code}```\n" if code else "") + (f"Called in {files}.\n" if files else "")
-
-
 @cache
 def snippets() -> dict[str, str]:
-    """By public name, an example of a function that no script of `examples` calls."""
+    """By public name, an example of a function."""
     return dict(SNIPPETS.findall((ROOT / "docs/reference/snippets.md").read_text(encoding="utf-8")))
-
-
-@cache
-def calls() -> dict[str, list[str]]:
-    """By public name, the examples that import it."""
-    found: dict[str, list[str]] = {}
-    for file in sorted(EXAMPLES.glob("*.py")):
-        for node in ast.parse(file.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("roughslip"):
-                for alias in node.names:
-                    found.setdefault(f"{node.module}.{alias.name}", []).append(file.name)
-    return found
 
 
 def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:

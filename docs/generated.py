@@ -77,7 +77,7 @@ def packages() -> str:
 def examples() -> str:
     """A section for each example, with a cell that runs it."""
     text = []
-    for file in sorted(api_pages.EXAMPLES.glob("*.py")):
+    for file in sorted((ROOT / "examples").glob("*.py")):
         summary = str(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")))).partition("\n\n")[0]
         text.append(f"## {file.stem}\n\n{summary} {{download}}`{file.name} <../examples/{file.name}>`\n")
         cell = f'import runpy\n\nnames = runpy.run_path("../examples/{file.name}")'

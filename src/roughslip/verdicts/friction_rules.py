@@ -38,17 +38,29 @@ LIKE_BETA = (
     f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
     f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
 )
-BY_SETS = f"scaled by the extremes of sets of {SET_WINDOWS} windows, at"
 IN_SETS = (
     "contradicted where a shape of the paper lies outside the 5 to 95 % of the shapes of such sets, reproduced where "
     f"also both medians lie within {SAME_SHAPE:.0%} of the paper's, else undecided"
 )
-OF_KURTOSIS = f"excess kurtosis at median penetration; the paper's own Beta(2.1, 5) has {BETA_KURTOSIS:.3f}"
 
 
 def over_levels(text: str) -> Callable[[Judge], Rule]:
     """The rule, where the scene has several penetrations."""
     return lambda judge: Rule(text, lambda friction: ONE_LEVEL if len(friction["percentile"]) == 1 else judge(friction))
+
+
+OfLevels = Callable[[Arrays, list[int]], Found]
+"""What is found at some levels: the one that agrees least, by number."""
+
+
+def at_the_median(text: str, judge: OfLevels) -> Rule:
+    """The rule at median penetration."""
+    return Rule(text, lambda friction: judge(friction, [row_of(friction, MEDIAN)]))
+
+
+def at_every_level(text: str, judge: OfLevels) -> Rule:
+    """The rule at every penetration."""
+    return over_levels(text)(lambda friction: judge(friction, list(range(len(friction["percentile"])))))
 
 
 def difference(friction: Arrays, name: str, first: int, last: int) -> Stored:
@@ -128,8 +140,8 @@ CLOSE_TO_THE_EYE = within(
 )
 
 
-def length(name: str, how: str, by: str) -> Rule:
-    """A correlation length against that of the paper. how, by : it is fitted, in the rule and in the note"""
+def length(name: str, how: str) -> Rule:
+    """A correlation length against that of the paper. how : it is found"""
     low, high = PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH)
 
     @rule(f"{how}: {AT_LENGTH}")
@@ -138,7 +150,7 @@ def length(name: str, how: str, by: str) -> Rule:
         stored, lengths = number(friction, f"combined_length_{name}", MEDIAN), 1e6 * friction[f"combined_length_{name}"]
         passes = ", which passes the rule too: then it says nothing of friction" if low < own < high else ""
         note = (
-            f"metres, {by}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
+            f"metres, {how}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
             f"alone gives {1e6 * own:.0f} µm{passes}"
         )
         return lies(stored, note, low, high)
@@ -161,61 +173,43 @@ def length_at_any_depth(friction: Arrays) -> Found:
     return lies(number(friction, "trend_combined_length_least_squares_line"), note, -allowed, allowed)
 
 
-def of_skewness(friction: Arrays) -> str:
-    """What the number is, and its range."""
-    skewness = friction["combined_skewness"]
-    return f"skewness at median penetration; over all levels {skewness.min():.2f} to {skewness.max():.2f}"
+def positive(name: str, title: str, paper: float) -> OfLevels:
+    """A moment lies above zero at some levels; shown is the level whose lower end is least. paper : of its Beta"""
 
-
-def positive(name: str, title: str, note: str | Callable[[Arrays], str]) -> Rule:
-    """A moment at median penetration."""
-    text = f"the interval of the {title} at median penetration lies above zero"
-    return within(text, f"combined_{name}", note, MEDIAN, low=0.0)
-
-
-def positive_at_every_level(name: str, title: str) -> Rule:
-    """A moment of every level; shown is the level whose lower end is least."""
-
-    @over_levels(f"the interval of the {title} at every level lies above zero")
-    def judge(friction: Arrays) -> Found:
-        value, low, high = (friction[f"combined_{name}{end}"] for end in ("", "_low", "_high"))
-        worst = int(np.argmin(low))
-        says = min(inside(ends, low=0.0) for ends in zip(low, high, strict=True))
-        note = f"{title} at percentile {friction['percentile'][worst]:g}, of the least lower end"
-        return Found(float(value[worst]), (float(low[worst]), float(high[worst])), says, note)
+    def judge(friction: Arrays, levels: list[int]) -> Found:
+        moments = [number(friction, f"combined_{name}", level) for level in levels]
+        least = min(range(len(levels)), key=lambda row: moments[row][1][0])
+        values = friction[f"combined_{name}"]
+        note = (
+            f"{title} at percentile {friction['percentile'][levels[least]]:g}; over all levels {values.min():.2f} to "
+            f"{values.max():.2f}; the paper's own Beta(2.1, 5) has {paper:.3f}"
+        )
+        return Found(*moments[least], min(inside(ends, low=0.0) for _, ends in moments), note)
 
     return judge
 
 
-def like_beta(friction: Arrays, level: int) -> int:
-    """Distance and skewness: by the distance alone the normal would pass."""
-    _, distance = number(friction, "beta_distance_standardised", level)
-    _, skewness = number(friction, "combined_skewness", level)
-    return min(inside(distance, high=VISIBLE), inside(skewness, *SKEWNESS_RANGE))
+def like_beta(friction: Arrays, levels: list[int]) -> Found:
+    """Distance and skewness, as the normal would pass by the distance alone; shown is the largest distance.
 
-
-@rule(f"with free ends of the scaling, at median penetration {LIKE_BETA}")
-def beta_at_the_median(friction: Arrays) -> Found:
-    """The shape of the distribution at median penetration."""
-    middle = row_of(friction, MEDIAN)
-    skewness = number(friction, "combined_skewness", middle)
-    fitted = ", ".join(f"{friction[f'beta_{shape}'][middle]:.3g}" for shape in "ab")
-    at_bound = friction["beta_at_bound"][middle]
+    The largest is that with the largest upper end of its interval.
+    """
+    distances = [number(friction, "beta_distance_standardised", level) for level in levels]
+    skewness = [number(friction, "combined_skewness", level) for level in levels]
+    says = [
+        min(inside(distance, high=VISIBLE), inside(moment, *SKEWNESS_RANGE))
+        for (_, distance), (_, moment) in zip(distances, skewness, strict=True)
+    ]
+    row = max(range(len(levels)), key=lambda row: distances[row][1][1])
+    fitted = ", ".join(f"{friction[f'beta_{shape}'][levels[row]]:.3g}" for shape in "ab")
+    at_bound = friction["beta_at_bound"][levels[row]]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
-    note = f"Kolmogorov distance; skewness {shown(skewness)}; fitted Beta({fitted}){undetermined}"
-    return Found(*number(friction, "beta_distance_standardised", middle), like_beta(friction, middle), note)
-
-
-@over_levels(f"with free ends of the scaling, at every level {LIKE_BETA}")
-def beta_at_any_depth(friction: Arrays) -> Found:
-    """The same at every level; shown is the level whose distance has the largest upper end."""
-    says = [like_beta(friction, level) for level in range(len(friction["percentile"]))]
-    far, skewness = int(np.argmax(friction["beta_distance_standardised_high"])), friction["combined_skewness"]
     note = (
-        f"Kolmogorov distance at percentile {friction['percentile'][far]:g}, of the largest upper end; "
-        f"{says.count(1)} of {len(says)} levels follow it; skewness {skewness.min():.2f} to {skewness.max():.2f}"
+        f"Kolmogorov distance at percentile {friction['percentile'][levels[row]]:g}, where the skewness is "
+        f"{shown(skewness[row])} and the fitted Beta({fitted}){undetermined}; {says.count(1)} of {len(says)} levels "
+        "follow it"
     )
-    return Found(*number(friction, "beta_distance_standardised", far), min(says), note)
+    return Found(*distances[row], min(says), note)
 
 
 def shapes_of_sets(friction: Arrays, levels: list[int]) -> Found:
@@ -237,15 +231,3 @@ def shapes_of_sets(friction: Arrays, levels: list[int]) -> Found:
         "shapes: more windows reach farther, and the shapes grow"
     )
     return Found(*number(friction, "set_beta_b", level), says(level), note)
-
-
-@rule(f"{BY_SETS} median penetration: {IN_SETS}")
-def sets_at_the_median(friction: Arrays) -> Found:
-    """Shapes of small sets at median penetration."""
-    return shapes_of_sets(friction, [row_of(friction, MEDIAN)])
-
-
-@over_levels(f"{BY_SETS} every level: {IN_SETS}")
-def sets_at_any_depth(friction: Arrays) -> Found:
-    """Shapes of small sets at every penetration."""
-    return shapes_of_sets(friction, list(range(len(friction["percentile"]))))

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from roughslip.friction.correlation import LINE_WINDOWS
+from roughslip.friction.marginal import SET_WINDOWS
 from roughslip.verdicts import friction_rules as friction
 from roughslip.verdicts import motion_rules as motion
 from roughslip.verdicts import pressure_rules as pressure
@@ -27,6 +28,8 @@ SCALED = "section 4: “when scaled to the interval (0,1) the friction coefficie
 ANY_DEPTH = "section 4: “independent of the penetration depth”"
 FIGURE_2 = "Figure 2 states the median penetration, and no other is stated"
 HUNDRED = "a study of its time has some hundred windows"
+FREE = "with free ends of the scaling, at"
+BY_SETS = f"scaled by the extremes of sets of {SET_WINDOWS} windows, at"
 OF_SETS = "the extremes of small sets scale it"
 SEEN = "section 5: “it can be clearly seen that also the reattachment point is nonnormally distributed”"
 RANGE = "section 5: a range of damping “where the stochastic system can still move on the limit cycle”"
@@ -41,16 +44,14 @@ def _falls(name: str, key: str, title: str, *more: Reading) -> Statement:
     return statement(name, text, "decreases", change, UNITLESS, over_all, every_step, *more)
 
 
-def _positive(name: str, word: str, moment: str, at_the_median: Reading) -> Statement:
-    """A moment of the friction coefficient is positive."""
-    at_every_level = Reading(
-        "at-every-level",
-        friction.positive_at_every_level(moment.split()[-1], moment),
-        f"{SHAPE}, after the figure for all depths",
-        when="every penetration counts",
-    )
-    text = f"The friction coefficient is {word}"
-    return statement(name, text, f"{moment} > 0", moment, UNITLESS, at_the_median, at_every_level)
+def _positive(name: str, word: str, moment: str, paper: float, natural: str, id: str = "at-the-median") -> Statement:
+    """A moment of the friction coefficient is positive. paper : of its Beta; natural, id : of the reading"""
+    judge = friction.positive(moment.split()[-1], moment, paper)
+    median = friction.at_the_median(f"the interval of the {moment} at median penetration lies above zero", judge)
+    every = friction.at_every_level(f"the interval of the {moment} at every level lies above zero", judge)
+    of_depths, counts = f"{SHAPE}, after the figure for all depths", "every penetration counts"
+    readings = Reading(id, median, SHAPE, natural), Reading("at-every-level", every, of_depths, when=counts)
+    return statement(name, f"The friction coefficient is {word}", f"{moment} > 0", moment, UNITLESS, *readings)
 
 
 ON_PRESSURE = (
@@ -161,28 +162,20 @@ ON_FRICTION = (
         MICROMETRES,
         Reading(
             "least-squares",
-            friction.length(
-                "least_squares",
-                "exponential by least squares to lags of three windows",
-                "least squares to lags of three windows",
-            ),
+            friction.length("least_squares", "exponential by least squares to lags of three windows"),
             FOUND,
             natural="it takes the whole curve, while a straight line needs a largest lag, which the text lacks",
         ),
         Reading(
             "one-over-e",
-            friction.length(
-                "one_over_e", "first lag at which the autocorrelation falls to 1/e", "first crossing of 1/e"
-            ),
+            friction.length("one_over_e", "first lag at which the autocorrelation falls to 1/e"),
             "common practice: the correlation length of an exponential is where it falls to 1/e",
             when="the length is where the curve falls to 1/e",
         ),
         Reading(
             "straight-line",
             friction.length(
-                "log_line",
-                f"straight line through the logarithm to lags of {LINE_WINDOWS:g} of the window",
-                f"a straight line to lags of {LINE_WINDOWS:g} of the window",
+                "log_line", f"straight line through the logarithm to lags of {LINE_WINDOWS:g} of the window"
             ),
             "common practice: a straight line through the logarithm of the autocorrelation",
             apart="the largest lag is ours, sets the length, and was chosen with the length known",
@@ -201,22 +194,14 @@ ON_FRICTION = (
             natural="the length is the same as in the statement before",
         ),
     ),
-    _positive(
-        "mu-right-skewed",
-        "right skewed",
-        "skewness",
-        Reading("at-the-median", friction.positive("skewness", "skewness", friction.of_skewness), SHAPE, FIGURE_2),
-    ),
+    _positive("mu-right-skewed", "right skewed", "skewness", friction.BETA_SKEWNESS, FIGURE_2),
     _positive(
         "mu-leptokurtic",
         "leptokurtic",
         "excess kurtosis",
-        Reading(
-            "own-kurtosis",
-            friction.positive("kurtosis", "excess kurtosis", friction.OF_KURTOSIS),
-            SHAPE,
-            "it is of the friction coefficient itself; a fitted Beta says nothing exact of a fourth moment",
-        ),
+        friction.BETA_KURTOSIS,
+        "it is of the friction coefficient itself; a fitted Beta says nothing exact of a fourth moment",
+        "own-kurtosis",
     ),
     statement(
         "mu-beta-2.1-5",
@@ -224,8 +209,18 @@ ON_FRICTION = (
         "Beta(2.1, 5)",
         "distance of the distributions",
         UNITLESS,
-        Reading("at-the-median", friction.beta_at_the_median, SCALED, natural=FIGURE_2),
-        Reading("scaled-by-sets", friction.sets_at_the_median, f"{SCALED}; {HUNDRED}", when=OF_SETS),
+        Reading(
+            "at-the-median",
+            friction.at_the_median(f"{FREE} median penetration {friction.LIKE_BETA}", friction.like_beta),
+            SCALED,
+            natural=FIGURE_2,
+        ),
+        Reading(
+            "scaled-by-sets",
+            friction.at_the_median(f"{BY_SETS} median penetration: {friction.IN_SETS}", friction.shapes_of_sets),
+            f"{SCALED}; {HUNDRED}",
+            when=OF_SETS,
+        ),
     ),
     statement(
         "mu-beta-any-depth",
@@ -235,11 +230,16 @@ ON_FRICTION = (
         UNITLESS,
         Reading(
             "at-every-level",
-            friction.beta_at_any_depth,
+            friction.at_every_level(f"{FREE} every level {friction.LIKE_BETA}", friction.like_beta),
             ANY_DEPTH,
             natural="the sentence gives one distribution for all penetrations",
         ),
-        Reading("scaled-by-sets", friction.sets_at_any_depth, f"{ANY_DEPTH}; {HUNDRED}", when=OF_SETS),
+        Reading(
+            "scaled-by-sets",
+            friction.at_every_level(f"{BY_SETS} every level: {friction.IN_SETS}", friction.shapes_of_sets),
+            f"{ANY_DEPTH}; {HUNDRED}",
+            when=OF_SETS,
+        ),
     ),
 )
 ON_MOTION = (

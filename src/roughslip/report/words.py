@@ -253,8 +253,8 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
         number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]
     else:
         number = f"{value:.0f} %"
-        known = low is not None and high is not None and {f"{low:.0f} %", f"{high:.0f} %"} != {number}
-        notes = [f"{low:.0f} to {high:.0f} %"] if known else []
+        is_wide = low is not None and high is not None and {f"{low:.0f} %", f"{high:.0f} %"} != {number}
+        notes = [f"{low:.0f} to {high:.0f} %"] if is_wide else []
     notes += [f"in the mean {joined(durations)}"] if durations else []
     return "time in stick-slip", number, "; ".join(notes)
 

@@ -40,6 +40,11 @@ def both(x, y):
     return (1.0 - SHARE) * gaussian(x, y, SHORT) + SHARE * gaussian(x, y, LONG)
 
 
+def blocks_of(area, force):
+    """Of strips, (S, X) each."""
+    return Blocks(area[..., None], force[..., None], BLOCK, WIDTH, WINDOW, periodic=False)
+
+
 def of_edge(edge, length):
     """Mean of exp(-d^2 / l^2) over pairs of points of an interval of t = edge / l."""
     t = edge / length
@@ -85,15 +90,16 @@ def test_covariance_of_the_influence_is_that_over_all_pairs_of_blocks():
     rng = np.random.default_rng(1)
     area, force = rng.uniform(1, 2, (6, 9)), rng.uniform(1, 3, (6, 9))
     weights = strip_weights(6, 40, rng)
-    covariance = influence_covariance(area, force, weights)
+    blocks = blocks_of(area, force)
+    covariance = influence_covariance(blocks, weights)
     counts = weights[3]
     mu = (counts @ area).sum() / (counts @ force).sum()
     influence = (area - mu * force) / ((counts @ force).sum() / (6 * 9))
     for lag in range(9):
         pairs = np.array([sum(one[i] * one[i + lag] for i in range(9 - lag)) for one in influence])
         assert covariance[3, lag] == pytest.approx(counts @ pairs / (6 * (9 - lag)))
-    two = (influence[:, 1:] + influence[:, :-1]) / 2
-    assert adjacent_variance(area, force, weights, 2)[3] == pytest.approx(counts @ (two**2).sum(axis=1) / (6 * 8))
+    window = [influence[:, at : at + 8].mean(axis=1) ** 2 for at in (0, 1)]  # of eight blocks
+    assert adjacent_variance(blocks, weights)[3] == pytest.approx(counts @ sum(window) / (6 * 2))
 
 
 def test_independent_blocks_scatter_by_the_root_of_windows():
@@ -107,7 +113,7 @@ def test_independent_blocks_scatter_by_the_root_of_windows():
         with pytest.raises(IllPosedError, match="has no scatter to find"):
             pad_scatter(no_parts, adjacent, none, BLOCK, WIDTH, WINDOW)
     with pytest.raises(IllPosedError, match="no block carries force"):
-        influence_covariance(np.ones((3, 4)), np.zeros((3, 4)), np.ones((41, 3), dtype=int))
+        influence_covariance(blocks_of(np.ones((3, 4)), np.zeros((3, 4))), np.ones((41, 3), dtype=int))
     np.testing.assert_allclose(
         between_pads(pad, np.array([1.0, 50.0, 1e7])), BLOCK / WINDOW / np.array([1.0, 50.0, 1e7])
     )
@@ -136,11 +142,8 @@ def test_long_waves_keep_the_scatter_of_many_windows():
     """
     heights = drawn_blocks()
     weights = strip_weights(STRIPS, 60, np.random.default_rng(4))
-    parts = 1e3 + heights, np.ones_like(heights), weights
-    adjacent = [adjacent_variance(*parts, 8 * count) for count in (1, 2, 4)]
-    surface = Surface(both, (SHORT, SHORT))
-    shares = mehler_parts(influence_covariance(*parts), surface, BLOCK, WIDTH)
-    pad = pad_scatter(shares, adjacent[0], surface, BLOCK, WIDTH, WINDOW)
+    blocks, surface = blocks_of(1e3 + heights, np.ones_like(heights)), Surface(both, (SHORT, SHORT))
+    _, pad = pads(blocks, surface, weights)
     for level, windows in enumerate(WINDOWS[:6]):
         area = windows * WINDOW * WIDTH
         length = max(math.sqrt(area), WINDOW)
@@ -149,13 +152,14 @@ def test_long_waves_keep_the_scatter_of_many_windows():
         assert low < exact < high
         assert pad[0, level] == pytest.approx(exact, rel=0.15)
     for length in (WINDOW / 3, 2e-3):  # pads of a given length, shorter than a window and longer than the long waves
-        of_length = pad_scatter(shares, adjacent[0], surface, BLOCK, WIDTH, WINDOW, length)
+        _, of_length = pads(blocks, surface, weights, length)
         exact = of_rectangle(length, WINDOWS[5] * WINDOW * WIDTH / length)
         assert of_length[0, 5] == pytest.approx(exact, rel=0.15)
     excess = pad[0, 4] * WINDOWS[4] / pad[0, 0]
     assert excess == pytest.approx(20.4, rel=0.15)
-    for row, count in enumerate((1, 2, 4)):  # along the strip, as measured
-        assert adjacent[row][0] == pytest.approx(of_rectangle(count * WINDOW, WIDTH), rel=0.15)
+    for count in (1, 2, 4):  # along the strip, as measured
+        exact = of_rectangle(count * WINDOW, WIDTH)
+        assert adjacent_variance(blocks, weights, count)[0] == pytest.approx(exact, rel=0.15)
 
 
 def test_autocorrelation_of_a_pad_in_closed_form():
@@ -201,12 +205,8 @@ def test_what_cells_say_of_pads_at_a_shear_strength_of_one_and_under_a_load():
     force[0, :3] = area[0, :3] = 0.0  # of the 16 windows of each row, one has no contact
     blocks = Blocks(area, force, BLOCK, WIDTH, 3 * BLOCK, periodic=True)
     surface, weights = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT)), strip_weights(12, 50, rng)
-    rows, counts = blocks.rows, blocks.of_rows(weights)
-    parts = mehler_parts(influence_covariance(*rows, counts)[:, :8], surface, BLOCK, WIDTH)
-    found_parts, variance = pads(blocks, surface, weights)
-    np.testing.assert_array_equal(found_parts, parts)
-    adjacent = adjacent_variance(*rows, counts, 3)
-    np.testing.assert_array_equal(variance, pad_scatter(parts, adjacent, surface, BLOCK, WIDTH, 3 * BLOCK))
+    _, variance = pads(blocks, surface, weights)
+    assert influence_covariance(blocks, blocks.of_rows(weights)).shape[1] == 8
     found = pad_estimates(blocks, surface, weights, windows=4.0)
     ratio = (weights @ area.sum(axis=(1, 2))) / (weights @ force.sum(axis=(1, 2)))
     np.testing.assert_allclose(found["ratio"].rows, ratio, rtol=1e-13)

@@ -92,33 +92,80 @@ def distances(edge: float, lag: float, scale: float) -> tuple[np.ndarray, np.nda
     return x, (half * WEIGHT).ravel() * (1.0 - np.abs(x - lag) / edge) / edge
 
 
-def influence_covariance(area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """C_g (1 + R, B) [1/Pa^2] at lags of 0 ... B - 1 blocks, for tau = 1, pooled over strips.
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Contact of blocks at one level.
 
-    area, force : (S, B) [m^2], [N] of the blocks of each strip, one behind the other
-    weights : (1 + R, S) counts from `strip_weights`; each row has its own mu = sum(A) / sum(N)
-
-    Raises IllPosedError where no block carries force.
+    area, force : (S, X, Y) [m^2], [N] of the blocks of S strips or cells, X along and Y across the belt
+    block_m, width_m, window_m : length of a block, its width and that of a window, length of a window
+    periodic : whether the last block along the belt is followed by the first
     """
-    blocks = area.shape[1]
-    of_a, of_f = (np.fft.rfft(values, 2 * blocks, axis=1) for values in (area, force))
+
+    area: np.ndarray
+    force: np.ndarray
+    block_m: float
+    width_m: float
+    window_m: float
+    periodic: bool
+
+    @property
+    def samples(self) -> int:
+        """Number of strips or cells."""
+        return len(self.area)
+
+    @property
+    def window(self) -> int:
+        """Blocks of a window."""
+        return round(self.window_m / self.block_m)
+
+    @property
+    def rows(self) -> Windows:
+        """Area and force (S Y, X) of the blocks one behind the other."""
+        area, force = (part.transpose(0, 2, 1).reshape(-1, part.shape[1]) for part in (self.area, self.force))
+        return area, force
+
+    @property
+    def windows(self) -> Windows:
+        """Area and force (S Y, W) of the windows that begin at each block, across the period too where there is one."""
+        around = self.window - 1 if self.periodic else 0
+        area, force = (
+            window_sums(np.concatenate((part, part[:, :around]), axis=1), self.window, 1) for part in self.rows
+        )
+        return area, force
+
+    def of_rows(self, weights: np.ndarray) -> np.ndarray:
+        """Counts (1 + R, S Y) of the rows from those (1 + R, S) of the samples."""
+        return np.repeat(weights, self.area.shape[2], axis=1)
+
+
+def influence_covariance(blocks: Blocks, counts: np.ndarray) -> np.ndarray:
+    """C_g (1 + R, lags) [1/Pa^2] at lags from 0 on, of so many blocks each, for tau = 1, pooled over rows.
+
+    counts : (1 + R, rows) from `Blocks.of_rows`; each replicate has its own mu = sum(A) / sum(N)
+
+    Lags of cells reach half a period: beyond, a block is nearer on the other side. Raises IllPosedError where no block
+    carries force.
+    """
+    size = blocks.area.shape[1]
+    of_a, of_f = (np.fft.rfft(values, 2 * size, axis=1) for values in blocks.rows)
     products = (np.abs(of_a) ** 2, 2.0 * (of_a * of_f.conj()).real, np.abs(of_f) ** 2)
-    sums = [np.fft.irfft(product, axis=1)[:, :blocks] / (blocks - np.arange(blocks)) for product in products]
-    return _of_products(sums, area, force, weights)
+    sums = [np.fft.irfft(product, axis=1)[:, :size] / (size - np.arange(size)) for product in products]
+    return _of_products(sums, blocks, counts)[:, : size // 2 if blocks.periodic else size]
 
 
-def adjacent_variance(area: np.ndarray, force: np.ndarray, weights: np.ndarray, blocks: int) -> np.ndarray:
-    """Variance (1 + R,) [1/Pa^2] of the mean influence of so many adjacent blocks, as measured at every place."""
-    a, f = (window_sums(values, blocks, 1) / blocks for values in (area, force))
+def adjacent_variance(blocks: Blocks, counts: np.ndarray, windows: int = 1) -> np.ndarray:
+    """Variance (1 + R,) [1/Pa^2] of the mean influence of windows one behind the other, as measured at every place."""
+    adjacent = windows * blocks.window
+    a, f = (window_sums(values, adjacent, 1) / adjacent for values in blocks.rows)
     squares = [np.mean(product, axis=1, keepdims=True) for product in (a * a, 2.0 * a * f, f * f)]
-    return np.maximum(_of_products(squares, area, force, weights)[:, 0], 0.0)
+    return np.maximum(_of_products(squares, blocks, counts)[:, 0], 0.0)
 
 
-def _of_products(products: list[np.ndarray], area: np.ndarray, force: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """(1 + R, n) mean of A A' - mu (A N' + N A') + mu^2 N N' over mean(N)^2, from means (S, n) of each strip."""
+def _of_products(products: list[np.ndarray], blocks: Blocks, weights: np.ndarray) -> np.ndarray:
+    """(1 + R, n) mean of A A' - mu (A N' + N A') + mu^2 N N' over mean(N)^2, from means (rows, n) of each row."""
     strips = weights.sum(axis=1)[:, None]
     aa, af, ff = (resampled(weights, product) / strips for product in products)
-    of_strips = np.stack((area.mean(axis=1), force.mean(axis=1)), axis=1)
+    of_strips = np.stack([values.mean(axis=1) for values in blocks.rows], axis=1)
     mean_a, mean_f = (resampled(weights, of_strips) / strips).T[:, :, None]
     if not (mean_f > 0.0).all():
         raise IllPosedError("in a resampled set of strips no block carries force: deepen the penetration")
@@ -201,52 +248,6 @@ def between_pads(variance: np.ndarray, windows: np.ndarray) -> np.ndarray:
     return np.exp(logs[rows, low] * (1.0 - share) + logs[rows, low + 1] * share)
 
 
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """Contact of blocks at one level.
-
-    area, force : (S, X, Y) [m^2], [N] of the blocks of S strips or cells, X along and Y across the belt
-    block_m, width_m, window_m : length of a block, its width and that of a window, length of a window
-    periodic : whether the last block along the belt is followed by the first
-    """
-
-    area: np.ndarray
-    force: np.ndarray
-    block_m: float
-    width_m: float
-    window_m: float
-    periodic: bool
-
-    @property
-    def samples(self) -> int:
-        """Number of strips or cells."""
-        return len(self.area)
-
-    @property
-    def window(self) -> int:
-        """Blocks of a window."""
-        return round(self.window_m / self.block_m)
-
-    @property
-    def rows(self) -> Windows:
-        """Area and force (S Y, X) of the blocks one behind the other."""
-        area, force = (part.transpose(0, 2, 1).reshape(-1, part.shape[1]) for part in (self.area, self.force))
-        return area, force
-
-    @property
-    def windows(self) -> Windows:
-        """Area and force (S Y, W) of the windows that begin at each block, across the period too where there is one."""
-        around = self.window - 1 if self.periodic else 0
-        area, force = (
-            window_sums(np.concatenate((part, part[:, :around]), axis=1), self.window, 1) for part in self.rows
-        )
-        return area, force
-
-    def of_rows(self, weights: np.ndarray) -> np.ndarray:
-        """Counts (1 + R, S Y) of the rows from those (1 + R, S) of the samples."""
-        return np.repeat(weights, self.area.shape[2], axis=1)
-
-
 def pads(
     blocks: Blocks, surface: Surface, weights: np.ndarray, length_m: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -255,14 +256,11 @@ def pads(
     weights : (1 + R, S) counts of strips or cells, from `strip_weights`
     length_m : of pads; None for squares
 
-    Lags of cells reach half a period: beyond, a block is nearer on the other side. Raises IllPosedError as
-    `pad_scatter`.
+    Raises IllPosedError as `pad_scatter`.
     """
-    (area, force), counts = blocks.rows, blocks.of_rows(weights)
-    lags = area.shape[1] // 2 if blocks.periodic else area.shape[1]
-    covariance = influence_covariance(area, force, counts)[:, :lags]
-    parts = mehler_parts(covariance, surface, blocks.block_m, blocks.width_m)
-    adjacent = adjacent_variance(area, force, counts, blocks.window)
+    counts = blocks.of_rows(weights)
+    parts = mehler_parts(influence_covariance(blocks, counts), surface, blocks.block_m, blocks.width_m)
+    adjacent = adjacent_variance(blocks, counts)
     return parts, pad_scatter(parts, adjacent, surface, blocks.block_m, blocks.width_m, blocks.window_m, length_m)
 
 

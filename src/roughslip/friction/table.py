@@ -47,26 +47,21 @@ BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
 
 
-def describe(
-    windows: Windows, weights: np.ndarray, lags: np.ndarray, window: float, sets: np.random.Generator
-) -> dict[str, Estimate]:
+def describe(windows: Windows, weights: np.ndarray, lags: np.ndarray, window: float) -> dict[str, Estimate]:
     """Moments, autocorrelation with its lengths, and distances to the paper's Beta of the windows of a penetration.
 
     windows : mu and valid, each (S, W), friction coefficient and bool
     weights : (1 + R, S) counts from `strip_weights`
     lags : (W,) [m] distances of two windows; window : [m] length of one
-    sets : draws the sets of windows that `set_beta` scales by their extremes
 
     Raises IllPosedError where too few windows have a friction coefficient, or all have the same.
     """
-    curve, (set_a, set_b) = autocorrelation(*windows, len(lags), weights), set_beta(*windows, sets)
+    curve = autocorrelation(*windows, len(lags), weights)
     return {
         **vars(window_statistics(*windows, weights)),
         "autocorrelation": curve,
         **of_correlation(correlation_fit(lags, curve, window)),
         "beta_distance_standardised": distance_to_beta(*windows, weights),
-        "set_beta_a": set_a,
-        "set_beta_b": set_b,
     }
 
 
@@ -212,7 +207,8 @@ def friction_table(
             combined.setdefault(name, []).append(estimate)
         sets = np.random.default_rng([*seed, SET_WINDOWS])
         try:
-            found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m, sets)
+            found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m)
+            found["set_beta_a"], found["set_beta_b"] = set_beta(mu[k], valid[k], sets)
             found["ratio_of_sums"] = ratio_of_sums(solved[0][k], solved[1][k], float(shear.value), weights[0])
         except IllPosedError as error:
             raise IllPosedError(f"percentile {layout.percentiles[k]:g}: {error}") from error

@@ -88,7 +88,31 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
     distance, skewness = (variables[name].values for name in ("beta_distance_standardised", "combined_skewness"))
     nearest, title = nearest_level(distance, skewness), "number of the level nearest to Beta(2.1, 5)"
     variables["beta_nearest"] = store.Variable((), nearest, "1", title)
-    return variables | fit_variables(table) | triangle_variables(table) | windows_variables(table)
+    lengths, title = window_lengths(layout.lags, layout.window_m), "autocorrelation that the window alone would give"
+    shorter = [lengths[name] for name in LENGTHS]
+    variables["triangle"] = store.Variable(("lag",), triangular(layout.lags, layout.window_m), "1", title)
+    variables["length_name"] = store.Variable(
+        ("length",), np.array(LENGTHS), "1", "how a length follows from the curve"
+    )
+    variables["triangle_length"] = store.Variable(("length",), shorter, "m", f"length of {title}")
+    levels = [values[valid] for values, valid in zip(*table.mu, strict=True)]
+    standard = [(values - values.mean()) / values.std() for values in levels]
+    density = np.array([np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard])
+    title = "density of solved windows, less their mean, over their standard deviation"
+    variables["standard_histogram"] = store.Variable(("level", "standard_bin"), density, "1", title)
+    variables["standard_edge"] = store.Variable(("standard_edge",), BINS, "1", "edges of its bins")
+    return variables | fitted_curve(layout.percentiles, combined["mean"])
+
+
+def fitted_curve(points: np.ndarray, means: list[Estimate]) -> dict[str, store.Variable]:
+    """mu_fit(d) between the first and the last level, with its band; of one level the mean alone."""
+    columns = columns_of(means)
+    if len(points) > 1:
+        levels, points = points, np.linspace(points[0], points[-1], FIT_POINTS)
+        columns = columns_of(curve_over_penetration(levels, means, points))
+    variable = store.Variable(("penetration",), points, "percent", "penetration")
+    title = "mu_fit, the mean friction coefficient as a function of penetration"
+    return {"fit_percentile": variable} | store.with_interval("fit", ("penetration",), columns, "1", title)
 
 
 def beta_variables(fits: list[BetaFit], dimensions: tuple[str, ...]) -> dict[str, store.Variable]:
@@ -101,30 +125,6 @@ def beta_variables(fits: list[BetaFit], dimensions: tuple[str, ...]) -> dict[str
     return variables
 
 
-def fit_variables(table: FrictionTable) -> dict[str, store.Variable]:
-    """mu_fit(d) between the first and the last level, with its band; of one level the mean alone."""
-    points, means = table.layout.percentiles, table.combined["mean"]
-    columns = columns_of(means)
-    if len(points) > 1:
-        points = np.linspace(points[0], points[-1], FIT_POINTS)
-        columns = columns_of(curve_over_penetration(table.layout.percentiles, means, points))
-    variable = store.Variable(("penetration",), points, "percent", "penetration")
-    title = "mu_fit, the mean friction coefficient as a function of penetration"
-    return {"fit_percentile": variable} | store.with_interval("fit", ("penetration",), columns, "1", title)
-
-
-def triangle_variables(table: FrictionTable) -> dict[str, store.Variable]:
-    """What the triangle of the window alone gives: the autocorrelation, and the lengths that stand for it."""
-    lags, window = table.layout.lags, table.layout.window_m
-    lengths = window_lengths(lags, window)
-    title = "autocorrelation that the window alone would give"
-    return {
-        "triangle": store.Variable(("lag",), triangular(lags, window), "1", title),
-        "length_name": store.Variable(("length",), np.array(LENGTHS), "1", "how a length follows from the curve"),
-        "triangle_length": store.Variable(("length",), [lengths[name] for name in LENGTHS], "m", f"length of {title}"),
-    }
-
-
 def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterator[str]:
     """One where more than MOST_MISSING of the windows of a penetration have no friction coefficient."""
     missing = {f"{level:g} %": float(share.value) for level, share in zip(percentiles, shares, strict=True)}
@@ -135,18 +135,6 @@ def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterato
             f"at penetrations of {where} up to {missing[worst]:.2g} of the windows have no friction coefficient and "
             "are left out: take larger windows"
         )
-
-
-def windows_variables(table: FrictionTable) -> dict[str, store.Variable]:
-    """Densities of the standardised windows of every penetration."""
-    levels = [values[valid] for values, valid in zip(*table.mu, strict=True)]
-    standard = [(values - values.mean()) / values.std() for values in levels]
-    density = [np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard]
-    title = "density of solved windows, less their mean, over their standard deviation"
-    return {
-        "standard_histogram": store.Variable(("level", "standard_bin"), np.array(density), "1", title),
-        "standard_edge": store.Variable(("standard_edge",), BINS, "1", "edges of its bins"),
-    }
 
 
 def summary(variables: dict[str, store.Variable]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.marginal import SET_WINDOWS, BetaFit, fit_beta
+from roughslip.friction.marginal import BetaFit, fit_beta
 from roughslip.friction.pad import WINDOWS, Blocks, Estimates, Surface, pad_edges, pad_estimates, pad_means, under_load
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.friction.table import describe
@@ -136,8 +136,7 @@ def of_windows(
     """Statistics and Beta of single windows that have a friction coefficient, over lags of half a period at most."""
     mu, valid = friction_coefficient(*blocks.windows, shear_pa, geometry.least_contact_area(scene))
     lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
-    sets = np.random.default_rng([scene.seed, Stream.CELL, SET_WINDOWS])
-    found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m, sets)
+    found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m)
     moments = ("mean", *SCALE, *SHAPE)
     found |= {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
     return found, fit_beta(mu[valid])

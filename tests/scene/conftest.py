@@ -1,36 +1,22 @@
-"""A working folder with the shipped scenes, and a scene that a test writes into it."""
+"""A scene that a test writes, in a working folder of its own."""
 
 from pathlib import Path
 
 import pytest
 
 from roughslip.scene.loader import load
-from tests.scene.shipped import CONFIG, SCENES
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A working folder with the shipped scenes in `scenes/`; a test adds its own."""
-    root = tmp_path_factory.mktemp("work")
-    (root / "scenes").mkdir()
-    for name in SCENES:
-        (root / "scenes" / f"{name}.yaml").write_bytes((CONFIG / "scenes" / f"{name}.yaml").read_bytes())
-    return root
 
 
 @pytest.fixture
-def mine(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    """Load `mine`, a scene of the given text, with further files next to it; all are removed after the test."""
-    monkeypatch.chdir(folder)
-    written = set()
+def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Load `mine`, a scene of the given text, with further files next to it; it may extend shipped scenes."""
+    monkeypatch.chdir(tmp_path)
 
     def load_mine(content: str | bytes, **others: str) -> dict:
         for name, text in {"mine": content, **others}.items():
-            path = folder / "scenes" / f"{name}.yaml"
+            path = tmp_path / "scenes" / f"{name}.yaml"
+            path.parent.mkdir(exist_ok=True)
             path.write_bytes(text if isinstance(text, bytes) else text.encode())
-            written.add(path)
-        return load("mine", folder / "scenes")
+        return load("mine", tmp_path / "scenes")
 
-    yield load_mine
-    for path in written:
-        path.unlink()
+    return load_mine

@@ -120,18 +120,17 @@ def test_what_no_target_reads_may_not_fit(mine):
     assert len(lines_of(mine, text.replace("figure2", "figure3"))) == 1
 
 
-def test_names_and_files(folder, monkeypatch):
-    monkeypatch.chdir(folder)
+def test_names_and_files(mine):
+    def line(name):
+        (text,) = lines_of(load, name, CONFIG / "scenes")
+        return text
 
-    def lines(name):
-        return lines_of(load, name, Path("scenes"))
-
-    assert lines("papr") == [f"scenes/papr.yaml: no such file; did you mean paper? scenes: {', '.join(SCENES)}"]
+    assert f"papr.yaml: no such file; did you mean paper? scenes: {', '.join(SCENES)}" in line("papr")
     for name in ("Paper", "", "2d", "a" * 41, "a.b", *RESERVED):
-        assert lines(name)[0].startswith(f"scenes: {name!r} is not allowed as the name of a scene; ")
-    assert lines("scenes/absent.yaml") == ["scenes/absent.yaml: cannot be read: No such file or directory"]
-    Path("paper.yaml").write_text("extends: paper\nseed: 3\n")  # elsewhere, of a scene of its own name
-    assert load("./paper.yaml", Path("scenes"))["seed"] == 3
+        assert f"{name!r} is not allowed as the name of a scene; " in line(name)
+    assert line("scenes/absent.yaml") == "scenes/absent.yaml: cannot be read: No such file or directory"
+    mine("extends: paper\nseed: 3\n")
+    assert load("scenes/mine.yaml", CONFIG / "scenes")["seed"] == 3  # of another folder
 
 
 def test_rules_count_as_the_stages_do():
@@ -243,31 +242,28 @@ def fuzz(cases: int) -> settings:
     )
 
 
-def outcome(folder: Path, content: bytes) -> dict | None:
+def outcome(mine, content: bytes) -> dict | None:
     """The scene of a file, or None where it is refused: printable lines of bounded length that name a file."""
-    (folder / "scenes" / "fuzz.yaml").write_bytes(content)
     try:
-        return load(folder / "scenes" / "fuzz.yaml", folder / "scenes")
+        return mine(content)
     except InputError as error:
         lines = error.lines
-    finally:
-        (folder / "scenes" / "fuzz.yaml").unlink()
     assert lines
     assert len(set(lines)) == len(lines)
     for line in lines:
         assert line.isprintable(), repr(line)
         assert len(line) < 2000
-        assert line.startswith(f"{folder}/scenes/"), line
+        assert line.startswith(("scenes/", f"{CONFIG}/scenes/")), line
     return None
 
 
 @pytest.mark.slow
 @fuzz(int(os.environ.get("SCENE_CASES", "12")))
 @given(valid=overlays(SCENES, valid=True), wild=overlays(SCENES, valid=False))
-def test_scenes_load_or_are_refused(folder, valid, wild):
+def test_scenes_load_or_are_refused(mine, valid, wild):
     """One that loads has figures, and slices that JSON holds."""
     for overlay in (valid, wild):
-        scene = outcome(folder, yaml.safe_dump(overlay, allow_unicode=True).encode())
+        scene = outcome(mine, yaml.safe_dump(overlay, allow_unicode=True).encode())
         if scene is not None:
             assert plan.figures(scene) or {*scene["targets"]} <= {"answer"}  # which has none
             for stage in plan.stages_needed(scene):
@@ -277,5 +273,5 @@ def test_scenes_load_or_are_refused(folder, valid, wild):
 @fuzz(100)
 @example(text=":\n")
 @given(text=st.text(alphabet=st.sampled_from("ab01.-+e:{}[]&*!|>%@`\"'#?,\n\t \u2028\x85é"), max_size=80))
-def test_any_text_loads_or_is_refused(folder, text):
-    outcome(folder, text.encode())
+def test_any_text_loads_or_is_refused(mine, text):
+    outcome(mine, text.encode())

@@ -260,6 +260,8 @@ def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
     (here / ".snakemake").mkdir(parents=True)
     answer = f"12|rule_surface|{here}\n13|rule_page|{here}/../a | b\n14|(null)|{here}\n15|rule_page|/elsewhere"
     monkeypatch.setenv("PATH", str(tmp_path))
+    held: list = []
+    monkeypatch.setattr(working_folder, "_held", held)
     monkeypatch.setattr(working_folder, "_SECONDS", 0.2)
     assert working_folder.queued_jobs(here) == []
     for script in ("exit 1", "exec /bin/sleep 5", f"/bin/cat <<'END'\n{answer}\nEND"):
@@ -269,6 +271,7 @@ def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
             assert working_folder.queued_jobs(here) == []
     with pytest.raises(InputError, match=re.escape(f"{here}: jobs of an interrupted run") + ".*: scancel 12 13$"):
         working_folder.hold(here / ".snakemake")
+    held.pop().close()
 
 
 PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)

@@ -173,25 +173,18 @@ PEERS: dict[str, Callable[[Grid, Response], Peer]] = {
 
 
 def tune(
-    peer: Peer,
-    problem: Problem,
-    load: float,
-    tolerance: float,
-    first: float,
-    residual: Callable[[Problem, np.ndarray], float],
+    peer: Peer, problem: Problem, load: float, tolerance: float, first: float, judge: Response
 ) -> tuple[float, float]:
     """Return the loosest setting of a peer that meets the tolerance, to STEP, and its residual.
 
     If no setting does, it is that of least residual. The search starts at `first`, which is loosened while it meets the
     tolerance, or else tightened until it does.
     """
-    trials: list[tuple[float, float]] = []
-    for number in range(MOST_TRIALS):
-        factor = STEP if trials and trials[0][1] <= tolerance else 1 / STEP
-        setting = first * factor**number
-        trials.append((setting, residual(problem, peer(problem, load, setting))))
-        if number and (trials[-1][1] <= tolerance) != (trials[0][1] <= tolerance):
-            break
+    trials = [(first, judge.residual(problem, peer(problem, load, first)))]
+    is_met = trials[0][1] <= tolerance
+    while len(trials) < MOST_TRIALS and (trials[-1][1] <= tolerance) == is_met:
+        setting = trials[-1][0] * (STEP if is_met else 1 / STEP)
+        trials.append((setting, judge.residual(problem, peer(problem, load, setting))))
     return max((trial for trial in trials if trial[1] <= tolerance), default=min(trials, key=lambda trial: trial[1]))
 
 
@@ -232,7 +225,7 @@ def compare_solvers(n: int, cases: Iterable[tuple[str, str, float]], peers: Iter
         for peer, solver in solvers.items():
             if n <= EXTENT[peer][level != "50"]:
                 first = tolerance * tuned.get((peer, kind, level), 30.0)
-                trials[peer] = tune(solver, problem, load, tolerance, first, displacement.residual)
+                trials[peer] = tune(solver, problem, load, tolerance, first, displacement)
                 tuned[peer, kind, level] = trials[peer][0] / tolerance
                 calls[peer] = partial(solver, problem, load, trials[peer][0])
         seconds, results = race(calls, least=3 if level == "50" else 1)
@@ -267,20 +260,16 @@ def summarise_speed(rows: Iterable[Row]) -> dict[str, Any]:
     A ratio is the median over turns; methods that miss the tolerance of a case do not count.
     """
     met = [row for row in rows if row["error"] <= float(fields(row["case"])["tolerance"])]
-    ours = {row["case"]: row["turns"] for row in met if row["method"] == OURS}
-    ratios: dict[str, dict[str, float]] = defaultdict(dict)
-    for row in met:
-        if row["method"] != OURS and row["case"] in ours:
+    ours, summary = {row["case"]: row["turns"] for row in met if row["method"] == OURS}, {}
+    for method in sorted({row["method"] for row in met} - {OURS}):
+        ratios, groups = {}, defaultdict(list)
+        for row in (row for row in met if row["method"] == method and row["case"] in ours):
             pairs = zip(row["turns"], ours[row["case"]], strict=False)
-            ratios[row["method"]][row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
-    summary = {}
-    for method, of_case in sorted(ratios.items()):
-        of: dict[str, list[float]] = defaultdict(list)
-        for name, ratio in of_case.items():
-            of[fields(name)["tolerance"]].append(ratio)
-        worst = min(of_case, key=lambda name: of_case[name])
-        means = {tolerance: statistics.geometric_mean(some) for tolerance, some in of.items()}
-        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": of_case[worst]}}
+            ratios[row["case"]] = statistics.median(theirs / our for theirs, our in pairs)
+            groups[fields(row["case"])["tolerance"]].append(ratios[row["case"]])
+        worst = min(ratios, key=lambda name: ratios[name])
+        means = {tolerance: statistics.geometric_mean(some) for tolerance, some in groups.items()}
+        summary[method] = {"geometric_mean": means, "worst": {"case": worst, "ratio": ratios[worst]}}
     return summary
 
 

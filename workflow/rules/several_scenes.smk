@@ -21,30 +21,22 @@ rule page_of_scenes:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.source} {output:q} 2> {log:q}'
 
 
-rule verify:
-    input:
-        PUBLISHED,
-    output:
-        **{name: f"results/{file}" for name, file in STAGES["verify"].results.items()},
-    log:
-        "results/logs/verify.log",
-    localrule: True
-    params:
-        folder=lambda _: names.over_published("verify", scenes.default, reference=[str(KEPT)]).folder,
-    shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
+for each in ("verify", "reference"):
 
-
-rule reference:
-    input:
-        PUBLISHED,
-    log:
-        "results/logs/reference.log",
-    localrule: True
-    params:
-        folder=lambda _: names.over_published("reference", scenes.default).folder,
-    shell:
-        'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
+    rule:
+        name:
+            each
+        input:
+            PUBLISHED,
+        output:
+            **{name: f"results/{file}" for name, file in STAGES[each].results.items() if file},
+        log:
+            f"results/logs/{each}.log",
+        localrule: True
+        params:
+            folder=lambda _, stage=each: names.over_published(stage, scenes.default, reference=[str(KEPT)]).folder,
+        shell:
+            'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
 
 
 rule scatter_law:

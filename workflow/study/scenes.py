@@ -60,11 +60,8 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
 
     Raises InputError with a line for each mistake.
     """
-    lines = [
-        f"config: {shown(key)}: unknown key; {guess(str(key), KEYS)}allowed: {', '.join(KEYS)}"
-        for key in config
-        if key not in KEYS
-    ]
+    unknown = [key for key in config if key not in KEYS]
+    lines = [f"config: {shown(key)}: unknown key; {_nearest(key, KEYS)}" for key in unknown]
     memory = config.get("memory_mb", LEAST_MB)
     if type(memory) is not int or memory < LEAST_MB:
         lines.append(f"config: memory_mb: {shown(memory)} is not allowed; a whole number from {LEAST_MB}")
@@ -73,16 +70,15 @@ def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, 
     if not isinstance(names, list) or not names:
         lines.append(f"config: scenes: {shown(given)} is not allowed; a list of scenes, of: {', '.join(scenes)}")
         names = []
-    for number, name in enumerate(names):
-        if name not in scenes:
-            lines.append(
-                f"config: scenes: {shown(name)} is no scene; {guess(str(name), scenes)}allowed: {', '.join(scenes)}"
-            )
-        elif name in names[:number]:
-            lines.append(f"config: scenes: {shown(name)} is given twice; name each scene once")
+    wrong = [name for name in names if name not in scenes]
+    lines += [f"config: scenes: {shown(name)} is no scene; {_nearest(name, scenes)}" for name in wrong]
     if lines:
         raise InputError(lines)
-    return {"memory_mb": None, **config, "scenes": names}
+    return {"memory_mb": None, **config, "scenes": list(dict.fromkeys(names))}
+
+
+def _nearest(name: Any, allowed: Sequence[str]) -> str:
+    return f"{guess(str(name), allowed)}allowed: {', '.join(allowed)}"
 
 
 def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collection[str]) -> None:
@@ -97,7 +93,7 @@ def check_targets(words: Sequence[str], scenes: Collection[str], rules: Collecti
         is_value = before.startswith("--") and "=" not in before and before not in _FLAGS
         is_target = not (is_value or name in known or name.startswith("-") or "=" in word or Path(word).exists())
         if is_target and difflib.get_close_matches(name, scenes):
-            near = f"{guess(name, sorted(scenes))}allowed: {', '.join(sorted(scenes))}"
+            near = _nearest(name, sorted(scenes))
             lines.append(f"{shown(word)} is no target: no scene {shown(name)}; {near}")
     if lines:
         raise InputError(lines)

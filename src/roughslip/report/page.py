@@ -78,13 +78,9 @@ class SceneReport:
         return not self.is_reading and self.has_answer
 
     @property
-    def shown_claims(self) -> list[Mapping[str, Any]]:
-        """All statements on a reading of the paper; elsewhere those that are tested and not on the paper's numbers."""
-        return [
-            claim
-            for claim in self.claims
-            if self.is_reading or (claim["verdict"] != "not tested" and claim["id"] not in OF_ITS_NUMBERS)
-        ]
+    def tested(self) -> list[Mapping[str, Any]]:
+        """Statements that are tested and not on the paper's own numbers."""
+        return [one for one in self.claims if one["verdict"] != "not tested" and one["id"] not in OF_ITS_NUMBERS]
 
     @property
     def warnings(self) -> Sequence[str]:

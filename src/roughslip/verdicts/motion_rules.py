@@ -74,20 +74,22 @@ def sharp_limit(oscillator: Arrays, limit: float) -> Found | str:
 
 
 def share_beyond(text: str, name: str, what: str, least: float) -> Rule:
-    """A share at the damping above the limit where it is surest, and M_diff there."""
+    """A share at the damping above the limit where it is surest, and M_diff there. Returns are over cycles below it."""
 
     @with_limit(text)
     def judge(oscillator: Arrays, limit: float) -> Found | str:
         damping = oscillator["damping_ratio"]
         if not (np.any(damping > limit) and np.any(damping < limit)):
             return ONE_SIDE.format(limit)
-        low = np.nan_to_num(oscillator[f"{name}_low"], nan=-1.0)  # where no run reaches a state
-        low = np.where(damping > limit, low, -np.inf)
-        row, seen = int(np.argmax(low)), damping[low > least]
+        whole = float(oscillator["deterministic_cycles"][damping < limit][-1]) if name == "returns" else 1.0
+        surely = np.nan_to_num(oscillator[f"{name}_low"] / whole, nan=-1.0)  # where no run reaches a state
+        surely = np.where(damping > limit, surely, -np.inf)
+        row, seen = int(np.argmax(surely)), damping[surely > least]
         lost = shown(number(oscillator, "difference", row))
         reach = f"; above {least:.0%} up to D = {seen[-1]:g}" if seen.size else ""
         note = f"share of the {what} at D = {damping[row]:g}, where M_diff = {lost}{reach}"
-        return lies(number(oscillator, name, row), note, low=least)
+        value, (low, high) = number(oscillator, name, row)
+        return lies((value / whole, (low / whole, high / whole)), note, low=least)
 
     return judge
 
@@ -108,22 +110,13 @@ RUNS_BEYOND = share_beyond(
 )
 
 
-@with_limit(
+RETURNS_BEYOND = share_beyond(
     f"every return to the belt is a cycle, without backward motion too: {ABOVE} mean returns, over the cycles at the "
-    f"last damping below it, lies above {SEEN_SHARE:.0%}"
+    f"last damping below it, lies above {SEEN_SHARE:.0%}",
+    "returns",
+    "mean returns to the belt, of the cycles without scatter below the limit,",
+    SEEN_SHARE,
 )
-def returns_beyond_the_limit(oscillator: Arrays, limit: float) -> Found | str:
-    """Returns to the belt beyond the limit, over the cycles without scatter at the last damping below it."""
-    damping = oscillator["damping_ratio"]
-    if not (np.any(damping > limit) and np.any(damping < limit)):
-        return ONE_SIDE.format(limit)
-    cycles = float(oscillator["deterministic_cycles"][damping < limit][-1])
-    row = int(np.argmax(np.where(damping > limit, oscillator["returns_low"], -np.inf)))
-    value, (low, high) = number(oscillator, "returns", row)
-    note = (
-        f"mean returns to the belt at D = {damping[row]:g}, {value:.1f}, over the {cycles:.0f} cycles below the limit"
-    )
-    return lies((value / cycles, (low / cycles, high / cycles)), note, low=SEEN_SHARE)
 
 
 @rule(f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero")

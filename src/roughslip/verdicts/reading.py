@@ -106,10 +106,6 @@ class Unit(NamedTuple):
     scale: float
     after: str
 
-    def shown(self, number: float) -> str:
-        """A number in the unit that a reader uses."""
-        return f"{self.scale * number:.3g}{self.after}"
-
 
 UNITLESS, SHARE = Unit("1", 1.0, ""), Unit("1", 100.0, " %")
 MICROMETRES, DECADES = Unit("m", 1e6, " µm"), Unit("decades", 1.0, " decades")
@@ -180,7 +176,7 @@ class Statement:
         if isinstance(found, str) or not np.isfinite([found.ours, *found.interval]).all():
             note = found if isinstance(found, str) else NO_NUMBER
             return {"ours": None, "interval": None, "shown": None, "verdict": NOT_TESTED, "note": note}
-        value, low, high = map(self.unit.shown, (found.ours, *found.interval))
+        value, low, high = (f"{self.unit.scale * one:.3g}{self.unit.after}" for one in (found.ours, *found.interval))
         return {
             "ours": found.ours,
             "interval": found.interval,

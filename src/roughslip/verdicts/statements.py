@@ -304,7 +304,7 @@ ON_MOTION = (
         Reading("runs-at-the-end", motion.RUNS_BEYOND, RANGE, when="runs have to cycle to their end"),
         Reading(
             "every-return",
-            motion.returns_beyond_the_limit,
+            motion.RETURNS_BEYOND,
             "section 5: “the mean number of limit cycles”; what counts as one is not said",
             when="every return counts as a cycle",
         ),

@@ -102,23 +102,21 @@ class Stage:
 
 def figure(name: str, of: str, caption: str, draws: str = "", target: str = "", **others: Any) -> Stage:
     """Return the row of a figure of one stage. Target and drawing module have its name by default."""
-    return Stage(
-        name=name,
-        takes={of: of},
-        caption=caption,
-        draws=draws or name,
-        target=target or name,
-        **others,
-    )
+    return Stage(name=name, takes={of: of}, caption=caption, draws=draws or name, target=target or name, **others)
 
 
 FRICTION = "friction? record?"  # whose friction the machine has, unless the scene gives it
+MACHINE = "seed oscillator ensemble.marginal? friction.mean? friction.statistics? friction.scatter?"
+SURFACE = "seed material roughness"
+STRIP = f"{SURFACE} strip.window_m strip.width_m strip.cell_m strip.penetration_percentiles"
+SQUARE = "square.edge_m square.nodes"
+EXPANSION = "expansion.degree expansion.target strip.expansion_spacing_m?"
 
 _ROWS = (
     Stage(
         name="scan",
-        reads="targets roughness.scan roughness.correct_correlation? strip.window_m? strip.width_m? "
-        "strip.cell_m? strip.expansion_spacing_m?",
+        reads="targets roughness.scan roughness.correct_correlation? strip.window_m? strip.width_m? strip.cell_m? "
+        "strip.expansion_spacing_m?",
         takes={"scan": "roughness.scan.file"},
         makes="surface/scan.nc",
         runs_if="roughness.scan",
@@ -126,9 +124,8 @@ _ROWS = (
     ),
     Stage(
         name="record",
-        reads="seed friction.record friction.scatter? oscillator.static_friction? "
-        "oscillator.normal_force_n? oscillator.windows_in_parallel? material? roughness? "
-        "strip.window_m? strip.width_m?",
+        reads="seed friction.record friction.scatter? oscillator.static_friction? oscillator.normal_force_n? "
+        "oscillator.windows_in_parallel? material? roughness? strip.window_m? strip.width_m?",
         takes={"record": "friction.record.file"},
         makes="friction/record.nc",
         runs_if="friction.record",
@@ -136,14 +133,14 @@ _ROWS = (
     ),
     Stage(
         name="karhunen_loeve",
-        reads="roughness square.edge_m square.nodes square.modes",
+        reads=f"roughness {SQUARE} square.modes",
         takes={"scan": "scan?"},
         makes="surface/modes.nc",
     ),
     Stage(
         name="contact_square",
-        reads="seed material roughness square.edge_m square.nodes square.latin_hypercube_samples "
-        "expansion.samples numerics.contact_tolerance numerics.contact_area",
+        reads=f"{SURFACE} {SQUARE} square.latin_hypercube_samples expansion.samples "
+        "numerics.contact_tolerance numerics.contact_area",
         takes={"surface": "karhunen_loeve", "scan": "scan?"},
         makes="contact/square-{design}-{first}-{last}.nc",
         batches={
@@ -154,18 +151,15 @@ _ROWS = (
     ),
     Stage(
         name="chaos_square",
-        reads="seed material roughness square.edge_m square.nodes square.latin_hypercube_samples "
-        "numerics.contact_area expansion",
+        reads=f"{SURFACE} {SQUARE} square.latin_hypercube_samples numerics.contact_area expansion",
         takes={"surface": "karhunen_loeve", "contact": "contact_square", "scan": "scan?"},
         makes="chaos/square.nc",
         memory_mb=620,
     ),
     Stage(
         name="contact",
-        reads="seed material roughness strip.window_m strip.width_m strip.cell_m strip.samples "
-        "strip.penetration_percentiles strip.window_spacing_m strip.training_samples "
-        "numerics.contact_area numerics.contact_tolerance "
-        "load.nominal_pressure_pa?",
+        reads=f"{STRIP} strip.samples strip.window_spacing_m strip.training_samples "
+        "numerics.contact_area numerics.contact_tolerance load.nominal_pressure_pa?",
         takes={"scan": "scan?"},
         makes="contact/blocks-{first}-{last}.nc",
         batches={"": "strip.samples"},
@@ -173,18 +167,14 @@ _ROWS = (
     ),
     Stage(
         name="chaos_strip",
-        reads="seed material roughness strip.window_m strip.width_m strip.cell_m "
-        "strip.penetration_percentiles numerics.contact_area strip.training_samples expansion.degree "
-        "expansion.target strip.expansion_spacing_m?",
+        reads=f"{STRIP} numerics.contact_area strip.training_samples {EXPANSION}",
         takes={"contact": "contact", "scan": "scan?"},
         makes="chaos/strip.nc",
         runs_if="not load",
     ),
     Stage(
         name="expansion_strip",
-        reads="seed material roughness strip.window_m strip.width_m strip.cell_m "
-        "strip.penetration_percentiles strip.window_spacing_m strip.samples "
-        "expansion.degree expansion.target strip.expansion_spacing_m?",
+        reads=f"{STRIP} strip.window_spacing_m strip.samples {EXPANSION}",
         takes={"expansion": "chaos_strip", "scan": "scan?"},
         makes="friction/expansion-{first}-{last}.nc",
         batches={"": "strip.expansion_samples"},
@@ -192,8 +182,7 @@ _ROWS = (
     ),
     Stage(
         name="friction",
-        reads="seed material roughness strip friction.mean load? oscillator.normal_force_n? "
-        "oscillator.windows_in_parallel?",
+        reads=f"{SURFACE} strip friction.mean load? oscillator.normal_force_n? oscillator.windows_in_parallel?",
         takes={"blocks": "contact expansion_strip", "scan": "scan?"},
         makes="friction/statistics.nc",
         also={"summary": "summary.csv"},
@@ -209,8 +198,7 @@ _ROWS = (
     ),
     Stage(
         name="answer",
-        reads="seed oscillator answer.realisations? answer.duration_periods? ensemble.marginal? "
-        "friction.mean? friction.statistics? friction.scatter?",
+        reads=f"{MACHINE} answer.realisations? answer.duration_periods?",
         takes={"friction": FRICTION},
         makes="answer.json",
         target="answer",
@@ -219,9 +207,7 @@ _ROWS = (
     ),
     Stage(
         name="budget",
-        reads="seed oscillator standard_uncertainties? ensemble.marginal? friction.mean? "
-        "friction.statistics? friction.scatter? load? material? roughness? strip.window_m? "
-        "strip.width_m?",
+        reads=f"{MACHINE} standard_uncertainties? load? material? roughness? strip.window_m? strip.width_m?",
         takes={"answer": "answer", "friction": FRICTION, "scan": "scan?"},
         makes="oscillator/budget.nc",
         also={"text": "budget.json"},
@@ -229,7 +215,7 @@ _ROWS = (
     ),
     Stage(
         name="stick_slip_map",
-        reads="seed oscillator map ensemble.marginal? friction.mean? friction.statistics? friction.scatter?",
+        reads=f"{MACHINE} map",
         takes={"friction": FRICTION},
         makes="oscillator/map.nc",
         memory_mb=620,

@@ -19,6 +19,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
+from roughslip.results import described, result
 from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
@@ -30,20 +31,15 @@ LOOP_PERIODS = 4.0  # most loops of slip take one natural period or two; longer 
 LOOP_SAMPLES, MOST_SAMPLES = 200, 1e6  # a natural period, in all
 
 
-@dataclass(frozen=True)
+@result
 class LimitCycle:
-    """The deterministic stick-slip cycle.
+    """The deterministic stick-slip cycle; times are in tau = omega t."""
 
-    departure, reattachment : [m] X at the end and at the start of stick
-    slip_duration, period : [-] in tau = omega t
-    slipped_distance : [m] a cycle
-    """
-
-    departure: float
-    reattachment: float
-    slip_duration: float
-    period: float
-    slipped_distance: float
+    departure: float = described("X at the end of stick", "m")
+    reattachment: float = described("X at the start of stick", "m")
+    slip_duration: float = described("duration of slip in tau")
+    period: float = described("period of the cycle in tau")
+    slipped_distance: float = described("slipped distance of a cycle", "m")
 
 
 def check_free(oscillator: Oscillator) -> None:

@@ -40,12 +40,6 @@ LIMITS = {
     "hopf_damping": ("1", "damping ratio below which steady sliding is unstable"),
     "existence_limit": ("1", "damping ratio above which the stick-slip cycle does not exist"),
 }
-CYCLE = {
-    "departure": ("m", "X at the end of stick"),
-    "reattachment": ("m", "X at the start of stick"),
-    "period": ("1", "period of the cycle in tau"),
-    "slipped_distance": ("m", "slipped distance of a cycle"),
-}
 
 
 def where_it_exists(
@@ -91,7 +85,7 @@ def of_motion(
         name: store.Variable((), np.nan if value is None else value, *title)
         for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
-    variables |= {name: store.Variable((), getattr(cycle, name, np.nan), *title) for name, title in CYCLE.items()}
+    variables |= store.variables_of(cycle or LimitCycle(*[np.nan] * 5))
     shown = drawn.time >= 2 * np.pi * DISCARDED_PERIODS
     return variables | {
         "damping_ratio": store.Variable(("damping",), counts.over["damping"], "1", "damping ratio D"),

@@ -16,15 +16,14 @@ from roughslip.study.job import Job
 
 REPLICATES = 400
 MODELS = ("solved", "expansion")
-TITLES = {
-    "force_per_window": ("N", "mean normal force on a window, windows without contact too"),
-    "nominal_pressure": ("Pa", "mean normal force over the area of the windows"),
-    "load_windows": ("1", "windows that bear the scene's normal force at this penetration"),
-    "load_std": ("1", "standard deviation of the friction coefficient of as many windows under one plane"),
-}
-OF_PADS = {  # of a square of so many windows, or of a row of them as long as one
-    "pad_mean": ("1", "mean friction coefficient of a pad, shear strength times area over force of all its windows"),
-    "pad_std": ("1", "standard deviation of the friction coefficient of a pad"),
+TITLES: dict[str, tuple[tuple[str, ...], str, str]] = {  # a pad is a square of so many windows, or a row of them
+    "force_per_window": (("level",), "N", "mean normal force on a window, windows without contact too"),
+    "nominal_pressure": (("level",), "Pa", "mean normal force over the area of the windows"),
+    "load_windows": (("level",), "1", "windows that bear the scene's normal force at this penetration"),
+    "load_std": (("level",), "1", "standard deviation of the friction coefficient of as many windows under one plane"),
+    "pad_mean": (("level", "pad"), "1", "mean friction coefficient of a pad, by area over force of all its windows"),
+    "pad_std": (("level", "pad"), "1", "standard deviation of the friction coefficient of a pad"),
+    "pad_parts": (("level", "part"), *PARTS),
 }
 Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
@@ -134,10 +133,7 @@ def of_all(name: str, level: int, friction: FrictionTable) -> np.ndarray:
 def load_variables(table: Table) -> dict[str, store.Variable]:
     """Load tables with their units."""
     variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
-    titles: dict[str, tuple[tuple[str, ...], str, str]] = {name: (("level",), *title) for name, title in TITLES.items()}
-    titles |= {name: (("level", "pad"), *title) for name, title in OF_PADS.items()}
-    titles["pad_parts"] = ("level", "part"), *PARTS
     for name, estimates in table.items():
-        dimensions, unit, title = titles[name]
+        dimensions, unit, title = TITLES[name]
         variables |= store.with_interval(name, dimensions, columns_of(estimates), unit, title)
     return variables

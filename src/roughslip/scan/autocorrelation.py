@@ -20,7 +20,7 @@ from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.results import described, result
 from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, sub_areas, widening, wrapped
-from roughslip.scan.topography import FEWEST_CELLS, Topography, high_pass, remove_form
+from roughslip.scan.topography import Topography, high_pass, remove_form
 
 LEVEL = math.exp(-1.0)
 ANGLES = np.arange(180) * math.pi / 180
@@ -92,7 +92,7 @@ def _too_long(scan: Topography, radii: np.ndarray) -> str:
     def falls(change: Callable[[], Topography]) -> bool:
         try:
             return bool(np.isfinite(_whole(change())[1]).all())
-        except ParameterError:  # nothing is left of it
+        except ParameterError:  # nothing is left of it, or it has no such waves
             return False
 
     stuck = ~np.isfinite(radii)
@@ -100,11 +100,9 @@ def _too_long(scan: Topography, radii: np.ndarray) -> str:
     for axis, name in enumerate("xy"):
         if np.all(np.abs(wrapped(ANGLES[stuck] - axis * math.pi / 2)) < GROOVES):
             helps.append(f"a lay taken as infinitely long, roughness.scan.endless_lay: {name}")
-    edge = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
-    cutoffs = [edge / n for n in CUTOFFS if edge / n >= FEWEST_CELLS * max(scan.dx, scan.dy)]
-    cutoff_m = next((cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, cutoff))), None)
-    if cutoff_m is not None:
-        helps.append(f"a high-pass, roughness.scan.cutoff_m: {cutoff_m:.2g}")
+    cutoffs = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy) / np.array(CUTOFFS)
+    if enough := [cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, float(cutoff)))]:
+        helps.append(f"a high-pass, roughness.scan.cutoff_m: {enough[0]:.2g}")
     advice = "What helps: " + ", or ".join(helps) if helps else "No form, lay or high-pass helps"
     return (
         f"the autocorrelation at {math.degrees(ANGLES[np.argmax(stuck)]):.0f} degrees from x does not fall to 1/e "

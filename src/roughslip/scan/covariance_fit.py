@@ -128,17 +128,14 @@ def fit_covariance(
         cutoff = cutoff_wavelength_m if model.has_cutoff else None
         return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff)
 
-    def residual(data: Lags | RingPowers | None) -> Callable[[np.ndarray], np.ndarray]:
-        """Distances whose sum of squares has the weight of the effective number."""
+    def of_lags(parameters: np.ndarray) -> np.ndarray:
+        return math.sqrt(lags.number / n) * lags.distance(build(parameters))
 
-        def of(parameters: np.ndarray) -> np.ndarray:
-            if data is None:
-                return np.zeros(0)
-            return math.sqrt(data.number / len(data.standard_error)) * data.distance(build(parameters))
+    def of_rings(parameters: np.ndarray) -> np.ndarray:
+        if rings is None:
+            return np.zeros(0)
+        return math.sqrt(rings.number / len(rings.power)) * rings.distance(build(parameters))
 
-        return of
-
-    of_lags, of_rings = residual(lags), residual(rings)
     x = _solved(model, of_lags, start, low, high)
     if rings is not None and model.fitted_shape is not None:
         x = _profiled(model, of_lags, of_rings, x, low, high)

@@ -245,18 +245,14 @@ def slope_warnings(scan: Topography) -> Iterator[str]:
     """A line where the rms slope between neighbouring points is implausible: its number, what to check."""
     along, across = (np.mean(np.diff(scan.heights, axis=axis) ** 2) for axis in (0, 1))
     slope = math.sqrt(along / scan.dx**2 + across / scan.dy**2)
-    if LEAST_SLOPE <= slope <= MOST_SLOPE:
-        return
-    why = (
-        f"above {MOST_SLOPE:g}, too steep for a half-space"
-        if slope > MOST_SLOPE
-        else f"below {LEAST_SLOPE:g}, smoother than machined surfaces"
-    )
-    yield (
-        f"rms slope {slope:.3g} between neighbouring points of the scan is {why}. Check the units of its heights, "
-        f"which scatter by {np.std(scan.heights):.3g} m, and of their distance, {scan.dx:.3g} m: roughness.scan.file, "
-        "and height_unit and spacing_m where the file gives none"
-    )
+    if not LEAST_SLOPE <= slope <= MOST_SLOPE:
+        steep = f"above {MOST_SLOPE:g}, too steep for a half-space"
+        yield (
+            f"rms slope {slope:.3g} between neighbouring points of the scan is "
+            f"{steep if slope > MOST_SLOPE else f'below {LEAST_SLOPE:g}, smoother than machined surfaces'}. Check the "
+            f"units of its heights, which scatter by {np.std(scan.heights):.3g} m, and of their distance, "
+            f"{scan.dx:.3g} m: roughness.scan.file, and height_unit and spacing_m where the file gives none"
+        )
 
 
 MAD = 1.4826  # standard deviation of Gaussian heights over their median absolute deviation
@@ -310,18 +306,12 @@ def without_outliers(scan: Topography, outliers: np.ndarray, form: Form) -> Topo
 
 def outlier_warnings(scan: Topography, outliers: np.ndarray, treatment: str) -> Iterator[str]:
     """A line where there are outliers: how many, where the largest lies, and what is done with them."""
-    if not outliers.any():
-        return
-    away = np.where(outliers, np.abs(scan.heights - np.median(scan.heights[scan.measured])), 0.0)
-    i, j = np.unravel_index(np.argmax(away), away.shape)
-    place = f"x {i * scan.dx * 1e6:.4g} µm, y {j * scan.dy * 1e6:.4g} µm"
-    done = (
-        "they are kept and change all statistics; roughness.scan.outliers: missing leaves them out"
-        if treatment == "keep"
-        else "they are treated as missing (roughness.scan.outliers)"
-    )
-    yield (
-        f"{outliers.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at "
-        f"{place}: "
-        f"{done}"
-    )
+    if outliers.any():
+        away = np.where(outliers, np.abs(scan.heights - np.median(scan.heights[scan.measured])), 0.0)
+        i, j = np.unravel_index(np.argmax(away), away.shape)
+        kept = "kept and change all statistics; roughness.scan.outliers: missing leaves them out"
+        yield (
+            f"{outliers.sum()} points of the scan are outliers, up to {away[i, j] * 1e6:.3g} µm from the median at "
+            f"x {i * scan.dx * 1e6:.4g} µm, y {j * scan.dy * 1e6:.4g} µm: they are "
+            f"{kept if treatment == 'keep' else 'treated as missing (roughness.scan.outliers)'}"
+        )

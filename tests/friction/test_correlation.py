@@ -15,16 +15,11 @@ from roughslip.friction.correlation import (
     triangular,
     window_lengths,
 )
-from roughslip.friction.windows import strip_weights, window_sums
+from roughslip.friction.windows import strip_weights
+from roughslip.probability import Estimate
 from tests.friction.test_windows import autoregressive
 
 WINDOW = 600e-6
-
-
-def averaged_white_noise(rng: np.random.Generator, strips: int, window: int, windows: int) -> np.ndarray:
-    """mu = 1 + white noise averaged over windows of `window` nodes that start at every fifth node."""
-    noise = rng.standard_normal((strips, window + 5 * (windows - 1)))
-    return 1.0 + 0.1 * window_sums(noise, window, 5) / math.sqrt(window)
 
 
 def test_an_exponential_has_its_own_length_and_a_curve_without_one_the_end_of_the_range() -> None:
@@ -61,38 +56,30 @@ def test_autocorrelation_is_the_mean_over_pairs_of_valid_windows() -> None:
     assert (r.rows[:, 0] == 1.0).all()
 
 
-def test_white_noise_averaged_on_windows_is_triangular() -> None:
-    rng = np.random.default_rng(2)
-    mu = averaged_white_noise(rng, 400, 40, 25)
-    weights = strip_weights(400, 200, rng)
-    lags = np.arange(25) * WINDOW / 8
-    r = autocorrelation(mu, np.ones(mu.shape, bool), 25, weights)
-    error = np.std(r.replicates, axis=1)
-    # 24 correlated lags: 4 standard errors are exceeded once in 600 such tests
-    assert np.all(np.abs(r.value - triangular(lags, WINDOW))[1:] < 4 * error[1:])
-    fit = correlation_fit(lags, r, WINDOW)
-    assert fit.misfit_difference.low > 0.0  # the triangle is nearer
-    assert fit.misfit_triangle.low == 0.0
-    for name, of_window in window_lengths(lags, WINDOW).items():
-        e = getattr(fit, name)
-        assert abs(e.value - of_window) < 4 * np.std(e.replicates), name
-
-
-def test_ornstein_uhlenbeck_windows_have_their_length() -> None:
-    rng = np.random.default_rng(3)
-    spacing, length = WINDOW / 20, 250e-6
-    mu = 1.0 + 0.1 * autoregressive(rng, 300, 61, math.exp(-spacing / length))
-    lags = np.arange(61) * spacing
-    fit = correlation_fit(lags, autocorrelation(mu, np.ones(mu.shape, bool), 61, strip_weights(300, 200, rng)), WINDOW)
-    for name in ("least_squares", "one_over_e", "log_line"):
-        e = getattr(fit, name)
-        # 300 strips of 1800 um hold some 300 * 1800 / 500 = 1080 independent pieces: error of a length some 5 %
-        assert np.std(e.replicates) < 0.1 * length, name
-        assert abs(e.value - length) < 4 * np.std(e.replicates), name
-    assert fit.misfit_difference.high < 0.0  # the exponential is nearer
-    # the misfits of a curve within a few per cent of the exponential
-    assert fit.misfit_exponential.low == 0.0
-    assert fit.misfit_triangle.value > 0.05
+def test_which_exponential_fits_and_whether_it_is_one() -> None:
+    """Curves of the window alone and of an exponential, and replicates that scatter by 1e-4 about them."""
+    lags = np.arange(61) * WINDOW / 20
+    noise = 1e-4 * np.random.default_rng(2).standard_normal((60, lags.size)) * (lags > 0.0)
+    triangle, exponential = triangular(lags, WINDOW), np.exp(-lags / 250e-6)
+    apart = np.sqrt(np.mean((triangle - exponential) ** 2))
+    own = window_lengths(lags, WINDOW)
+    far = np.sqrt(np.mean((triangle - np.exp(-lags / own["least_squares"])) ** 2))
+    for curve, lengths, to_exponential, to_triangle in (
+        (triangle, own, far, 0.0),
+        (exponential, {"least_squares": 250e-6, "log_line": 250e-6}, 0.0, apart),
+    ):
+        fit = correlation_fit(lags, Estimate.from_rows(np.concatenate((curve[None], curve + noise))), WINDOW)
+        for name, length in lengths.items():
+            found = getattr(fit, name)
+            assert (found.value, found.low, found.high) == (
+                pytest.approx(length),
+                *(pytest.approx(length, rel=0.01),) * 2,
+            )
+        assert fit.misfit_exponential.value == pytest.approx(to_exponential, abs=1e-9)
+        assert fit.misfit_triangle.value == pytest.approx(to_triangle, abs=1e-9)
+        assert fit.misfit_difference.value == pytest.approx(to_exponential**2 - to_triangle**2, abs=1e-9)
+        # what resampling moves a curve by, 1e-4, is what a distance is known to
+        assert fit.misfit_triangle.high - to_triangle == pytest.approx(1e-4, rel=0.3)
 
 
 def test_faults_are_refused() -> None:

@@ -19,22 +19,16 @@ ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a samp
 LOW, HIGH = np.quantile(ROWS[1:], (0.025, 0.975), axis=0)
 
 
-def test_a_percentile_interval_and_its_margin():
-    plain, wide = Estimate.from_rows(ROWS), Estimate.from_rows(ROWS, 1.5)
-    np.testing.assert_allclose((plain.low, plain.high), (LOW, HIGH), rtol=1e-14)
+def test_a_percentile_interval_and_that_of_a_scale_with_a_margin():
+    """That of a scale is as far above the value as the replicates lie below it, as a ratio."""
+    wide, scale = Estimate.from_rows(ROWS, 1.5), Estimate.of_scale(ROWS, 1.5)
     np.testing.assert_allclose(wide.low, ROWS[0] + 1.5 * (LOW - ROWS[0]), rtol=1e-14)
     np.testing.assert_allclose(wide.high, ROWS[0] + 1.5 * (HIGH - ROWS[0]), rtol=1e-14)
-    np.testing.assert_array_equal(plain.rows, ROWS)
-    assert plain.replicates.shape == (2, 40)
-
-
-def test_an_interval_of_a_scale_is_reflected_on_the_logarithm():
-    """As far above the value as the replicates lie below it, as a ratio."""
-    estimate = Estimate.of_scale(ROWS, 1.5)
+    np.testing.assert_array_equal(wide.rows, ROWS)
     low, high = np.quantile(np.log(ROWS[1:]), (0.025, 0.975), axis=0)
-    np.testing.assert_allclose(estimate.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
-    np.testing.assert_allclose(estimate.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
-    np.testing.assert_allclose(estimate.rows, ROWS, rtol=1e-14)
+    np.testing.assert_allclose(scale.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
+    np.testing.assert_allclose(scale.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)
+    np.testing.assert_allclose(scale.rows, ROWS, rtol=1e-14)
 
 
 def test_a_distance_lies_within_what_resampling_moves_the_curve():

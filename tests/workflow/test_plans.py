@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from roughslip.errors import InputError
 from roughslip.study.graph import STAGES
 from tests.scene.shipped import SCENES, overlays
-from workflow.keys import Names, code_hash
+from workflow.keys import Names
 from workflow.study.commands import NODE_MB, asked_mb
 from workflow.study.scenes import Scenes, checked
 from workflow.study.working_folder import unused
@@ -219,18 +219,3 @@ def test_names_differ_from_the_first_change_on_and_only_results_of_no_scene_are_
     project.scene("wrong", "extends: nothing\n")
     with pytest.raises(InputError, match="nothing is removed while scenes have mistakes: wrong"):
         unused(names_of(project.folder))
-
-
-def test_code_lock_and_installed_packages_change_the_hash_and_comments_do_not(tmp_path, monkeypatch):
-    (tmp_path / "stage.py").write_text("x = 1\n")
-    (tmp_path / "lock").write_text("numpy==2.0\n")
-    before = code_hash("stage", tmp_path, tmp_path / "lock")
-    for name, old, new in (("stage.py", "1", "2"), ("lock", "2.0", "2.1")):
-        text = (tmp_path / name).read_text()
-        (tmp_path / name).write_text(f"{text}# comment\n")
-        assert code_hash("stage", tmp_path, tmp_path / "lock") == before
-        (tmp_path / name).write_text(text.replace(old, new))
-        assert code_hash("stage", tmp_path, tmp_path / "lock") != before
-        (tmp_path / name).write_text(text)
-    monkeypatch.setattr("workflow.keys.installed", lambda: ["numpy==0.1"])
-    assert code_hash("stage", tmp_path, tmp_path / "lock") != before

@@ -18,7 +18,7 @@ from roughslip.atomic_write import replacing
 from roughslip.compilation.source_hash import closure_hash
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import WINDOWS
-from roughslip.scene.contact import terms, training_columns
+from roughslip.scene.contact import terms
 from roughslip.scene.files import read_chain
 from roughslip.scene.mistakes import given, line
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
@@ -150,11 +150,11 @@ def scene_warnings(scene: Scene) -> list[str]:
     """What is implausible in a scene and its surface, before anything is solved; raises as `surface_of`."""
     surface, cells = surface_of(scene), cells_of(scene)
     if surface is None:
-        return [*_materials(scene), *_training(scene, None)]
+        return [*_materials(scene), *_training(scene)]
     from roughslip.surface.plausibility import rms_slope, warnings, yield_warning
 
     window = get(scene, "strip.window_m") if "strip.cell_m" in cells else None
-    lines = [*_materials(scene), *_training(scene, surface[1][0]), *warnings(*surface, cells, window)]
+    lines = [*_materials(scene), *_training(scene), *warnings(*surface, cells, window)]
     if scene.get("load") is not None and get(scene, "material.hardness_pa") is None and "strip.cell_m" in cells:
         slope = rms_slope(surface[0], cells["strip.cell_m"])
         lines.append(yield_warning(get(scene, "material.young_modulus_pa"), _modulus(scene), slope))
@@ -169,28 +169,12 @@ def _materials(scene: Scene) -> Iterator[str]:
             yield f"material.{key} = {value:.3g} Pa is {which}: check the unit, Pa"
 
 
-def _training(scene: Scene, length_m: float | None) -> Iterator[str]:
-    """Few samples for the terms of an expansion. Columns of a strip count once a correlation length, where it is known.
-
-    length_m : 1/e length of the heights along the belt
-    """
-    stages, degree, samples = stages_needed(scene), get(scene, "expansion.degree"), get(scene, "expansion.samples")
-    if stages.isdisjoint({"chaos_square", "chaos_strip"}):
-        return
-    needed = SAMPLES_PER_TERM * terms(degree)
-    few = f"fewer than {SAMPLES_PER_TERM} for each of the {terms(degree)} terms of expansion.degree = {degree}"
-    if "chaos_square" in stages and samples < needed:
+def _training(scene: Scene) -> Iterator[str]:
+    """Few samples for the terms of the expansion of the square."""
+    degree, samples = get(scene, "expansion.degree"), get(scene, "expansion.samples")
+    if "chaos_square" in stages_needed(scene) and samples < (needed := SAMPLES_PER_TERM * terms(degree)):
+        few = f"fewer than {SAMPLES_PER_TERM} for each of the {terms(degree)} terms of expansion.degree = {degree}"
         yield f"expansion.samples = {samples} are {few}. Take at least {needed}, or a lower degree"
-    if "chaos_strip" in stages:
-        strips, window = get(scene, "strip.training_samples"), WINDOWS * get(scene, "strip.window_m")
-        columns = training_columns(window / get(scene, "strip.cell_m"))
-        if length_m is not None:
-            columns = min(columns, max(1, int(window / length_m * (1 + 1e-9))))
-        if strips * columns < needed:
-            yield (
-                f"strip.training_samples = {strips} have {strips * columns} independent columns, {few}. Take at "
-                f"least {math.ceil(needed / columns)}, or a lower degree"
-            )
 
 
 def inherited(name: str, scenes_folder: Path) -> list[str]:

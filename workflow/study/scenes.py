@@ -213,7 +213,7 @@ def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
         file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
     top = folder / f"{name}.yaml"
-    scene = load(top, folder)
+    scene = load(name, folder)
     files = [(key, file) for key in USER_FILES for file in _listed(get(scene, key))]
     own = own_code(scene)
     for key, file in [*files, *((key, code.rpartition(":")[0]) for key, code in own.items())]:

@@ -29,17 +29,12 @@ def scene_names(scenes_folder: Path) -> list[str]:
     return sorted(file.stem for file in scenes_folder.glob("*.yaml"))
 
 
-def locate(name_or_path: str | Path, scenes_folder: Path) -> Path:
-    """The file of a scene by name or path; the name must be fit for the folder of its results."""
-    given = str(name_or_path)
-    is_path = isinstance(name_or_path, Path) or given.endswith(".yaml") or "/" in given
-    name = Path(given).stem if is_path else given
-    where = display(Path(given) if is_path else scenes_folder)
+def locate(name: str, scenes_folder: Path) -> Path:
+    """The file of a scene by its name, which must be fit for the folder of its results."""
     if not re.fullmatch(WORD, name) or name in RESERVED:
         reason = "it is reserved" if name in RESERVED else NAME
-        raise InputError(f"{where}: {shown(name)} is not allowed as the name of a scene; {reason}")
-    if is_path:
-        return Path(given)
+        text = f"{shown(name)} is not allowed as the name of a scene; {reason}"
+        raise InputError(f"{display(scenes_folder)}: {text}")
     file, known = scenes_folder / f"{name}.yaml", scene_names(scenes_folder)
     if name not in known:
         raise InputError(f"{display(file)}: no such file; {guess(name, known)}scenes: {', '.join(known)}")

@@ -23,16 +23,15 @@ _RULES = (*contact.RULES, *roughness.RULES, *oscillator.RULES)
 VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 
 
-def load(name_or_path: str | Path, scenes_folder: Path) -> Values:
-    """The scene of a name, or of a file anywhere, with its overlays merged and every rule checked.
+def load(name: str, scenes_folder: Path) -> Values:
+    """The scene of a name, with its overlays merged and every rule checked.
 
-    name_or_path : a scene of scenes_folder by its name, or a scene file: a Path, or text with a / or ending in .yaml
     scenes_folder : folder of the names; a name after `extends` may also be that of a shipped scene
 
     Returns the scene as nested dicts, without `extends`, and with what follows from its load; a key that takes a
     real number holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
     """
-    chain, merged = read_chain(locate(name_or_path, scenes_folder), scenes_folder)
+    chain, merged = read_chain(locate(name, scenes_folder), scenes_folder)
     values, uncertainties, wrong = _taken_apart(merged.values, scene_schema(), ())
     if merged.file_of(("targets",)) != chain[0] and isinstance(values.get("targets"), list):
         values["targets"] = plan.default_targets(values, bool(uncertainties))

@@ -1,12 +1,9 @@
-"""Random surfaces and the contact conditions."""
+"""Random surfaces."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
-
-from roughslip.contact.solve import ContactSolution
 
 
 def correlated_heights(shape: tuple[int, int], length: float, seed: int) -> np.ndarray:
@@ -20,22 +17,3 @@ def correlated_heights(shape: tuple[int, int], length: float, seed: int) -> np.n
 @pytest.fixture
 def surface() -> Callable[[tuple[int, int], float, int], np.ndarray]:
     return correlated_heights
-
-
-def assert_contact_conditions(
-    solution: ContactSolution, displacement: np.ndarray, interference: np.ndarray, hardness: float = math.inf
-) -> None:
-    """All contact conditions, to the residual that the solution claims."""
-    allowed = solution.residual * np.linalg.norm(np.maximum(interference, 0)) + 1e-14 * np.abs(interference).max()
-    p, gap, plastic = solution.pressure, solution.gap, solution.plastic_displacement
-    assert np.all((p >= 0) & (p <= hardness))
-    assert np.all(gap >= -allowed)
-    assert np.all(plastic >= 0)
-    assert not np.any(plastic[p < hardness])
-    np.testing.assert_allclose(gap[p > 0], 0, atol=allowed)
-    np.testing.assert_allclose(gap, displacement - interference + plastic, rtol=0, atol=allowed)
-
-
-@pytest.fixture(scope="session")
-def contact_conditions() -> Callable[..., None]:
-    return assert_contact_conditions

@@ -71,7 +71,7 @@ def fit_beta(values: np.ndarray) -> BetaFit:
     """
     ascending = np.sort(finite("values", values), axis=None)
     if not ascending.size:
-        raise IllPosedError("no values, so no distribution")
+        raise IllPosedError("no values, so no distribution: take more strips or a deeper penetration")
     ranks = -(-(2 * np.arange(_NODES) + 1) * ascending.size // (2 * _NODES))  # whole numbers, so nothing is rounded
     quantiles = ascending[ranks - 1]
     centre, spread = float(np.mean(quantiles)), float(np.std(quantiles))

@@ -360,14 +360,14 @@ def test_a_range_needs_more_time_in_stick_slip_than_single_returns(beyond, half,
 
 
 def test_a_fall_at_every_step_fails_where_one_level_rises():
-    """From first to last it falls. Errors of the first and the last level add as squares: 0.06, 0.08 make 0.1."""
+    """From first to last it falls. Errors of both ends add as squares: 0.06, 0.08 make 0.1, 0.03, 0.04 make 0.05."""
     table = friction() | with_interval("combined_mean", [0.3, 0.1, 0.2], [0.29, 0.09, 0.19], [0.31, 0.11, 0.21])
-    table |= with_interval("ratio_of_sums", [0.3, 0.3, 0.35], [0.24, 0.29, 0.27], [0.36, 0.31, 0.43])
+    table |= with_interval("ratio_of_sums", [0.3, 0.3, 0.35], [0.27, 0.29, 0.27], [0.36, 0.31, 0.39])
     verdicts = judge(friction=table)
     name = "fig3-mean-decreases"
     assert [verdicts[key]["verdict"] for key in (name, f"{name}/every-step")] == ["reproduced", "contradicted"]
     assert verdicts[f"{name}/sums"]["verdict"] == "undecided"
-    assert verdicts[f"{name}/sums"]["interval"] == pytest.approx((-0.05, 0.15))
+    assert verdicts[f"{name}/sums"]["interval"] == pytest.approx((-0.05, 0.1))
 
 
 STILL = with_interval("still_cycling", [1, 1, 0.6, 0, 0], [0.98, 0.98, 0.5, 0, 0], [1, 1, 0.7, 0.01, 0.01])

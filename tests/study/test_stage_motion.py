@@ -260,7 +260,7 @@ def test_the_pad_of_the_load_moves_the_limit_as_its_own_windows_do(statistics):
     """400 windows bear the force: their response over that of as many windows is 1, as the scatter is added."""
     scene = parallel(400, friction={"scatter": "additive"})
     made, friction = machine.machine_of(scene, statistics), machine.friction_of(scene, statistics)
-    found = deterministic.load_responses(scene, store.read(statistics), replace(made, law=LAW), friction)
+    found = deterministic.load_responses(store.read(statistics), replace(made, law=LAW), friction)
     assert found["additive"] == pytest.approx(1.0, rel=1e-9)
     multiplied = machine.response_of_limit(replace(made, law=LAW), replace(friction, multiplies=True))[1]
     own = machine.response_of_limit(replace(made, law=LAW), friction)[1]

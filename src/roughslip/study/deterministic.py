@@ -105,13 +105,13 @@ def of_friction(job: Job, machine: Machine, friction: Friction) -> dict[str, sto
         return variables
     warn_of_load(job, result, friction.pad_deviation)
     title = "what the same scatter, {}, moves the limit by with the autocorrelation of the load's pad, over that here"
-    for kind, moved in load_responses(job.scene, result, machine, friction).items():
+    for kind, moved in load_responses(result, machine, friction).items():
         variables[f"load_response_{kind}"] = store.Variable((), moved, "1", title.format(kind))
     variables["friction_percentile"] = store.Variable((), MEDIAN, "percent", "penetration of the windows")
     return variables
 
 
-def load_responses(scene: Scene, result: store.Result, machine: Machine, friction: Friction) -> dict[str, float]:
+def load_responses(result: store.Result, machine: Machine, friction: Friction) -> dict[str, float]:
     """What each kind of scatter moves the limit of existence by with the autocorrelation of the pad under the force.
 
     To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without

@@ -6,7 +6,6 @@ import collections.abc
 import functools
 import inspect
 import math
-import operator
 import types
 import typing
 from collections.abc import Callable
@@ -209,10 +208,7 @@ def not_negative(name: str, value: Any, unit: str = "") -> float:
 
 def whole_at_least(name: str, value: Any, minimum: int) -> int:
     """The value as a whole number; ParameterError where it is none, or below the least."""
-    try:
-        number = operator.index(value)
-    except TypeError as error:
-        raise ParameterError(f"{name} must be a whole number, not {value!r}") from error
+    number = whole(name, value)
     if number < minimum:
         raise ParameterError(f"{name} must be at least {minimum}, not {number}")
     return number

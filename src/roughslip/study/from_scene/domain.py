@@ -187,8 +187,7 @@ def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[
 
     Raises IllPosedError where a cell of WINDOWS and EDGE has too many nodes.
     """
-    modulus, hardness = geometry.material(scene).plane_strain_modulus_pa, geometry.hardness_pa(scene)
-    slope = rms_slope(model.covariance, scene.strip.cell_m)
+    (modulus, slope), hardness = _stiffness(scene, model), geometry.hardness_pa(scene)
     share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
     least = CELL_CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
     mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
@@ -204,8 +203,7 @@ def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[
 
 def index_of(scene: Scene, model: GaussianModel) -> float:
     """Plasticity index E* h' / H [-], zero in elastic contact."""
-    modulus, slope = geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)
-    return plasticity_index(modulus, slope, geometry.hardness_pa(scene))
+    return plasticity_index(*_stiffness(scene, model), geometry.hardness_pa(scene))
 
 
 def check_slope(scan: Path | None) -> None:
@@ -219,6 +217,10 @@ def cell_warnings(scene: Scene, model: GaussianModel, scan: Path | None) -> Iter
     """That the surface of a scan would yield where the scene gives no hardness."""
     if scan is None or scene.material.hardness_pa is not None:
         return
-    modulus, slope = geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)
-    if text := yield_warning(scene.material.young_modulus_pa, modulus, slope):
+    if text := yield_warning(scene.material.young_modulus_pa, *_stiffness(scene, model)):
         yield text
+
+
+def _stiffness(scene: Scene, model: GaussianModel) -> tuple[float, float]:
+    """E* [Pa], and the rms slope [-] of the heights on the cells."""
+    return geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)

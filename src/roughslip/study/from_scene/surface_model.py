@@ -88,7 +88,7 @@ def stored_model(
     rms_height_m: float,
     endless: int | None = None,
 ) -> tuple[dict[str, store.Variable], dict[str, str]]:
-    """Variables and the attribute `model` that `restored_model` reads; those of `scan_table` stand in the same file.
+    """Variables and the attribute `model` that `restored_model` reads; statistics stand in the same file.
 
     covariance : None for the measured autocorrelation
     endless : axis of a lay that is taken as infinitely long, of which the covariance is that of the profile across
@@ -107,7 +107,7 @@ def stored_model(
     return variables, {"model": json.dumps(model, sort_keys=True)}
 
 
-def what_helps(scan: Scan | None = None, keys: Sequence[str] = tuple(HELPS)) -> str:
+def what_helps(scan: Scan, keys: Sequence[str]) -> str:
     """What to try where no surface can be sampled like a scan. scan : its scene keys; keys : those that may help"""
     others = [f"roughness.scan.{key}: {HELPS[key]}" for key in keys if getattr(scan, key, None) != HELPS[key]]
     return f"What may help: {' or '.join(others)}" if others else "What helps: a larger scan in roughness.scan.file"

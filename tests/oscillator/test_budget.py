@@ -6,7 +6,6 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.errors import ParameterError
 from roughslip.friction import Friction
 from roughslip.oscillator import (
     CoulombLaw,
@@ -16,7 +15,6 @@ from roughslip.oscillator import (
     durations_by_theory,
     existence_limit,
     grazing_response,
-    run_until_known,
     uncertainty_budget,
 )
 from roughslip.oscillator.budget import ACCURACY, _Chance, _Rates
@@ -95,56 +93,6 @@ def test_the_blur_scales_as_the_orbit_of_another_machine():
     shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
     found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)
     assert found == pytest.approx(0.8413, abs=0.1 * 0.242)
-
-
-@pytest.mark.slow
-def test_the_probability_is_that_of_simulated_machines_of_drawn_inputs():
-    """Each run has its own machine and its own friction, and the band is seen in runs of the given machine.
-
-    300 runs have a standard error of 0.029 at most; the surrogate may add as much.
-    """
-    law, length, given = StribeckLaw(0.3, 0.4), 3e-4, {"mass": 1.0, "damping": 0.29, "scatter": 1.0}
-
-    def machine(values):
-        m = values["mass"]
-        belt = Oscillator(m, 316.0 / math.sqrt(m), values["damping"], 0.948, 2500.0)
-        return made_of(belt, law, 0.03 * values["scatter"], length, (2.1, 5.0))
-
-    def stick_slips(one, number):
-        time = 10.0 * (1.0 + (number * 0.618) % 1.0)
-        _, first, states = run_until_known(one, one.kept_path([5, number]), one.paths.spacing, time)
-        return states.is_stick_slip(first + time)
-
-    ratios = np.linspace(0.18, 0.40, 12)
-    shares = [np.mean([stick_slips(machine(given | {"damping": d}), n) for n in range(80)]) for d in ratios]
-    band = tuple(float(np.interp(-level, -np.array(shares), ratios)) for level in (0.95, 0.05))
-    rougher = machine(given | {"scatter": 1.4})
-    response = grazing_response(rougher)
-    chance = _Chance(machine(given), response, band).probability(rougher, response.limit)
-    assert chance == pytest.approx(np.mean([stick_slips(rougher, 500 + n) for n in range(100)]), abs=0.15)
-    sources = [
-        Source.independent("damping", {"damping": (0.29, 0.03)}),
-        Source.independent("others", {"mass": (1.0, 0.2), "scatter": (1.0, 0.2)}),
-    ]
-    found = uncertainty_budget(machine, sources, band, limits=())
-    generator, seen = np.random.default_rng(3), []
-    for number in range(300):
-        drawn = [s.drawn(generator.standard_normal((s.axes, 1))) for s in sources]
-        seen.append(stick_slips(machine({k: float(v[0]) for one in drawn for k, v in one.items()}), 1000 + number))
-    assert 0.1 < np.mean(seen) < 0.9
-    assert found.probability.mean == pytest.approx(np.mean(seen), abs=0.09)
-    assert found.scatter < 1.0
-
-
-def test_a_band_rises():
-    with pytest.raises(ParameterError, match=r"rising, not \(0.3, 0.2\)"):
-        uncertainty_budget(coulomb, (), (0.3, 0.2), ())
-
-
-@pytest.mark.slow
-def test_limits_are_found_to_the_stated_accuracy(found):
-    given = coulomb({})
-    assert found.limits["damping"].value == pytest.approx(existence_limit(given.oscillator, given.law), rel=ACCURACY)
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@ first root under excitation."""
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -214,11 +213,6 @@ def test_static_limit(mu_s, limit):
     assert static_limit(mu_s, p) == pytest.approx(limit * p.F, rel=1e-15)
     p = coefficients(STUDY, LAW, "multiplicative")
     assert static_limit(mu_s / 0.4, p) == pytest.approx(limit * p.F, rel=1e-15)
-
-
-def test_a_fixed_base_holds_for_ever_without_excitation():
-    p = coefficients(replace(STUDY, belt_velocity_m_per_s=0.0), LAW)
-    assert departure(2.0, 0.001, 0.4 * p.F, 50.0, p) == (HELD, 50.0, 0.001)
 
 
 def test_end_of_the_path_is_an_error_in_stick_and_slip():

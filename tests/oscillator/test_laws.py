@@ -15,7 +15,6 @@ from roughslip.oscillator.laws import (
     CoulombLaw,
     StribeckLaw,
     friction,
-    friction_curvature,
     friction_slope,
     only_row,
     row_at,
@@ -48,7 +47,7 @@ def law(request):
 
 
 def test_compiled_and_plain_forms_agree(law):
-    """The compiled formulas, the array functions of both signs, and the three leading parameters."""
+    """The compiled formulas, the array functions of both signs, and the two leading parameters."""
     parameters = law.parameters()
     v = np.linspace(0.0, 3.0, 61)
     mu, slope = compiled_forms(v, parameters)
@@ -58,7 +57,6 @@ def test_compiled_and_plain_forms_agree(law):
     assert np.array_equal(law.slope(-v), law.slope(v))
     assert parameters.static == law.static >= parameters.rest
     assert parameters.rest == pytest.approx(float(law.mu(0.0)), rel=1e-14)
-    assert np.all(law.mu(v) >= parameters.least - 1e-15)
 
 
 @numba.njit
@@ -70,7 +68,7 @@ def compiled_forms(speeds, parameters):
     return mu, slope
 
 
-def test_slope_and_curvature_are_derivatives(law):
+def test_slope_is_the_derivative(law):
     """Central differences within a row: h^2 / 6 of the third derivative, and rounding. Rows join without a jump, and a
     row alone continues its own formula."""
     parameters, h, row = law.parameters(), 1e-4, 0
@@ -80,8 +78,6 @@ def test_slope_and_curvature_are_derivatives(law):
             continue
         difference = (friction(ahead, parameters) - friction(behind, parameters)) / (2 * h)
         assert friction_slope(speed, parameters) == pytest.approx(difference, rel=1e-4, abs=1e-6)
-        difference = (friction_slope(ahead, parameters) - friction_slope(behind, parameters)) / (2 * h)
-        assert friction_curvature(speed, parameters) == pytest.approx(difference, rel=1e-4, abs=1e-5)
     while (end := row_ends(row, parameters)[1]) < math.inf:
         before, behind = only_row(row, parameters), only_row(row + 1, parameters)
         assert friction(end, before) == pytest.approx(friction(end, behind), rel=1e-13)

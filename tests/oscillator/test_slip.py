@@ -20,13 +20,11 @@ from roughslip.oscillator.slip import (
     Horizon,
     Samples,
     Status,
-    StepControl,
     slip,
     step_to_node,
 )
 from roughslip.oscillator.switching_events import (
     LOWER,
-    ZERO,
     Bound,
     Sliding,
     arrival,
@@ -51,8 +49,8 @@ def start(x, u, sigma=1.0):
 
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, tolerance=1e-9, path=NO_PATH):
     since = y.tau if allowed == 0.0 else -1.0
-    control, horizon = StepControl(allowed, 0.0, 0.0), Horizon(duration, 1000)
-    return slip(y, since, control, False, sigma, path, p, tolerance, horizon, Samples(1.0, NONE, NONE))
+    horizon = Horizon(duration, 1000)
+    return slip(y, since, allowed, False, sigma, path, p, tolerance, horizon, Samples(1.0, NONE, NONE))
 
 
 @pytest.mark.parametrize("rates", [(3.0, -20.0, 50.0), (0.0, 0.0, 40.0), (2.0, 9.0, 0.0), (1.0, -0.5, 0.0)])
@@ -79,12 +77,12 @@ def near_top(top, excess):
     return start(0.4 * F - radius * math.sin(top), radius * math.cos(top))
 
 
-HERE, SLIDING = branch(0, False, UNDAMPED), Sliding(1.0, FREE, UNDAMPED)
+HERE, SLIDING = branch(0, UNDAMPED), Sliding(1.0, FREE, UNDAMPED)
 BELT = bound(LOWER, HERE, 1.0, 1e-9, UNDAMPED)
 
 
 def late_over(y, end, h):
-    return bracket(gap_over(y, end, h, BELT, HERE, SLIDING), h, UNDAMPED)
+    return bracket(gap_over(y, end, h, BELT), h, UNDAMPED)
 
 
 @pytest.mark.parametrize(("top", "h"), [(0.06, 0.12), (0.2, 0.21), (0.01, 0.2), (0.25, 0.5)])
@@ -140,17 +138,16 @@ def test_the_time_left_is_the_next_root_of_the_series_that_falls():
 @pytest.mark.parametrize("dt", [1e-2, -1e-2])
 def test_arrival_is_motion_of_constant_jerk(dt):
     """X = dt u + dt^2 a / 2 + dt^3 j / 6 and its derivatives, exact; slip is what the belt moves more, V dt - X."""
-    arrived = arrival(State(1.0, 2.0, 3.0, 4.0, -5.0, 6.0), dt, Bound(ZERO, 1.0, 0.0), 1.0, coefficients(STUDY, LEVEL))
+    arrived = arrival(
+        State(1.0, 2.0, 3.0, 4.0, -5.0, 6.0),
+        dt,
+        Bound(1.0, 3.0 - 5.0 * dt + 3.0 * dt**2),
+        1.0,
+        coefficients(STUDY, LEVEL),
+    )
     dx = 3.0 * dt - 2.5 * dt**2 + dt**3
     expected = 1.0 + dt, 2.0 + dx, 3.0 - 5.0 * dt + 3.0 * dt**2, 4.0 + V * dt - dx, -5.0 + 6.0 * dt, 6.0
     assert arrived == pytest.approx(expected, rel=1e-14)
-
-
-@pytest.mark.parametrize(("cut", "side"), [(False, 1.0), (True, -1.0)])
-def test_friction_is_cut_a_tenth_of_the_tolerance_beyond_zero(cut, side):
-    """The bound is a deflection: F (mu_D + mu_S) may pass zero by a tenth of the tolerance of F, from either side."""
-    p = coefficients(STUDY, LEVEL)
-    assert bound(ZERO, branch(0, cut, p), 1.0, 1e-6, p) == (ZERO, side, pytest.approx(1e-7 * F, rel=1e-12))
 
 
 STIFFNESS = STUDY.stiffness_n_per_m

@@ -140,8 +140,7 @@ class Equation:
     def judge_slips(self, trial: Trial, drawn: Trajectory) -> None:
         """Check the largest defect of a stretch of slip, per unit of tau."""
         motion, V = drawn.motion, self.oscillator.V
-        lowest = self.nodes.min() - 0.25 * np.ptp(self.nodes) if self.nodes.size else 0.0  # splines overshoot
-        kinked = isinstance(self.law, TableLaw) or self.law.parameters().least + lowest < 0.0
+        kinked = isinstance(self.law, TableLaw) or motion.cuts > 0
         allowed = ALLOWED * self.options.tolerance + DENSE / np.diff(drawn.time[:2])[0]
         last = np.searchsorted(motion.time, drawn.time, side="right") - 1
         together = np.flatnonzero((last[1:] == last[:-1]) & (last[1:] >= 0))

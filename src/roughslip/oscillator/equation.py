@@ -132,31 +132,30 @@ def gain(speed: float, p: Coefficients) -> float:
     return friction(speed, p.law) if p.multiplies is not None else 1.0
 
 
-@compiled()
-def least_friction(mu_s: float, p: Coefficients) -> float:
-    """A number that is below zero where friction is, at some speed, for this mu_S or a larger one."""
-    return 1.0 + mu_s if p.multiplies is not None else p.law.least + mu_s
+@compiled(error_model="numpy", fastmath=CONTRACTED)
+def total_friction(speed: float, mu_s: float, p: Coefficients) -> float:
+    """mu_D + mu_S, or mu_D (1 + mu_S), at a speed |v_rel| [m/s], never below zero."""
+    mean = friction(speed, p.law)
+    return max(mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s, 0.0)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
-    """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0 and friction = 0."""
+    """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
     drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
-    mean = friction(sigma * p.omega * (p.V - u), p.law)
-    mu = mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s
+    mu = total_friction(sigma * p.omega * (p.V - u), mu_s, p)
     return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p: Coefficients) -> float:
     """X''' [m] in slip of sign sigma, continued in the same way."""
-    speed, along = sigma * p.omega * (p.V - u), sigma * (p.V - u)
-    slope = friction_slope(speed, p.law)
-    if p.multiplies is not None:
-        mu_rate = mu_s_slope(piece, s) * friction(speed, p.law) * along
-        mu_rate -= (1.0 + mu_s_at(piece, s)) * slope * sigma * p.omega * a
-    else:
-        mu_rate = mu_s_slope(piece, s) * along - slope * sigma * p.omega * a
+    speed, along, mu_s = sigma * p.omega * (p.V - u), sigma * (p.V - u), mu_s_at(piece, s)
+    slope = -friction_slope(speed, p.law) * sigma * p.omega * a
+    mu_rate = mu_s_slope(piece, s) * along * gain(speed, p)
+    mu_rate += slope * (1.0 + mu_s) if p.multiplies is not None else slope
+    if total_friction(speed, mu_s, p) == 0.0:
+        mu_rate = 0.0
     drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 
@@ -168,15 +167,7 @@ def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Pi
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
 
 
-@compiled(error_model="numpy")
-def total_friction(y: State, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """mu_D + mu_S, or mu_D (1 + mu_S), in slip, below zero where it is cut."""
-    speed, mu_s = sigma * p.omega * (p.V - y.u), mu_s_at(piece, y.s)
-    return friction(speed, p.law) + gain(speed, p) * mu_s
-
-
 @compiled()
 def friction_is_cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
     """Whether friction in slip would be negative, and is cut to zero."""
-    mu_s = mu_s_at(piece, y.s)
-    return least_friction(mu_s, p) < 0.0 and total_friction(y, sigma, piece, p) < 0.0
+    return total_friction(sigma * p.omega * (p.V - y.u), mu_s_at(piece, y.s), p) == 0.0

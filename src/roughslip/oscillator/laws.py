@@ -1,6 +1,6 @@
 """Friction laws by a formula, and the functions that compiled code calls for whichever law it is compiled for.
 
-A law is a frozen dataclass with its parameters, and its formula mu_D(|v_rel|) with slope and curvature, written once
+A law is a frozen dataclass with its parameters, and its formula mu_D(|v_rel|) with its slope, written once
 for plain and for compiled code. Compiled code reads the parameters as a named tuple, whose type selects the formula
 when the code is compiled: a law costs only what its own formula costs.
 """
@@ -31,9 +31,9 @@ class FrictionLaw(ABC):
     """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
 
     A law that scenes can name has a `name` and `from_scene`. A subclass gives `parameters`, the named tuple that
-    compiled code reads. The tuple begins with static, rest (mu_D at vanishing speed, at most static) and least (a
-    number that mu_D does not fall below at any speed). The static methods take a speed |v_rel| >= 0 [m/s] and this
-    tuple, and continue smoothly below 0. A law of any function of speed is a table: `friction_law`.
+    compiled code reads. The tuple begins with static and rest (mu_D at vanishing speed, at most static). The static
+    methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue smoothly below 0. A law of any function of
+    speed is a table: `friction_law`.
     """
 
     static: float
@@ -65,11 +65,6 @@ class FrictionLaw(ABC):
     @staticmethod
     def slope_of_friction(speed: Any, law: Any) -> Any:
         """d mu_D / d|v_rel| [s/m] at a speed."""
-        raise NotImplementedError
-
-    @staticmethod
-    def curvature_of_friction(speed: Any, law: Any) -> Any:
-        """d^2 mu_D / d|v_rel|^2 [s^2/m^2] at a speed."""
         raise NotImplementedError
 
     # A law with kinks consists of rows, each smooth between two speeds; without kinks it is one row.
@@ -139,18 +134,16 @@ def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
 
 friction = _of_any_law("friction")
 friction_slope = _of_any_law("slope_of_friction")
-friction_curvature = _of_any_law("curvature_of_friction")
 row_at = _of_any_law("row_at")
 row_ends = _of_any_law("row_ends")
 only_row = _of_any_law("only_row")
 
 
 class StribeckParameters(NamedTuple):
-    """mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2; static, rest and least as in `FrictionLaw`."""
+    """mu_D(v) = fit / (1 + decay v) + rest - fit + quadratic v^2; static and rest as in `FrictionLaw`."""
 
     static: float
     rest: float
-    least: float
     fit: float
     decay: float
     quadratic: float
@@ -192,9 +185,7 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
 
     def parameters(self) -> StribeckParameters:
         rest, fit = float(self.static), float(self.fit)
-        return StribeckParameters(
-            rest, rest, rest - fit, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2)
-        )
+        return StribeckParameters(rest, rest, fit, float(self.decay_s_per_m), float(self.quadratic_s2_per_m2))
 
     @staticmethod
     def friction(speed: Any, law: StribeckParameters) -> Any:
@@ -205,10 +196,6 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
     @staticmethod
     def slope_of_friction(speed: Any, law: StribeckParameters) -> Any:
         return -law.fit * law.decay / (1.0 + law.decay * speed) ** 2 + 2.0 * law.quadratic * speed
-
-    @staticmethod
-    def curvature_of_friction(speed: Any, law: StribeckParameters) -> Any:
-        return 2.0 * (law.fit * law.decay * law.decay / (1.0 + law.decay * speed) ** 3 + law.quadratic)
 
 
 @gate
@@ -242,4 +229,4 @@ class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
 
     def parameters(self) -> StribeckParameters:
         kinetic = float(self.kinetic)
-        return StribeckParameters(float(self.static), kinetic, kinetic, 0.0, 0.0, 0.0)
+        return StribeckParameters(float(self.static), kinetic, 0.0, 0.0, 0.0)

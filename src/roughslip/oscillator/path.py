@@ -86,13 +86,6 @@ def mu_s_slope(piece: Piece, s: float) -> float:
 
 
 @compiled()
-def mu_s_curvature(piece: Piece, s: float) -> float:
-    """d^2 mu_S / ds^2 [1/m^2]."""
-    t = (s - piece.left) * piece.per_spacing
-    return (2.0 * piece.c2 + t * 6.0 * piece.c3) * (piece.per_spacing * piece.per_spacing)
-
-
-@compiled()
 def largest_kink(path: Path, t: float) -> float:
     """A bound of the difference between the pieces on both sides of a node, t spacings from the node.
 
@@ -100,14 +93,6 @@ def largest_kink(path: Path, t: float) -> float:
     (r' + r - r'' - r_) t^2 / 2 + (r'' - 3 r' + 3 r - r_) t^3 / 2.
     """
     return path.steepest * t * t * (2.0 + 4.0 * t)
-
-
-@compiled()
-def lowest_mu_s(piece: Piece) -> float:
-    """A number that mu_S does not fall below on a piece: the least of its control points in Bernstein's form."""
-    early, whole = piece.c0 + piece.c1 / 3.0, piece.c0 + piece.c1 + piece.c2 + piece.c3
-    late = piece.c0 + (2.0 * piece.c1 + piece.c2) / 3.0
-    return min(min(piece.c0, early), min(late, whole))
 
 
 def path_through(nodes: np.ndarray, first: int, spacing: float, ends: bool) -> Path:

@@ -28,10 +28,8 @@ from roughslip.oscillator.switching_events import (
     Branch,
     Sliding,
     branch_at,
-    branch_on_piece,
     cross_bound,
     end_at_first_bound,
-    may_cut,
     stays_within,
 )
 
@@ -73,22 +71,6 @@ class Samples(NamedTuple):
     u: np.ndarray
 
 
-class StepControl(NamedTuple):
-    """How long the next step of a slip phase may be, all zero before the first one.
-
-    allowed : the longest next step
-    grown, length : growth factor and length of the last step that was as long as allowed
-    """
-
-    allowed: float
-    grown: float
-    length: float
-
-
-START = StepControl(0.0, 0.0, 0.0)
-FIRST = StepControl(FIRST_STEP, 0.0, 0.0)
-
-
 class Slip(NamedTuple):
     """The end of a slip phase.
 
@@ -96,7 +78,7 @@ class Slip(NamedTuple):
     backwards : whether X' < 0 occurred, in this phase or before
     steps : number of steps, with the rejected ones and those that locate the end
     error : [m] sum of the local errors
-    control : of the next step, for a phase that continues when more nodes are present
+    allowed : the longest next step, for a phase that continues when more nodes are present
     cuts : steps that ended where friction was cut to zero
     """
 
@@ -105,7 +87,7 @@ class Slip(NamedTuple):
     backwards: bool
     steps: int
     error: float
-    control: StepControl
+    allowed: float
     cuts: int
 
 
@@ -202,21 +184,6 @@ def growth(ratio: float) -> float:
     return min(LARGEST_GROWTH, max(LEAST_GROWTH, 0.9 * max(ratio, 1e-9) ** (-1.0 / 4.0)))
 
 
-@compiled(error_model="numpy")
-def next_control(control: StepControl, h: float, ratio: float) -> StepControl:
-    """The control after a step of length h whose error is `ratio` times the error allowed.
-
-    Where steps shrink from one to the next, as before the belt, the next step shrinks too; else every second step
-    would be rejected (K. Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496). A step at the largest growth shows no
-    trend.
-    """
-    grown = growth(ratio)
-    trend = 1.0
-    if control.grown > 0.0 and grown < LARGEST_GROWTH:
-        trend = min(1.0, grown / control.grown * (h / control.length))
-    return StepControl(min(h * max(grown * trend, LEAST_GROWTH), LONGEST_STEP), grown, h)
-
-
 @compiled()
 def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, samples: Samples) -> None:
     """Store X and X' of one step at the multiples of interval in (tau, tau at its end].
@@ -233,38 +200,31 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, samples: S
 
 
 @compiled()
-def start_phase(
-    start: State, control: StepControl, sigma: float, path: Path, p: Coefficients
-) -> tuple[Piece, Branch, State]:
+def start_phase(start: State, allowed: float, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
     """Piece of the path, branch and state at the start of a slip phase, or where it continues after a pause."""
-    goes_on = control.allowed > 0.0
+    goes_on = allowed > 0.0
     piece = piece_at(path, start.s + (SLACK if goes_on else AT_NODE) * path.spacing)
     u = start.u if goes_on else p.V
-    here = branch_at(State(start.tau, start.x, u, start.s, 0.0, 0.0), sigma, piece, p)
-    if goes_on and not may_cut(piece, p):
+    here = branch_at(u, sigma, p)
+    if goes_on:
         return piece, here, start
     return piece, here, slip_state(start.tau, start.x, u, start.s, sigma, piece, here.p)
 
 
 @compiled(forceinline=True, error_model="numpy")
 def next_piece(
-    y: State, control: StepControl, piece: Piece, here: Branch, sigma: float, path: Path, p: Coefficients,
-    tolerance: float,
-) -> tuple[Status, StepControl, Piece, Branch, State]:  # fmt: skip
-    """The piece and the branch of the next step: those given, or the next ones where the piece is over."""
+    y: State, allowed: float, piece: Piece, sigma: float, path: Path, p: Coefficients, tolerance: float
+) -> tuple[Status, Piece]:
+    """The piece of the next step: the one given, or the next one where that is over."""
     slack = SLACK * path.spacing
     over = y.s >= piece.right - slack
-    if not over or (y.s < piece.right and node_side_matters(y, control.allowed, sigma, piece, path, p, tolerance)):
-        return Status.GOES_ON, control, piece, here, y
+    if not over or (y.s < piece.right and node_side_matters(y, allowed, sigma, piece, path, p, tolerance)):
+        return Status.GOES_ON, piece
     if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-        return Status.PATH_OVER, control, piece, here, y
+        return Status.PATH_OVER, piece
     if not reaches(path, y.s + slack):
-        return Status.NODES_OVER, control, piece, here, y
-    piece = piece_at(path, y.s + slack)
-    here = branch_on_piece(here, y, sigma, piece, p, tolerance)
-    if may_cut(piece, p):  # else acceleration and jerk are continuous
-        y = slip_state(y.tau, y.x, y.u, y.s, sigma, piece, here.p)
-    return Status.GOES_ON, control, piece, here, y
+        return Status.NODES_OVER, piece
+    return Status.GOES_ON, piece_at(path, y.s + slack)
 
 
 @compiled()
@@ -281,7 +241,7 @@ def tried_again(
 
 @compiled(error_model="numpy")
 def slip(
-    start: State, since: float, control: StepControl, backwards: bool, sigma: float, path: Path, p: Coefficients,
+    start: State, since: float, allowed: float, backwards: bool, sigma: float, path: Path, p: Coefficients,
     tolerance: float, horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
@@ -293,26 +253,26 @@ def slip(
     or cross the bound.
     """
     total, steps, cuts = 0.0, 0, 0
-    piece, here, y = start_phase(start, control, sigma, path, p)
-    control = control if control.allowed > 0.0 else FIRST
+    piece, here, y = start_phase(start, allowed, sigma, path, p)
+    allowed = allowed if allowed > 0.0 else FIRST_STEP
     while steps < horizon.steps:
         first = y.tau == since
-        status, control, piece, here, y = next_piece(y, control, piece, here, sigma, path, p, tolerance)  # 1
+        status, piece = next_piece(y, allowed, piece, sigma, path, p, tolerance)  # 1
         if status != Status.GOES_ON:
-            return Slip(status, y, backwards, steps, total, control, cuts)
-        h = to_node(y, min(control.allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
+            return Slip(status, y, backwards, steps, total, allowed, cuts)
+        h = to_node(y, min(allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
         if not y.tau + h > y.tau:
-            return Slip(Status.STEP_LOST, y, backwards, steps, total, control, cuts)
-        last, whole = h == horizon.tau - y.tau, h == control.allowed
+            return Slip(Status.STEP_LOST, y, backwards, steps, total, allowed, cuts)
+        last, whole = h == horizon.tau - y.tau, h == allowed
         end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, tolerance)  # 3
         steps += trials
         if not ratio <= 1.0:
-            control = StepControl(h * growth(ratio), control.grown, control.length)
+            allowed = h * growth(ratio)
             continue
         if first and sigma * (p.V - end.u) <= 0.0:  # 4
             if h < SHORTEST_SLIP:
-                return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, control, cuts)
-            control = StepControl(0.25 * h, control.grown, control.length)
+                return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, allowed, cuts)
+            allowed = 0.25 * h
             continue
         met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 5
         if not stays_within(y, end, h, first, here, sliding, tolerance):
@@ -320,7 +280,7 @@ def slip(
             steps += trials
             ratio, shorter = tried_again(end, error, length, sigma, piece, path, p, tolerance)
             if shorter > 0.0:
-                control = StepControl(shorter, control.grown, control.length)
+                allowed = shorter
                 continue
             last, whole = last and length == h, whole and length == h
         sample_slip(y, end, here, sliding, samples)  # 6
@@ -328,13 +288,12 @@ def slip(
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
-            return Slip(Status.AT_BELT, end, backwards, steps, total, control, cuts)
+            return Slip(Status.AT_BELT, end, backwards, steps, total, allowed, cuts)
         if last:
-            return Slip(Status.TIME_OVER, end, backwards, steps, total, control, cuts)
+            return Slip(Status.TIME_OVER, end, backwards, steps, total, allowed, cuts)
         if whole:
-            control = next_control(control, h, ratio)
+            allowed = min(h * growth(ratio), LONGEST_STEP)
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)
-            control = StepControl(control.allowed, 0.0, 0.0)
-    return Slip(Status.STEPS_OVER, y, backwards, steps, total, control, cuts)
+    return Slip(Status.STEPS_OVER, y, backwards, steps, total, allowed, cuts)

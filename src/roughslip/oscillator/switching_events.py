@@ -1,9 +1,9 @@
-"""Where the equation of slip changes: at the belt, at kinks of the friction law, and where friction is cut to zero.
+"""Where the equation of slip changes: at the belt, and at kinks of the friction law.
 
 Between these bounds the equation is smooth. A step follows the equation of the side that it starts from, continued
 beyond the bound, and is repeated so that it ends at the bound. The reason: with stages on both sides of a kink, the
 error estimate of an embedded pair may vanish where the error does not (E. Hairer, S. P. Nørsett & G. Wanner, Solving
-Ordinary Differential Equations I, 2nd ed. 1993, II.6).
+Ordinary Differential Equations I, 2nd ed. 1993, II.6). Where friction is cut to zero no step ends.
 """
 
 from __future__ import annotations
@@ -17,19 +17,14 @@ from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import (
     Coefficients,
     State,
-    least_friction,
     slip_state,
-    total_friction,
 )
 from roughslip.oscillator.laws import (
-    friction,
-    friction_curvature,
-    friction_slope,
     only_row,
     row_at,
     row_ends,
 )
-from roughslip.oscillator.path import Piece, lowest_mu_s, mu_s_at, mu_s_curvature, mu_s_slope
+from roughslip.oscillator.path import Piece
 from roughslip.oscillator.runge_kutta import (
     Quintic,
     first_zero,
@@ -42,7 +37,7 @@ from roughslip.oscillator.runge_kutta import (
     value,
 )
 
-NONE, LOWER, UPPER, ZERO = 0, 1, 2, 3  # the bound that a step ends at: of speed, and of friction; no sides of slip
+NONE, LOWER, UPPER = 0, 1, 2  # the bound that a step ends at; no sides of slip
 GRAZING = 1e-5  # of V + F: an extreme of X' so close to the belt is decided by a step that ends there
 REACHED = 1e-15  # of V: X' is the belt's
 NEAR = 1e-5  # of a step: within this distance the series of X' up to the jerk locates the belt to 1e-15 of the step
@@ -52,15 +47,9 @@ BEYOND = 0.1  # of the tolerance: the branch changes so far beyond a kink, else 
 
 
 class Branch(NamedTuple):
-    """One smooth form of the equation.
-
-    row : of the friction law, 0 for a law without kinks
-    cut : whether friction is cut to zero
-    p : its coefficients; without friction where it is cut
-    """
+    """One smooth form of the equation: a row of the friction law, 0 for a law without kinks, and its coefficients p."""
 
     row: int
-    cut: bool
     p: Coefficients
 
 
@@ -73,45 +62,22 @@ class Sliding(NamedTuple):
 
 
 class Bound(NamedTuple):
-    """An end of a branch: a quantity [m] that is positive within the branch.
+    """An end of a branch: the distance side (level - X') [m] is positive within the branch."""
 
-    kind : LOWER or UPPER: side (level - X'); ZERO: side F (mu_D + mu_S) + level, or side F (1 + mu_S) + level
-    """
-
-    kind: int
     side: float
     level: float
 
 
 @compiled(error_model="numpy")
-def branch(row: int, cut: bool, p: Coefficients) -> Branch:
-    """The branch of a row, friction cut or not."""
-    force = 0.0 if cut else p.F
-    law = only_row(row, p.law)
-    return Branch(row, cut, Coefficients(force, p.V, p.D, p.omega, p.q, p.r, p.multiplies, law))
-
-
-@compiled()
-def may_cut(piece: Piece, p: Coefficients) -> bool:
-    """Whether friction may be cut on a piece of the path."""
-    return least_friction(lowest_mu_s(piece), p) < 0.0
+def branch(row: int, p: Coefficients) -> Branch:
+    """The branch of a row."""
+    return Branch(row, Coefficients(p.F, p.V, p.D, p.omega, p.q, p.r, p.multiplies, only_row(row, p.law)))
 
 
 @compiled(error_model="numpy")
-def branch_at(y: State, sigma: float, piece: Piece, p: Coefficients) -> Branch:
-    """The branch that holds a state."""
-    row = row_at(sigma * p.omega * (p.V - y.u), p.law)
-    return branch(row, may_cut(piece, p) and total_friction(y, sigma, piece, p) < 0.0, p)
-
-
-@compiled(error_model="numpy")
-def branch_on_piece(here: Branch, y: State, sigma: float, piece: Piece, p: Coefficients, tolerance: float) -> Branch:
-    """The branch from y on along the next piece of the path, on which friction is continuous."""
-    cut = False
-    if here.cut or may_cut(piece, p):
-        margin = BEYOND * tolerance * (-1.0 if here.cut else 1.0)
-        cut = total_friction(y, sigma, piece, p) < -margin
-    return here if cut == here.cut else branch(here.row, cut, p)
+def branch_at(u: float, sigma: float, p: Coefficients) -> Branch:
+    """The branch that holds a velocity X' [m]."""
+    return branch(row_at(sigma * p.omega * (p.V - u), p.law), p)
 
 
 @compiled(error_model="numpy")
@@ -124,53 +90,22 @@ def shorter_row(row: int, law: Any) -> float:
 @compiled(forceinline=True, error_model="numpy")
 def bound(kind: int, here: Branch, sigma: float, tolerance: float, p: Coefficients) -> Bound:
     """A bound of a branch; that of the first row to below is the belt."""
-    if kind == ZERO:
-        return Bound(kind, -1.0 if here.cut else 1.0, BEYOND * tolerance * p.F)
     low, high = row_ends(here.row, p.law)
     if kind == UPPER:
         margin = max(BEYOND * tolerance * shorter_row(here.row, p.law), ROUNDED * (p.V * p.omega + high))
-        return Bound(kind, -sigma, p.V - sigma * (high + margin) / p.omega)
+        return Bound(-sigma, p.V - sigma * (high + margin) / p.omega)
     if here.row == 0:
-        return Bound(kind, sigma, p.V)
+        return Bound(sigma, p.V)
     margin = max(BEYOND * tolerance * shorter_row(here.row - 1, p.law), ROUNDED * (p.V * p.omega + low))
-    return Bound(kind, sigma, p.V - sigma * (low - margin) / p.omega)
-
-
-@compiled(error_model="numpy")
-def gap_at(y: State, to: Bound, here: Branch, sliding: Sliding) -> tuple[float, float, float]:
-    """The distance from a bound [m], with its first and second derivative by tau."""
-    sigma, piece, p = sliding
-    if to.kind != ZERO:
-        return to.side * (to.level - y.u), -to.side * y.a, -to.side * y.j
-    law = here.p.law
-    speed, rate, bend = sigma * p.omega * (p.V - y.u), -sigma * p.omega * y.a, -sigma * p.omega * y.j
-    along, turn = sigma * (p.V - y.u), -sigma * y.a
-    first, on, scale = friction_slope(speed, law), mu_s_slope(piece, y.s), to.side * p.F
-    if p.multiplies is not None:
-        change = mu_s_curvature(piece, y.s) * along * along + on * turn
-        return scale * (1.0 + mu_s_at(piece, y.s)) + to.level, scale * on * along, scale * change
-    mu_rate = first * rate + on * along
-    mu_bend = friction_curvature(speed, law) * rate * rate + first * bend
-    mu_bend += mu_s_curvature(piece, y.s) * along * along + on * turn
-    return scale * (friction(speed, law) + mu_s_at(piece, y.s)) + to.level, scale * mu_rate, scale * mu_bend
+    return Bound(sigma, p.V - sigma * (low - margin) / p.omega)
 
 
 @compiled(forceinline=True)
-def speed_gap(y: State, end: State, h: float, to: Bound) -> Quintic:
-    """The distance from a bound of speed over a step h."""
+def gap_over(y: State, end: State, h: float, to: Bound) -> Quintic:
+    """The distance from a bound over a step h."""
     side = to.side
     start, stop = side * (to.level - y.u), side * (to.level - end.u)
     return quintic(h, start, -side * y.a, -side * y.j, stop, -side * end.a, -side * end.j)
-
-
-@compiled()
-def gap_over(y: State, end: State, h: float, to: Bound, here: Branch, sliding: Sliding) -> Quintic:
-    """The distance from a bound over a step h."""
-    if to.kind != ZERO:
-        return speed_gap(y, end, h, to)
-    g0, d0, e0 = gap_at(y, to, here, sliding)
-    g1, d1, e1 = gap_at(end, to, here, sliding)
-    return quintic(h, g0, d0, e0, g1, d1, e1)
 
 
 @compiled(forceinline=True)
@@ -203,8 +138,7 @@ def time_left(gap: float, rate: float, bend: float) -> float:
 def arrival(y: State, dt: float, to: Bound, sigma: float, p: Coefficients) -> State:
     """The state at a bound a short time dt after, or before, y."""
     dx = dt * (y.u + dt * (y.a / 2 + dt * y.j / 6))
-    u = to.level if to.kind != ZERO else y.u + dt * (y.a + dt * y.j / 2)
-    return State(y.tau + dt, y.x + dx, u, y.s + sigma * (p.V * dt - dx), y.a + dt * y.j, y.j)
+    return State(y.tau + dt, y.x + dx, to.level, y.s + sigma * (p.V * dt - dx), y.a + dt * y.j, y.j)
 
 
 @compiled(error_model="numpy")
@@ -218,13 +152,13 @@ def locate_bound(
     """
     sigma, piece, p = sliding
     low, high, taken, error = 0.0, late, 0, 0.0
-    near = REACHED * (p.F if to.kind == ZERO else abs(to.level))
-    trial = late if late < h else h * first_zero(gap_over(y, end, h, to, here, sliding))
+    near = REACHED * abs(to.level)
+    trial = late if late < h else h * first_zero(gap_over(y, end, h, to))
     while taken < 100:
         h = trial
         end, error = single_step(y, h, sigma, piece, here.p)
         taken += 1
-        gap, rate, bend = gap_at(end, to, here, sliding)
+        gap, rate, bend = to.side * (to.level - end.u), -to.side * end.a, -to.side * end.j
         if gap > 0.0 and h == late:
             return False, end, error, h, taken
         left = time_left(gap, rate, bend)
@@ -246,11 +180,11 @@ def stays_within(y: State, end: State, h: float, first: bool, here: Branch, slid
 
     first : whether the step departs from the belt, so that the belt does not count as a bound
     """
-    sigma, piece, p = sliding
-    if here.cut or may_cut(piece, p) or row_ends(here.row, p.law)[1] < np.inf:
+    sigma, _, p = sliding
+    if row_ends(here.row, p.law)[1] < np.inf:
         return False
     return (first and here.row == 0) or bracket(
-        speed_gap(y, end, h, bound(LOWER, here, sigma, tolerance, p)), h, p
+        gap_over(y, end, h, bound(LOWER, here, sigma, tolerance, p)), h, p
     ) == 0.0
 
 
@@ -262,17 +196,15 @@ def end_at_first_bound(
 
     Returns the bound (NONE if the step meets none), end, error and length of the step, and the number of steps taken.
     """
-    sigma, piece, p = sliding
+    sigma, _, p = sliding
     met, taken = NONE, 0
-    for kind in (LOWER, UPPER, ZERO):
+    for kind in (LOWER, UPPER):
         if kind == LOWER and first and here.row == 0:
             continue
         if kind == UPPER and not row_ends(here.row, p.law)[1] < np.inf:
             continue
-        if kind == ZERO and not (here.cut or may_cut(piece, p)):
-            continue
         to = bound(kind, here, sigma, tolerance, p)
-        late = bracket(gap_over(y, end, h, to, here, sliding), h, p)
+        late = bracket(gap_over(y, end, h, to), h, p)
         while late > 0.0 and taken < MOST_TAKEN:
             halved = late == 0.5 * h
             arrived, end, error, h, trials = locate_bound(y, end, h, late, to, here, sliding)
@@ -280,15 +212,12 @@ def end_at_first_bound(
             taken += trials
             if arrived or not halved:
                 break
-            late = bracket(gap_over(y, end, h, to, here, sliding), h, p)
+            late = bracket(gap_over(y, end, h, to), h, p)
     return met, end, error, h, taken
 
 
 @compiled()
 def cross_bound(y: State, met: int, here: Branch, sigma: float, piece: Piece, p: Coefficients) -> tuple[State, Branch]:
     """The state at a bound, and the branch beyond the bound."""
-    if met == ZERO:
-        there = branch(here.row, not here.cut, p)
-    else:
-        there = branch(here.row + (1 if met == UPPER else -1), here.cut, p)
+    there = branch(here.row + (1 if met == UPPER else -1), p)
     return slip_state(y.tau, y.x, y.u, y.s, sigma, piece, there.p), there

@@ -25,14 +25,13 @@ SPEEDS = np.append(0.0, np.geomspace(1e-9, 1e4, 1301))  # [m/s] at which a funct
 
 
 class TableParameters(NamedTuple):
-    """Rows of cubics between the knots; static, rest and least as in `FrictionLaw`.
+    """Rows of cubics between the knots; static and rest as in `FrictionLaw`.
 
     table : (rows, 5) speed of the knot [m/s] where a row begins, and the coefficients of its cubic from there
     """
 
     static: float
     rest: float
-    least: float
     table: np.ndarray
 
 
@@ -156,10 +155,8 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
 
     @lru_cache(maxsize=64)  # noqa: B019 (laws are small; searches of limits ask for the same one again and again)
     def parameters(self) -> TableParameters:
-        values = np.array(self.values)
-        least = max(float(np.min(values - LEFT_OUT * np.maximum.accumulate(values))), 0.0)
         table = _rows(self.speeds_m_per_s, self.values, self.is_smooth)
-        return TableParameters(float(self.static), self.values[0], least, table)
+        return TableParameters(float(self.static), self.values[0], table)
 
     def steeper_than(self, maximum: float) -> str:
         slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)
@@ -185,11 +182,6 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         return row[2] + d * (2.0 * row[3] + d * 3.0 * row[4])
 
     @staticmethod
-    def curvature_of_friction(speed: float, law: TableParameters) -> float:
-        row = law.table[_row_at(speed, law.table)]
-        return 2.0 * row[3] + 6.0 * row[4] * (speed - row[0])
-
-    @staticmethod
     def row_at(speed: float, law: TableParameters) -> int:
         return _row_at(speed, law.table)
 
@@ -199,7 +191,7 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
 
     @staticmethod
     def only_row(row: int, law: TableParameters) -> TableParameters:
-        return TableParameters(law.static, law.rest, law.least, law.table[row : row + 1])
+        return TableParameters(law.static, law.rest, law.table[row : row + 1])
 
 
 @gate

@@ -10,7 +10,8 @@ from scipy.special import ndtri
 from roughslip import store
 from roughslip.contact.influence import Influence
 from roughslip.contact.solve import solve
-from roughslip.friction.pad import WINDOWS
+from roughslip.friction import scatter_of_friction
+from roughslip.friction.pad import WINDOWS, pad_edges
 from roughslip.scene.types import scene_of
 from roughslip.study import expansion_strip
 from roughslip.study.from_scene import domain, geometry
@@ -338,6 +339,8 @@ def test_friction_under_the_load_by_hand(run, cells, folder):
     assert result["pad_std"][0] == pytest.approx(np.sqrt(np.mean(within**2)), rel=1e-9)
     of_pad = np.interp(np.log(40.0), np.log(WINDOWS), np.log(result["pad_std"]))
     assert np.log(result["load_std"]) == pytest.approx(of_pad, abs=1e-9)
+    law = covariance_of("gaussian", SQ, 1.5e-5), MODULUS, NOMINAL, pad_edges(40, 1e-4, 2.5e-5, None)
+    assert result["load_std_by_law"] == pytest.approx(MEAN * scatter_of_friction(*law), rel=1e-9)
     for name in ("shear_strength", "real_area", "load_std", "std"):
         assert result[f"{name}_low"] < result[name] < result[f"{name}_high"]
     twice = run("friction", changed(CELLS, friction={"mean": 0.5}), "twice", blocks=[batch.path for batch in batches])

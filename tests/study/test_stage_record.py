@@ -73,7 +73,10 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     """A window of 1 mm under its part of the force: the law's value times the mean friction, and its correlation:
     windows far longer than the roughness have nearly the triangle of half a window, and nothing beyond a window."""
     assert recorded["twin"].shape == (2, N)
-    assert recorded["covariance_fit"][0] == pytest.approx(recorded["additive_std"] ** 2)
+    lags, length = recorded["lag"], float(recorded["additive_length"])
+    assert lags[-1] == pytest.approx(5 * length * 59 / 60, rel=0.02)
+    fit = recorded["additive_std"] ** 2 * np.exp(-lags / length)
+    np.testing.assert_allclose(recorded["covariance_fit"], fit, rtol=1e-6)
     covariance = covariance_of("gaussian", rms_height_m=1e-6, correlation_length_m=2e-5)
     by_law = scatter_of_friction(covariance, 2e11 / (1.0 - 0.09), 1e8, (1e-3, 1e-3)) * recorded["record_mean"]
     assert recorded["surface_std"] == pytest.approx(by_law, rel=1e-6)

@@ -151,12 +151,6 @@ def test_overlays_merge_to_any_depth(mine):
     assert repr(scene) == repr(expected)
 
 
-def test_overlays_in_a_circle(mine):
-    assert lines_of(mine, "extends: a", a="extends: b", b="extends: a") == [
-        "scenes/b.yaml: extends: 'a' is not allowed; overlays run in a circle: mine -> a -> b -> a"
-    ]
-
-
 FIELD = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
 BY_TABLE = f"oscillator: {{law: table, friction_table: {TABLE}}}"
 SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"

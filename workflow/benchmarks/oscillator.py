@@ -26,6 +26,7 @@ from roughslip.probability import BetaDistribution
 from workflow.benchmarks.rows import OURS, Row, case, make_row, power, race, write
 
 STUDY, LAW = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3)
+F, V, D = STUDY.F, STUDY.V, STUDY.damping_ratio
 PROCESS = FrictionProcess(BetaDistribution.of_moments(2.1, 5.0, 0.3, 0.05), 2.5e-4)
 SEED = 20110914
 NODES = 8  # of a correlation length of the friction path
@@ -92,28 +93,30 @@ def slip_by_roughslip(slip: Slip, tolerance: float) -> Found:
     return float(motion.position[motion.kind == REATTACHMENT][0]), len(STAGES) * motion.steps, max(motion.cycles, 1)
 
 
-def leave_belt(x: float, s: float, V: float) -> tuple[float, float, float]:
+def mean_friction(u: Any) -> Any:
+    """Return the mean friction coefficient at X' = u, eq. (13)."""
+    v = abs(STUDY.natural_frequency_rad_per_s * (V - u))
+    return LAW.fit / (1 + LAW.decay_s_per_m * v) + LAW.static - LAW.fit + LAW.quadratic_s2_per_m2 * v * v
+
+
+def leave_belt(x: float, s: float) -> tuple[float, float, float]:
     """Return X, X' and slipped distance at OFF of tau after a departure, where X'' = 0 and X''' = -V."""
     return x + V * OFF - V * OFF**3 / 6, V - V * OFF**2 / 2, s + V * OFF**3 / 6
 
 
 def slip_by_scipy(slip: Slip, method: str, tolerance: float) -> Found:
     """Return the same of one cycle by solve_ivp, with an event at X' = V."""
-    F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
-    fit, decay, quadratic, static = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
     scatter = slip.scatter
 
     def slope(_: float, y: np.ndarray) -> list[float]:
-        v = omega * (V - y[1])
-        mu = fit / (1 + decay * abs(v)) + static - fit + quadratic * v * v
         mu_s = 0.0 if scatter is None else float(scatter(y[2]))
-        return [y[1], F * max(mu + mu_s, 0.0) - 2 * D * y[1] - y[0], V - y[1]]
+        return [y[1], F * max(mean_friction(y[1]) + mu_s, 0.0) - 2 * D * y[1] - y[0], V - y[1]]
 
     def at_belt(_: float, y: np.ndarray) -> float:
         return float(y[1] - V)
 
     at_belt.terminal, at_belt.direction = True, 1.0  # type: ignore[attr-defined]
-    start = leave_belt(slip.start, 0.0, V)
+    start = leave_belt(slip.start, 0.0)
     solution = solve_ivp(slope, (OFF, LONGEST), start, method, events=at_belt, rtol=tolerance, atol=tolerance * F)
     return float(solution.y_events[0][0][0]), solution.nfev, 1
 
@@ -130,8 +133,6 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
     import optimistix
 
     jax.config.update("jax_enable_x64", True)
-    F, V, D, omega = STUDY.F, STUDY.V, STUDY.damping_ratio, STUDY.natural_frequency_rad_per_s
-    fit, decay, quadratic, static = LAW.fit, LAW.decay_s_per_m, LAW.quadratic_s2_per_m2, LAW.static
     scatter, method = slip.scatter, getattr(diffrax, solver)()
     coefficients = None if scatter is None else jax.numpy.asarray(scatter.c.T)
 
@@ -144,9 +145,7 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
 
     def slope(t: Any, y: Any, args: Any) -> Any:
         x, u, s = y
-        v = omega * (V - u)
-        mu = fit / (1 + decay * v) + static - fit + quadratic * v * v
-        return u, F * jax.numpy.maximum(mu + mu_s(s), 0.0) - 2 * D * u - x, V - u
+        return u, F * jax.numpy.maximum(mean_friction(u) + mu_s(s), 0.0) - 2 * D * u - x, V - u
 
     def at_belt(t: Any, y: Any, args: Any, **_: Any) -> Any:
         return y[1] - V
@@ -159,7 +158,7 @@ def slip_by_diffrax(slip: Slip, solver: str, lanes: int = LANES) -> Callable[[fl
         return solution.ys[0][-1], solution.stats["num_steps"]
 
     every = jax.jit(jax.vmap(solve, in_axes=(0, None)))
-    y = tuple(jax.numpy.full(lanes, value) for value in leave_belt(slip.start, 0.0, V))
+    y = tuple(jax.numpy.full(lanes, value) for value in leave_belt(slip.start, 0.0))
 
     def call(tolerance: float) -> Found:
         x, steps = jax.block_until_ready(every(y, tolerance))

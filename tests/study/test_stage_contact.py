@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.special import ndtri
+from scipy.special import erf, ndtri
 
 from roughslip import store
 from roughslip.contact.influence import Influence
@@ -120,6 +120,10 @@ def test_what_follows_from_blocks_by_hand(chain, folder):
     np.testing.assert_allclose(of_blocks[1:], influence[1:], rtol=0.1)
     np.testing.assert_allclose(result["lag"], 2e-5 * np.arange(16), atol=1e-18)
     np.testing.assert_allclose(result["triangle"], np.maximum(1 - result["lag"] / 1e-4, 0.0), atol=1e-12)
+    # a Gaussian correlation over all pairs of points of a window, along times across
+    ratios = np.array([1.5e-5 / 1e-4, 9e-6 / 2.5e-5])
+    pairs = math.sqrt(math.pi) * ratios * erf(1 / ratios) + ratios**2 * np.expm1(-(ratios**-2))
+    assert result["pad_means"][0, 0, 0] == pytest.approx(np.prod(pairs), rel=1e-3)
     median = mu[:, 1]
     edges, counts = result["standard_edge"], result["standard_histogram"][1] * np.diff(result["standard_edge"])
     standard = (median - median.mean()) / median.std()
@@ -339,6 +343,7 @@ def test_friction_under_the_load_by_hand(run, cells, folder):
     assert result["pad_std"][0] == pytest.approx(np.sqrt(np.mean(within**2)), rel=1e-9)
     of_pad = np.interp(np.log(40.0), np.log(WINDOWS), np.log(result["pad_std"]))
     assert np.log(result["load_std"]) == pytest.approx(of_pad, abs=1e-9)
+    np.testing.assert_allclose(result["lag"], 20e-6 * np.arange(16), atol=1e-18)  # up to half of the period
     law = covariance_of("gaussian", SQ, 1.5e-5), MODULUS, NOMINAL, pad_edges(40, 1e-4, 2.5e-5, None)
     assert result["load_std_by_law"] == pytest.approx(MEAN * scatter_of_friction(*law), rel=1e-9)
     for name in ("shear_strength", "real_area", "load_std", "std"):

@@ -17,7 +17,7 @@ from roughslip.probability.search import ACCURACY
 from roughslip.scene.types import scene_of
 from roughslip.study import deterministic
 from roughslip.study.from_scene import machine
-from tests.study.conftest import OSCILLATOR, changed
+from tests.study.conftest import KEY, OSCILLATOR, changed
 
 SCATTER = {"standard_deviation": 1e-9, "correlation_length_m": 2.5e-4}
 DAMPINGS = [0.1, 0.17, 0.34]
@@ -187,7 +187,7 @@ def test_friction_is_that_of_the_windows_unless_the_scene_gives_it(statistics, t
     assert machine.friction_of(parallel(1, ensemble={"marginal": "paper"}), statistics).marginal == (2.1, 5.0)
 
 
-def test_friction_of_a_pad_scatters_and_is_correlated_as_the_strips_say(statistics):
+def test_friction_of_a_pad_scatters_and_is_correlated_as_the_strips_say(statistics, tmp_path):
     """n windows count as n^0.9, at stored numbers, between them and beyond. The triangle of the pad is 0.6 mm long up
     to four windows, twice that of 16, four times that of 256; a longer window stretches it."""
     for windows, length in ((2, 6e-4), (4, 6e-4), (8, 6e-4 * 2**0.5), (16, 1.2e-3), (256, 4.8e-3)):
@@ -198,6 +198,15 @@ def test_friction_of_a_pad_scatters_and_is_correlated_as_the_strips_say(statisti
             assert deviation == pytest.approx(0.04 * windows**-0.45, rel=1e-9)
         assert process.correlation_length_m == pytest.approx(length / 2, rel=1e-9)
         assert process.autocorrelation(process.correlation_length_m) == pytest.approx(0.5, rel=1e-9)
+    # between two pads of unlike curves the mean of both
+    result = store.read(statistics)
+    unlike = {name: result.variable(name) for name in result}
+    means = np.concatenate([result["pad_means"][:2], result["pad_means"][2:] ** 2])
+    unlike["pad_means"] = unlike["pad_means"]._replace(values=means)
+    store.write(tmp_path / "unlike.nc", unlike, KEY)
+    mixed = machine.friction_of(parallel(8), tmp_path / "unlike.nc").process
+    wanted, _ = machine.CorrelationShape.of_lags(6e-4 * 2**0.5 * LAG, (TRIANGLE + TRIANGLE**2) / 2)
+    assert mixed.correlation_length_m == pytest.approx(wanted, rel=1e-9)
     stretched = friction.changed(mean=friction.mean, windows=4, length_m=4e-4)
     assert stretched.correlation_length_m == pytest.approx(6e-4)
     assert stretched.changed(mean=0.3, windows=1, length_m=2e-4).process.shape is None

@@ -17,9 +17,10 @@ from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import departure_point, existence_limit, hopf_damping, limit_cycle, slip_loop
+from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, simulate
+from roughslip.oscillator.slip_orbit import departure_point
 from roughslip.oscillator.states import (
     States,
     durations,

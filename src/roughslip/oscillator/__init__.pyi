@@ -4,9 +4,9 @@ from roughslip.oscillator.cycles import count_difference as count_difference
 from roughslip.oscillator.cycles import ensemble as ensemble
 from roughslip.oscillator.cycles import reattachment_statistics as reattachment_statistics
 from roughslip.oscillator.equation import Oscillator as Oscillator
+from roughslip.oscillator.grazing import grazing_response as grazing_response
 from roughslip.oscillator.laws import CoulombLaw as CoulombLaw
 from roughslip.oscillator.laws import StribeckLaw as StribeckLaw
-from roughslip.oscillator.limits import equilibrium as equilibrium
 from roughslip.oscillator.limits import existence_limit as existence_limit
 from roughslip.oscillator.limits import hopf_damping as hopf_damping
 from roughslip.oscillator.limits import limit_cycle as limit_cycle
@@ -16,7 +16,7 @@ from roughslip.oscillator.motion import MotionOptions as MotionOptions
 from roughslip.oscillator.motion import Trajectory as Trajectory
 from roughslip.oscillator.motion import simulate as simulate
 from roughslip.oscillator.motion import trajectory as trajectory
-from roughslip.oscillator.slip_orbit import grazing_response as grazing_response
+from roughslip.oscillator.slip_orbit import equilibrium as equilibrium
 from roughslip.oscillator.states import durations as durations
 from roughslip.oscillator.states import longest_slip as longest_slip
 from roughslip.oscillator.states import run_until_known as run_until_known

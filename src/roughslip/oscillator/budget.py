@@ -9,7 +9,7 @@ The first part is the scatter of friction, which no knowledge of the inputs take
 sources as in `probability.estimate`. The limits depend on the inputs alone, and all of their variance is split.
 
 Limits are those of the cycle without scatter, searched anew at each draw. Scatter blurs that in damping, D*: to first
-order by b = sigma s(L), as `slip_orbit` has it. The shape of the grazing orbit is held as at the given values, so that
+order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is held as at the given values, so that
 
     b ~ sigma (F / V) s(L / V),      p = Phi((D* + c - D) / (w b)),
 
@@ -31,8 +31,8 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ParameterError
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.machine import Machine, cycle_exists
-from roughslip.oscillator.slip_orbit import GrazingResponse, grazing_response
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.probability.estimate import TAILS, Source, Split, variance_split
 from roughslip.probability.search import first_change

@@ -14,21 +14,16 @@ from functools import lru_cache
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.motion import Motion, MotionOptions, Trajectory, trajectory
+from roughslip.oscillator.slip_orbit import check_free, departure_point, slip_flow, turn
 from roughslip.results import described, result
 from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
-STEADY = 1e-9  # of V: slip that has come so close to steady sliding does not turn again
 GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity; and damping
-LOOP_TOLERANCE = 1e-9  # of a slip phase; ends of ranges have 1e-6
-LIMIT_TOLERANCE = 1e-12  # of the loops whose limit is searched
-LOOP_PERIODS = 4.0  # most loops of slip take one natural period or two; longer ones are followed without a time limit
-LOOP_SAMPLES, MOST_SAMPLES = 200, 1e6  # a natural period, in all
+LOOP_TOLERANCE = 1e-9  # of a step of slip; ends of ranges have 1e-6
 
 
 @result
@@ -42,27 +37,6 @@ class LimitCycle:
     slipped_distance: float = described("slipped distance of a cycle", "m")
 
 
-def check_free(oscillator: Oscillator) -> None:
-    """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
-    if oscillator.q > 0.0:
-        raise ParameterError(
-            "limits of the cycle are for the free oscillator: set the excitation force to 0, not "
-            f"{oscillator.excitation_force_n:g} N; scene key: oscillator.excitation_force_n"
-        )
-    if not oscillator.V > 0.0:
-        raise ParameterError(
-            "limits of the cycle are for a belt that moves: give it a velocity; scene key: "
-            "oscillator.belt_velocity_m_per_s"
-        )
-
-
-@gate
-def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
-    """X [m] of steady sliding: F mu_D(v0); friction below zero is cut, as in the motion."""
-    check_free(oscillator)
-    return oscillator.F * max(float(law.mu(oscillator.belt_velocity_m_per_s)), 0.0)
-
-
 @gate
 def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
@@ -72,11 +46,6 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     check_free(oscillator)
     slope = float(law.slope(oscillator.belt_velocity_m_per_s))
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
-
-
-def departure_point(oscillator: Oscillator, law: FrictionLaw) -> float:
-    """X [m] at which the mass leaves the belt: F static - 2 D V."""
-    return oscillator.F * law.static - 2.0 * oscillator.damping_ratio * oscillator.V
 
 
 @dataclass(frozen=True)
@@ -94,27 +63,6 @@ class SlipLoop:
     fastest: float
 
 
-def _first_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float) -> tuple[Trajectory, float | None]:
-    """Slip from the departure point until it is back at the belt, has a peak of its velocity below, or is steady.
-
-    Returns its trajectory, and the natural periods until that peak.
-    """
-    departure, steady, still = departure_point(oscillator, law), equilibrium(oscillator, law), STEADY * oscillator.V
-    periods = LOOP_PERIODS
-    while True:
-        samples = max(min(LOOP_SAMPLES, int(MOST_SAMPLES / periods)), 1)
-        options = MotionOptions(tolerance, samples_per_period=samples)
-        drawn = trajectory(oscillator, law, None, 0.0, periods, options, departure)
-        rises = np.diff(drawn.velocity) > 0.0
-        peaks = np.flatnonzero(rises[:-1] & ~rises[1:] & (drawn.velocity[1:-1] > still))
-        if peaks.size:
-            return drawn, float(drawn.time[peaks[0] + 1]) / (2.0 * math.pi)
-        is_steady = math.hypot(drawn.position[-1] - steady, drawn.velocity[-1]) <= still
-        if is_steady or np.any(drawn.motion.kind != DEPARTURE):
-            return drawn, None
-        periods *= 4.0
-
-
 @lru_cache(maxsize=4096)
 def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_TOLERANCE) -> SlipLoop:
     """Follow slip from the departure point until it sticks again, or until its first loop has missed the belt.
@@ -124,32 +72,24 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
     No duration limits the search. Coulomb's law with static = kinetic has no cycle: its loop is a damped oscillation,
     which without damping only grazes the belt.
 
+    tolerance : relative, of a step
+
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
-    drawn, peak = _first_loop(oscillator, law, tolerance)
-    v0 = oscillator.belt_velocity_m_per_s
-    if REATTACHMENT not in drawn.motion.kind:
-        return SlipLoop(None, peak or 0.0, v0)
-    end = int(np.flatnonzero(drawn.motion.kind == REATTACHMENT)[0])
-    cycle, time = _cycle(oscillator, drawn.motion, end), float(drawn.motion.time[end])
-    fastest = v0 - oscillator.natural_frequency_rad_per_s * float(np.min(drawn.velocity[drawn.time <= time]))
-    return SlipLoop(cycle, time / (2.0 * math.pi), fastest if cycle else v0)
-
-
-def _cycle(oscillator: Oscillator, motion: Motion, end: int) -> LimitCycle | None:
-    """The cycle of a motion from the departure point and its first reattachment; None where they are one point."""
-    departure, reattachment = float(motion.position[0]), float(motion.position[end])
-    slip_duration = float(motion.time[end] - motion.time[0])
-    stick = (departure - reattachment) / oscillator.V
-    if stick <= math.sqrt(GRAZES) * slip_duration:  # the stick grows with the root of the excess of the peak
-        return None
-    return LimitCycle(
-        departure=departure,
-        reattachment=reattachment,
-        slip_duration=slip_duration,
-        period=slip_duration + stick,
-        slipped_distance=float(motion.slipped_distance[end]),
-    )
+    v0, turns = oscillator.belt_velocity_m_per_s, 2.0 * math.pi
+    flow = slip_flow(oscillator, law)
+    low, trough, down = turn(flow, flow.departure, 1.0, tolerance)
+    if trough == 0.0:
+        return SlipLoop(None, 0.0, v0)
+    y, peak, up = turn(flow, low, trough, tolerance, to_belt=True)
+    departure, time = departure_point(oscillator, law), down + up
+    reattachment, stick = departure + oscillator.V * (y - flow.departure), flow.departure - y
+    holds = reattachment + 2.0 * oscillator.damping_ratio * oscillator.V > -oscillator.F * law.static
+    if peak <= 1.0 or not holds or stick <= math.sqrt(GRAZES) * time:  # stick grows with the root of the excess
+        return SlipLoop(None, time / turns if peak > 0.0 else 0.0, v0)
+    slipped = oscillator.V * (time + stick)
+    cycle = LimitCycle(departure, reattachment, time, time + stick, slipped)
+    return SlipLoop(cycle, time / turns, v0 * (1.0 - trough))
 
 
 @gate
@@ -184,12 +124,13 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
     damping or slip is too stiff.
 
-    Method: bisection. A loop costs a millisecond, but its peak as a number, for faster root searches, some twenty.
+    Method: bisection.
     """
 
     def exists(ratio: float) -> bool:
-        drawn, _ = _first_loop(replace(oscillator, damping_ratio=ratio), law, LIMIT_TOLERANCE)
-        return bool(np.any(drawn.motion.kind != DEPARTURE))
+        flow = slip_flow(replace(oscillator, damping_ratio=ratio), law)
+        low, trough, _ = turn(flow, flow.departure, 1.0)
+        return trough < 0.0 and turn(flow, low, trough, to_belt=True)[1] > 1.0
 
     if not exists(GRAZES):
         raise IllPosedError(

@@ -32,9 +32,10 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import departure_point, equilibrium, slip_loop
+from roughslip.oscillator.limits import slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, simulate
+from roughslip.oscillator.slip_orbit import departure_point, equilibrium
 from roughslip.probability.estimate import TAILS, interval_margin
 from roughslip.results import described, result
 from roughslip.validation import gate

@@ -2,7 +2,7 @@
 
 Between sticks slip is a sequence of loops (`slip_orbit`). Let u be the depth of a trough of X' / V, M(u) the next one
 without scatter, and U the trough after a departure. From u* on the next peak reaches the belt, and the mass sticks.
-Friction of unit variance moves a depth by s(u), to first order: the response along the loop (`slip_orbit`), taken at
+Friction of unit variance moves a depth by s(u), to first order: the response along the loop (`grazing`), taken at
 the trough, where friction changes least with speed. The loop after a departure has the response of the grazing orbit,
 made a depth by (U - u*) / (D* - D). For one that misses the belt comes slowly to it, and friction acts there for long.
 So the depths are a Markov chain,
@@ -43,16 +43,10 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response, orbit_response
 from roughslip.oscillator.limits import slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.slip_orbit import (
-    GrazingResponse,
-    SlipFlow,
-    grazing_response,
-    orbit_response,
-    slip_flow,
-    turn,
-)
+from roughslip.oscillator.slip_orbit import SlipFlow, slip_flow, turn
 from roughslip.oscillator.states import LOOPS, Durations
 from roughslip.validation import gate
 
@@ -60,12 +54,12 @@ KNOTS = 10  # depths at which the map is computed
 PER_LENGTH, FEWEST_SAMPLES, MOST_SAMPLES = 3.0, 401, 2001  # samples of a loop, by correlation lengths
 PER_DEVIATION, FEWEST_NODES, MOST_NODES = 4, 60, 200  # nodes of the chain: as many in the least scatter
 JUNCTIONS = 5  # values of the friction where loops meet
-TAIL = 8.0  # standard deviations that the chain reaches beyond its means
+TAIL, WIDEST = 8.0, 8.0  # standard deviations that the chain reaches beyond its means, and depths u* at most
 NEGLIGIBLE = 1e-90  # probability of a transition
 APART = 0.01  # relative distance from the existence limit at which depths are compared with damping ratios
 FAR = 12.0  # standard deviations of the existence limit, beyond which a loop neither fails nor sticks by chance
 LONGEST = 1e12  # natural periods, beyond which rounding hides the rate
-DEEPEST = 30.0  # in units of the trough after a departure
+LEAST_DEPTH, DEEPEST = 1e-3, 30.0  # of the search for u*, in units of the trough after a departure
 ACCURACY = 1e-9  # relative, of a step of slip
 
 
@@ -75,7 +69,7 @@ class TroughMap:
 
     Loops begin with the departure, then with the troughs `start`.
 
-    belt : [-] u*, depth of the trough whose next peak only reaches the belt
+    belt : [-] u*, depth of the trough whose next peak only reaches the belt; 0 where slip reaches it from any trough
     start : (knots,) [-] depths u, up to u*
     following : (1 + knots,) [-] U, then M(u)
     deviation : (1 + knots,) [-] sigma s
@@ -110,14 +104,7 @@ def _drifting(flow: SlipFlow, machine: Machine) -> SlipFlow:
     gain = float(machine.law.mu(oscillator.belt_velocity_m_per_s)) if friction.multiplies else 1.0
     ratio = oscillator.V / friction.correlation_length_m
     most = (oscillator.F * (gain * friction.path_deviation) / oscillator.V) ** 2 * ratio
-
-    def force(w: float) -> float:
-        return flow.force(w) + most / (1.0 + (ratio * (1.0 - w)) ** 2)
-
-    def slope(w: float) -> float:
-        return flow.slope(w) + 2.0 * most * ratio**2 * (1.0 - w) / (1.0 + (ratio * (1.0 - w)) ** 2) ** 2
-
-    return replace(flow, force=force, slope=slope)
+    return flow._replace(drift=most, drift_ratio=ratio)
 
 
 def _after(flow: SlipFlow, depth: float) -> tuple[float, float]:
@@ -126,15 +113,17 @@ def _after(flow: SlipFlow, depth: float) -> tuple[float, float]:
 
 
 def _reaching(flow: SlipFlow, first: float) -> float:
-    """u*, the trough whose next peak only reaches the belt. first : a trough to begin the search"""
-    deepest = first
+    """u*, the trough whose next peak only reaches the belt; 0 where any does. first : a trough to begin the search"""
+    deepest, least = first, LEAST_DEPTH * first
+    if _after(flow, least)[0] >= 1.0:
+        return 0.0
     while _after(flow, deepest)[0] <= 1.0:
         deepest *= 1.5
         if deepest > DEEPEST * first:
             raise IllPosedError(
                 "slip reaches the belt from no trough: lower the damping; scene key: oscillator.damping_ratio"
             )
-    return float(scipy.optimize.brentq(lambda depth: _after(flow, depth)[0] - 1.0, 1e-3 * first, deepest, rtol=1e-8))
+    return float(scipy.optimize.brentq(lambda depth: _after(flow, depth)[0] - 1.0, least, deepest, rtol=1e-8))
 
 
 def _grazing(machine: Machine) -> GrazingResponse:
@@ -177,6 +166,9 @@ def trough_map(machine: Machine) -> TroughMap:
     first = *loop(start)[::2], _grazing(machine)
     flow = _drifting(flow, machine)
     belt = _reaching(flow, first[0])
+    if belt == 0.0:
+        none = np.empty(0)
+        return TroughMap(0.0, none, none, none, none, none, 0.0)
     depths = belt * (1.0 - np.linspace(1.0, 0.0, KNOTS + 1)[1:] ** 2)  # dense at u*, where M is steep
     peaks = [min(_after(flow, float(depth))[0], 1.0) for depth in depths]
     loops = [first, *(response((flow.at_peak(peak), peak)) for peak in peaks)]
@@ -214,18 +206,25 @@ def _chain(troughs: TroughMap) -> tuple[np.ndarray, np.ndarray]:
     weight /= weight.sum()
     own = np.maximum(sigma * np.sqrt(1.0 - 2.0 * rho), 0.5 * step)  # narrower ones fall between the nodes
     shifted = mean[:, None, None] + (sigma * np.sqrt(rho))[:, None, None] * (g[:, None] + g)
-    top = max(float(np.max(mean + TAIL * sigma)), troughs.belt + step)
-    x = ((np.arange(math.ceil(top / step)) + 0.5) * step) / own[:, None, None, None]
+    reach = mean + TAIL * sigma
+    columns = math.ceil(min(max(float(np.max(reach)) / step, nodes + 1), WIDEST * nodes))
+    x = ((np.arange(columns) + 0.5) * step) / own[:, None, None, None]
     centre = np.abs(shifted / own[:, None, None])[..., None]
     density = x * np.exp(-0.5 * (x - centre) ** 2) * scipy.special.ive(0, x * centre)
-    density *= weight[:, None] / np.maximum(density.sum(axis=-1, keepdims=True), np.finfo(float).tiny)
-    density[density < NEGLIGIBLE] = 0.0  # else products are subnormal, and take a thousand times as long
-    transitions = np.concatenate([density[..., :nodes], density[..., nodes:].sum(axis=-1, keepdims=True)], axis=-1)
+    total = np.maximum(density.sum(axis=-1, keepdims=True), np.finfo(float).tiny)
+    inside, outside = density[..., :nodes], density[..., nodes:].sum(axis=-1, keepdims=True)
+    is_wider = (reach > columns * step)[:, None, None, None]  # its integral is known, its sum ends with the columns
+    total = np.where(is_wider, np.maximum(total, own[:, None, None, None] / step), total)
+    outside = np.where(is_wider, total - inside.sum(axis=-1, keepdims=True), outside)
+    transitions = np.concatenate([inside, outside], axis=-1) * (weight[:, None] / total)
+    transitions[transitions < NEGLIGIBLE] = 0.0  # else products are subnormal, and take a thousand times as long
     return transitions, at_nodes(troughs.duration, float(troughs.duration[1]))
 
 
 def durations_of(troughs: TroughMap) -> Durations:
     """How long both states last by the chain of troughs; NaN is unknown."""
+    if troughs.belt == 0.0:  # friction that is met sooner drives all slip to the belt: none fails
+        return _exactly(math.inf, math.nan, math.nan, math.nan)
     transitions, times = _chain(troughs)
     nodes, j = len(times) - 1, JUNCTIONS
     inner = transitions[1:, ..., :nodes].transpose(1, 0, 2, 3).reshape(j * nodes, j * nodes)

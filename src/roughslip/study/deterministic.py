@@ -14,9 +14,10 @@ from roughslip.oscillator.cycles import Counts
 from roughslip.oscillator.cycles import ensemble as ensemble_counts
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import LimitCycle, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory, trajectory
+from roughslip.oscillator.slip_orbit import departure_point
 from roughslip.scene.friction import SCATTERS
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene.machine import (

@@ -19,11 +19,11 @@ from roughslip.errors import ConvergenceError, IllPosedError, InputError, Parame
 from roughslip.friction.paths import Friction, Pad, Paths
 from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions
-from roughslip.oscillator.slip_orbit import GrazingResponse, grazing_response
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.scene.types import Scene
 

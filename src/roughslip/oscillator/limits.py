@@ -23,7 +23,7 @@ from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
 GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity; and damping
-LOOP_TOLERANCE = 1e-9  # of a step of slip; ends of ranges have 1e-6
+LOOP_TOLERANCE = 1e-11  # relative, of a step of slip: relaxation oscillations of many steps are then right to 1e-6
 
 
 @result

@@ -147,6 +147,8 @@ def _turn(z: np.ndarray, flow: SlipFlow, accuracy: float, to_belt: bool) -> tupl
             if h < 1e-15 * (1.0 + time):
                 return time, TOO_STIFF, steps
             continue
+        if math.hypot(end[0], end[1]) <= AT_REST * abs(first):
+            return time + h, REST, steps
         sign = math.copysign(1.0, first)
         turns = sign * (balance(end[1], flow) - end[0]) >= 0.0 and sign * (balance(z[1], flow) - z[0]) < 0.0
         meets = to_belt and first < 0.0 and end[1] >= 1.0
@@ -165,8 +167,6 @@ def _turn(z: np.ndarray, flow: SlipFlow, accuracy: float, to_belt: bool) -> tupl
             return time + high, BELT if meets else EXTREME, steps
         z[:] = end
         time += h
-        if math.hypot(z[0], z[1]) <= AT_REST * abs(first):
-            return time, REST, steps
         h = next_step(h, error)
     return time, TOO_STIFF, MOST_STEPS
 

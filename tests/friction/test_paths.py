@@ -15,7 +15,8 @@ from roughslip.friction import endless
 from roughslip.friction.endless import recursion
 from roughslip.friction.paths import METHODS, Friction, path_sampler, spectral_representation
 from roughslip.friction.process import PIECE_NODES, CorrelationShape, FrictionProcess, average_beta
-from roughslip.probability import BetaDistribution, Translation, beta_moments
+from roughslip.probability import BetaDistribution, beta_moments
+from roughslip.probability.translation import Translation
 
 LENGTH = 250e-6
 PUBLISHED = FrictionProcess(BetaDistribution(2.1, 5.0, 0.1, 0.7), LENGTH)

@@ -7,11 +7,13 @@ from scipy.stats import skew
 from roughslip.errors import IllPosedError
 from roughslip.figures.figure_scan import figure_scan
 from roughslip.figures.style import Shown
+from roughslip.friction.pad import pad_means
 from roughslip.grid import Grid
 from roughslip.probability import BetaDistribution
 from roughslip.scan.covariance_fit import CovarianceFit
 from roughslip.scene.types import scene_of
 from roughslip.study import scan
+from roughslip.study.friction_under_load import correlated
 from roughslip.study.from_scene import surface_model
 from roughslip.study.from_scene.domain import check_slope
 from roughslip.surface.embedding import embed
@@ -216,3 +218,16 @@ def test_the_surface_of_a_scene_has_every_key():
     fractal = {"rms_height_m": 2e-7, "hurst": 0.8, "wavelengths_m": [8e-6, 6e-5]}
     waves = surface_model.surface_model(scene_of({"roughness": fractal}))
     assert (waves.hurst, waves.longest_wavelength_m, waves.shortest_wavelength_m) == (0.8, 6e-5, 8e-6)
+
+
+def test_the_friction_of_a_pad_on_fractal_waves_forgets():
+    """Plane waves nearly repeat themselves; a pad of a thousand windows must not. Without long waves its friction has
+    the triangle of its own length."""
+    given = {"roughness": {"rms_height_m": 2e-7, "hurst": 0.8, "wavelengths_m": [5.2e-6, 6e-5]}}
+    surface = correlated(scene_of(given))
+    length, width = 4.8e-3, 3.1e-3
+    lags = length * np.linspace(0.0, 1.0, 9)
+    means = pad_means(surface, 3e-5, 2.5e-5, (length, width), lags)
+    assert surface.correlation(np.zeros(1), np.zeros(1)) == pytest.approx(1.0)
+    assert np.all(np.abs(means[:, 0]) < 1e-4)  # of rho itself: the waves cancel
+    np.testing.assert_allclose(means[:, 1:] / means[0, 1:], np.tile(1.0 - lags / length, (4, 1)).T, atol=0.02)

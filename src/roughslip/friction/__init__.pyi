@@ -1,7 +1,5 @@
-from roughslip.friction.correlation import CorrelationFit as CorrelationFit
 from roughslip.friction.correlation import autocorrelation as autocorrelation
 from roughslip.friction.correlation import correlation_fit as correlation_fit
-from roughslip.friction.marginal import BetaFit as BetaFit
 from roughslip.friction.marginal import fit_beta as fit_beta
 from roughslip.friction.paths import Friction as Friction
 from roughslip.friction.paths import path_sampler as path_sampler
@@ -11,7 +9,6 @@ from roughslip.friction.process import FrictionProcess as FrictionProcess
 from roughslip.friction.process import average_beta as average_beta
 from roughslip.friction.scatter_law import autocorrelation_of_friction as autocorrelation_of_friction
 from roughslip.friction.scatter_law import scatter_of_friction as scatter_of_friction
-from roughslip.friction.windows import WindowStatistics as WindowStatistics
 from roughslip.friction.windows import friction_coefficient as friction_coefficient
 from roughslip.friction.windows import strip_weights as strip_weights
 from roughslip.friction.windows import window_statistics as window_statistics

@@ -28,7 +28,7 @@ from roughslip import fft
 from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError, real
 from roughslip.friction.process import PIECE_NODES, SMOOTHER, FrictionProcess, Paths
-from roughslip.probability import Translation
+from roughslip.probability.translation import Translation
 from roughslip.validation import positive
 
 MOST_TERMS = 8  # largest p; the weights b grow by some five a term, and rounding with them

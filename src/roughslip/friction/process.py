@@ -14,7 +14,8 @@ from functools import partial
 import numpy as np
 
 from roughslip.errors import ParameterError, real
-from roughslip.probability import BetaDistribution, Translation, beta_moments, translate
+from roughslip.probability import BetaDistribution, beta_moments, translate
+from roughslip.probability.translation import Translation
 from roughslip.validation import gate, positive, reals
 
 PAPER_SHAPES = (2.1, 5.0)  # of the Beta distribution in section 4 of the paper

@@ -1,5 +1,4 @@
 from roughslip.record.curve import FrictionCurve as FrictionCurve
-from roughslip.record.fit import FrictionScatter as FrictionScatter
 from roughslip.record.fit import RecordFit as RecordFit
 from roughslip.record.fit import fit_record as fit_record
 from roughslip.record.likelihood import Samples as Samples

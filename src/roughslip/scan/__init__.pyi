@@ -1,4 +1,3 @@
-from roughslip.scan.covariance_fit import CovarianceFit as CovarianceFit
 from roughslip.scan.covariance_fit import fitted_covariances as fitted_covariances
 from roughslip.scan.instrument_file import read_scan as read_scan
 from roughslip.scan.statistics import ScanStatistics as ScanStatistics

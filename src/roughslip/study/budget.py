@@ -29,7 +29,7 @@ from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.words import budget_summary
 from roughslip.scene.schema import source_of
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene import Stream, elastic
 from roughslip.study.from_scene.machine import friction_of, machine_of, oscillator_of, own_windows
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
@@ -202,7 +202,7 @@ def _of_surface(scene: Scene, scan: Path | None) -> tuple[dict[str, tuple[float,
     of_scene = {name: (1.0, given[key] / value_of(scene, key)) for name, key in OF_SURFACE.items() if key in given}
     if scan is None and not of_scene:
         return {}, {}
-    strip, modulus = scene.strip, geometry.material(scene).plane_strain_modulus_pa
+    strip, modulus = scene.strip, elastic.material(scene).plane_strain_modulus_pa
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, scene.load.pad_length_m)
     covariance = gaussian_model(scene, scan).covariance
     powers = powers_of_scatter(covariance, modulus, scene.load.nominal_pressure_pa, pad)

@@ -29,7 +29,7 @@ from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS, designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import Stream, expansion, geometry, surface_model
+from roughslip.study.from_scene import Stream, elastic, expansion, geometry, surface_model
 from roughslip.study.from_scene.geometry import latin_hypercubes, training_design, variables_of
 from roughslip.study.job import Job
 
@@ -153,7 +153,7 @@ def local_expansion(
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
     samples = Samples(variables, nodes.distance2, pressure, gap, odd)
     local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
-    points = samples_of(batches, "expansion", "point_pressure") if geometry.counts_shares(scene) else pressure
+    points = samples_of(batches, "expansion", "point_pressure") if elastic.counts_shares(scene) else pressure
     return local, EdgeCorrection(pressure, points, samples.group), directions[0]
 
 

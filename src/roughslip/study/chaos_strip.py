@@ -13,7 +13,7 @@ from roughslip.chaos.strip import (
 )
 from roughslip.chaos.variables import NAMES, Stencil, local_functionals
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import expansion, geometry, surface_model
+from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.study.job import Job
 
 
@@ -47,7 +47,7 @@ def work(scene: Scene, job: Job) -> None:
 
 def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarray:
     """(levels,) contact area over that of the nodes in contact, whose share the tables hold at training nodes."""
-    if not geometry.counts_shares(scene):
+    if not elastic.counts_shares(scene):
         return np.ones(levels)
     trained = sum(len(batch["pressure"]) for batch in batches)
     area, of_nodes = (store.join(batches, name)[:trained] for name in ("area", "area_of_nodes"))

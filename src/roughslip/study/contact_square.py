@@ -12,7 +12,7 @@ from roughslip.contact.edge import point_pressures
 from roughslip.contact.solve import solve
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import geometry, surface_model
+from roughslip.study.from_scene import elastic, geometry, surface_model
 from roughslip.study.from_scene.geometry import Nodes, latin_hypercubes, training_design, variables_of
 from roughslip.study.job import Job
 from roughslip.surface.modes import heights
@@ -53,7 +53,7 @@ def solved(job: Job, grid: Grid, rough: Iterable[np.ndarray], nodes: Nodes) -> d
     rough : heights (nx, ny) [m] of each above the plane
     """
     scene, kept, count = job.scene, (nodes.x, nodes.y), len(job.numbers)
-    influence, hardness = geometry.influence(scene, grid), geometry.hardness_pa(scene)
+    influence, hardness = elastic.influence(scene, grid), elastic.hardness_pa(scene)
     pressure, point, gap = np.empty((3, count, len(nodes.x)))
     for row, above in enumerate(rough):
         solution = solve(influence, above, scene.numerics.contact_tolerance, hardness_pa=hardness)
@@ -82,8 +82,8 @@ def pressures_at(
     above : heights [m] above the plane, by variables and modes; drawn : variables (M,) of each sample
     """
     scene, kept, count = job.scene, (nodes.x, nodes.y), len(job.numbers)
-    influence, points = geometry.influence(scene, grid), geometry.counts_shares(scene)
-    options: Any = {"hardness_pa": geometry.hardness_pa(scene), "points": points}
+    influence, points = elastic.influence(scene, grid), elastic.counts_shares(scene)
+    options: Any = {"hardness_pa": elastic.hardness_pa(scene), "points": points}
     pressure, error = np.zeros((2, count, len(nodes.x)))
     there = np.ascontiguousarray(modes[:, *kept, None])
     is_small = grid.size <= SMALL  # the whole surface is then as quick as these nodes

@@ -15,7 +15,7 @@ from roughslip.chaos.strip import ConditionalMeans, StripExpansion
 from roughslip.contact.influence import at_displaced_planes, column_influence, displacement
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import expansion, geometry, surface_model
+from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.study.job import Job
 
 FAR = 1.4  # correlation lengths beyond which contacts act by their force alone; measured, docs/notebook/friction.md
@@ -34,7 +34,7 @@ def work(scene: Scene, job: Job) -> None:
     percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
     planes = model.plane_height(percentiles)
     reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
-    kernel = column_influence(geometry.influence(scene, grid), lattice.spacing, reach)
+    kernel = column_influence(elastic.influence(scene, grid), lattice.spacing, reach)
     mean_force = lattice.spacing * stored["column_force"][:, None]
     columns_of_block = geometry.block_nodes(scene)[0] // lattice.spacing
     blocks = (lattice.middle.stop - lattice.middle.start) // columns_of_block

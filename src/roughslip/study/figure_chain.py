@@ -7,7 +7,7 @@ from roughslip.contact.solve import solve
 from roughslip.figures.figure5 import CYCLE
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import Stream, geometry, surface_model
+from roughslip.study.from_scene import Stream, elastic, surface_model
 from roughslip.study.from_scene.domain import own_cells
 from roughslip.study.from_scene.machine import MEDIAN, friction_of, friction_paths
 from roughslip.study.job import Job
@@ -22,9 +22,9 @@ def under_a_plane(job: Job) -> tuple[np.ndarray, np.ndarray]:
     scene, cell = job.scene, job.scene.strip.cell_m
     grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, job.optional("scan"))
     heights = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, Stream.STRIP, 0])))
-    tolerance, hardness = scene.numerics.contact_tolerance, geometry.hardness_pa(scene)
+    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
     rough = heights - float(model.plane_height(np.array([MEDIAN]))[0])
-    solution = solve(geometry.influence(scene, grid), rough, tolerance, hardness_pa=hardness)
+    solution = solve(elastic.influence(scene, grid), rough, tolerance, hardness_pa=hardness)
     middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
     return heights[middle, middle], solution.pressure[middle, middle]
 

@@ -7,7 +7,17 @@ import numpy as np
 
 from roughslip import store
 from roughslip.friction.marginal import BetaFit, fit_beta
-from roughslip.friction.pad import WINDOWS, Blocks, Estimates, Surface, pad_edges, pad_estimates, pad_means, under_load
+from roughslip.friction.pad import (
+    WINDOWS,
+    Blocks,
+    Correlation,
+    Estimates,
+    Surface,
+    pad_edges,
+    pad_estimates,
+    pad_means,
+    under_load,
+)
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
@@ -16,13 +26,15 @@ from roughslip.friction.windows import SCALE, SHAPE, estimate_of, friction_coeff
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene import Stream, elastic, geometry
 from roughslip.study.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.study.job import Job
+from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.plausibility import ELASTIC, yielding
 
 REPLICATES, REPLICATES_THERE = 400, 200  # under the load, and over loads
 PARTS = "1", "shares of powers 1, 2, 4, 8 of the correlation of the heights, and of no correlation, in the influence"
+COHERENCE = 2.0  # longest waves of a fractal
 LAGS = 49  # slipped distances
 BEYOND = 6.0  # correlation lengths of the heights by which it reaches over the length of the pad
 TITLES = {
@@ -126,7 +138,7 @@ def by_law(scene: Scene) -> float:
     """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
     strip, load = scene.strip, scene.load
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
-    modulus = geometry.material(scene).plane_strain_modulus_pa
+    modulus = elastic.material(scene).plane_strain_modulus_pa
     return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
 
 
@@ -162,6 +174,15 @@ def correlated(scene: Scene, scan: Path | None = None) -> Surface:
     if roughness.wavelengths_m is None:
         covariance: Any = gaussian_model(scene, scan).covariance
     else:
-        covariance = fractal_law(roughness)
-    variance = covariance.rms_height_m**2
+        covariance = forgotten(fractal_law(roughness))
+    variance = float(covariance(0.0, 0.0))
     return Surface(lambda x, y: covariance(x, y) / variance, model.lengths_m)
+
+
+def forgotten(waves: WeierstrassMandelbrot) -> Correlation:
+    """The covariance of waves whose phases are lost over COHERENCE of the longest one.
+
+    A sum of plane waves nearly repeats itself at any distance; a surface does not. A product of covariances is one.
+    """
+    reach = COHERENCE * waves.longest_wavelength_m
+    return lambda x, y: waves(x, y) * np.exp(-(x**2 + y**2) / reach**2)

@@ -15,7 +15,7 @@ from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.scene.types import Scene, get
-from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene import Stream, elastic
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
 
@@ -126,7 +126,7 @@ def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store
     """
     window = scene.strip.window_m, scene.strip.width_m
     pressure = scene.oscillator.normal_force_n / (scene.oscillator.windows_in_parallel * window[0] * window[1])
-    law = gaussian_model(scene).covariance, geometry.material(scene).plane_strain_modulus_pa, pressure, window
+    law = gaussian_model(scene).covariance, elastic.material(scene).plane_strain_modulus_pa, pressure, window
     deviation = mean * scatter_of_friction(*law)
     covariance = deviation**2 * autocorrelation_of_friction(*law, lags_m)
     return {

@@ -12,7 +12,8 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.probability import EmpiricalDistribution, empirical_distribution, translate
+from roughslip.probability import empirical_distribution, translate
+from roughslip.probability.distributions import EmpiricalDistribution
 from roughslip.scan.autocorrelation import Autocorrelation, sub_areas_for
 from roughslip.scan.covariance_fit import CovarianceFit, fitted_covariances
 from roughslip.scan.instrument_file import read_scan

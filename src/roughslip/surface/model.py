@@ -14,8 +14,8 @@ import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.grid import Grid
-from roughslip.probability import Translation, translate
-from roughslip.probability.translation import Distribution
+from roughslip.probability import translate
+from roughslip.probability.translation import Distribution, Translation
 from roughslip.surface.covariance import StationaryCovariance, plane_height
 from roughslip.surface.embedding import circulant_lags, embed, embed_cell
 from roughslip.surface.fractal import WeierstrassMandelbrot

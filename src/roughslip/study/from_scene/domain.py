@@ -27,7 +27,7 @@ from roughslip.contact.solve import ContactSolution, solve_loads, sweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import Stream, geometry
+from roughslip.study.from_scene import Stream, elastic, geometry
 from roughslip.study.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings, surface_model
 from roughslip.study.job import Job
 from roughslip.surface.model import GaussianModel, SurfaceModel
@@ -80,11 +80,11 @@ class Domain:
         """Heights (nx, ny) [m] of a sample, as cells of constant pressure need them where edges of contacts count."""
         stream = Stream.CELL if self.periodic else Stream.STRIP
         drawn = self.model.heights(self.sample(np.random.default_rng([self.scene.seed, stream, number])))
-        return cell_heights(drawn, self.grid) if self.periodic and geometry.counts_shares(self.scene) else drawn
+        return cell_heights(drawn, self.grid) if self.periodic and elastic.counts_shares(self.scene) else drawn
 
     def solutions(self, heights: np.ndarray) -> list[ContactSolution]:
         """The contact of a sample at every level."""
-        tolerance, hardness = self.scene.numerics.contact_tolerance, geometry.hardness_pa(self.scene)
+        tolerance, hardness = self.scene.numerics.contact_tolerance, elastic.hardness_pa(self.scene)
         if self.periodic:
             return solve_loads(self._influence, heights, self.levels, tolerance, hardness)
         planes = self.model.plane_height(np.array(self.levels)).tolist()
@@ -92,7 +92,7 @@ class Domain:
 
     def touched(self, solution: ContactSolution) -> np.ndarray:
         """(nx, ny) share of each cell in contact, or whether its node is."""
-        return solution.shares if geometry.counts_shares(self.scene) else solution.contact
+        return solution.shares if elastic.counts_shares(self.scene) else solution.contact
 
     def middle(self) -> slice:
         """Columns without the margins of a strip."""
@@ -108,7 +108,7 @@ class Domain:
 
     @cached_property
     def _influence(self) -> Influence:
-        modulus = geometry.material(self.scene).plane_strain_modulus_pa
+        modulus = elastic.material(self.scene).plane_strain_modulus_pa
         return Influence(self.grid, modulus, periodic=self.periodic)
 
 
@@ -187,7 +187,7 @@ def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[
 
     Raises IllPosedError where a cell of WINDOWS and EDGE has too many nodes.
     """
-    (modulus, slope), hardness = _stiffness(scene, model), geometry.hardness_pa(scene)
+    (modulus, slope), hardness = _stiffness(scene, model), elastic.hardness_pa(scene)
     share = max(LIGHT_AREA * pressure_pa / (modulus * slope), pressure_pa / hardness)
     least = CELL_CONTACT * math.prod(model.lengths_m) / (MOST_CELL_NODES * scene.strip.cell_m**2)
     mistake = contact_mistake(pressure_pa, modulus, slope, hardness, least)
@@ -203,7 +203,7 @@ def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[
 
 def index_of(scene: Scene, model: GaussianModel) -> float:
     """Plasticity index E* h' / H [-], zero in elastic contact."""
-    return plasticity_index(*_stiffness(scene, model), geometry.hardness_pa(scene))
+    return plasticity_index(*_stiffness(scene, model), elastic.hardness_pa(scene))
 
 
 def check_slope(scan: Path | None) -> None:
@@ -223,4 +223,4 @@ def cell_warnings(scene: Scene, model: GaussianModel, scan: Path | None) -> Iter
 
 def _stiffness(scene: Scene, model: GaussianModel) -> tuple[float, float]:
     """E* [Pa], and the rms slope [-] of the heights on the cells."""
-    return geometry.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)
+    return elastic.material(scene).plane_strain_modulus_pa, rms_slope(model.covariance, scene.strip.cell_m)

@@ -14,7 +14,7 @@ from roughslip.chaos.variables import (
 )
 from roughslip.grid import Grid
 from roughslip.scene.types import Scene
-from roughslip.study.from_scene import geometry
+from roughslip.study.from_scene import elastic
 from roughslip.study.from_scene.geometry import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel
 
@@ -51,11 +51,11 @@ def target(scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:
     """The smooth variable that the scene names, for the mesh of the square or of the strip."""
     return pressure_target(
         scene.expansion.target,
-        influence_diagonal=geometry.influence(scene, grid).diagonal,
-        plane_strain_modulus_pa=geometry.material(scene).plane_strain_modulus_pa,
+        influence_diagonal=elastic.influence(scene, grid).diagonal,
+        plane_strain_modulus_pa=elastic.material(scene).plane_strain_modulus_pa,
         rms_height_m=surface.rms_height_m,
         correlation_length_m=math.sqrt(math.prod(surface.lengths_m)),
-        hardness_pa=geometry.hardness_pa(scene),
+        hardness_pa=elastic.hardness_pa(scene),
     )
 
 

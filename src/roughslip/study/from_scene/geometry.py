@@ -1,6 +1,5 @@
-"""From a stage's slice of the scene to material, meshes, blocks, designs, and nodes at which the pressure is kept."""
+"""From a stage's slice of the scene to meshes, blocks, designs, and nodes at which the pressure is kept."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -8,33 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.chaos.variables import latin_hypercube
-from roughslip.contact.influence import Influence, Material
 from roughslip.grid import Grid
 from roughslip.limits import LEAST_CONTACT, MARGIN, TRAINING_SPACING, WINDOWS, designs_of
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream
 
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
-
-
-def material(scene: Scene) -> Material:
-    """Elastic constants."""
-    return Material(scene.material.young_modulus_pa, scene.material.poisson_ratio)
-
-
-def hardness_pa(scene: Scene) -> float:
-    """Highest contact pressure H [Pa], infinite where the scene gives none: the contact is elastic then."""
-    return math.inf if scene.material.hardness_pa is None else scene.material.hardness_pa
-
-
-def counts_shares(scene: Scene) -> bool:
-    """Whether a cell at the edge of a contact counts by its covered share, and not as a whole."""
-    return bool(scene.numerics.contact_area == "corrected")
-
-
-def influence(scene: Scene, grid: Grid) -> Influence:
-    """Influence coefficients of the material on a mesh."""
-    return Influence(grid, material(scene).plane_strain_modulus_pa)
 
 
 def square_grid(scene: Scene) -> Grid:

@@ -10,7 +10,8 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.probability import BetaDistribution, EmpiricalDistribution
+from roughslip.probability import BetaDistribution
+from roughslip.probability.distributions import EmpiricalDistribution
 from roughslip.scene.roughness import Roughness, Scan
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream

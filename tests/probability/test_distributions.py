@@ -10,14 +10,9 @@ from scipy.special import factorial, log_ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.process import FrictionProcess
-from roughslip.probability import (
-    BetaDistribution,
-    EmpiricalDistribution,
-    beta_moments,
-    empirical_distribution,
-    translate,
-)
+from roughslip.probability import BetaDistribution, beta_moments, empirical_distribution, translate
 from roughslip.probability import translation as module
+from roughslip.probability.distributions import EmpiricalDistribution
 
 UM = 1e-6
 

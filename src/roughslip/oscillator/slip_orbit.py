@@ -23,6 +23,7 @@ from roughslip.validation import gate
 
 TOLERANCE = 1e-12  # relative, of a step
 AT_REST = 1e-9  # of the first peak or the belt: a motion that has come so close to steady sliding does not turn again
+CHATTER = 1e-6  # of the first peak: an extreme of the same sign below it is noise of strongly damped slip near rest
 MOST_STEPS = 100_000  # of half a loop, which takes some thousand
 HALVINGS = 52  # of a step, to its event
 EXTREME, BELT, REST, TOO_STIFF = range(4)  # how a turn ends
@@ -189,6 +190,8 @@ def turn(
     z = np.array([y, w], dtype=float)
     time, ended, steps = _turn(z, flow, accuracy, to_belt)
     there, extreme = map(float, z)
+    if ended == EXTREME and extreme * w > 0.0 and math.hypot(there, extreme) <= CHATTER * abs(w):
+        ended = REST
     if ended == TOO_STIFF or (ended == EXTREME and extreme * w > 0.0):
         raise ConvergenceError(
             f"a loop of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal "

@@ -124,3 +124,10 @@ def test_a_straight_line_finds_an_exponential_and_ends_before_the_curve_falls_to
     np.testing.assert_allclose(log_line(lags, np.stack([curve, cut, late]), 540e-6), 250e-6, rtol=1e-12)
     flat, alone = np.ones(41), np.where(np.arange(41) < 1, 1.0, -0.2)
     np.testing.assert_allclose(log_line(lags, np.stack([flat, alone]), 540e-6), [100 * lags[-1], lags[1] / 20])
+
+
+def test_a_straight_line_takes_the_point_at_the_largest_lag():
+    lags = 15e-6 * np.arange(41)
+    triangle = triangular(lags, 600e-6)
+    slope, _ = np.polyfit(lags[:37], np.log(triangle[:37]), 1)  # 36 spacings are 540 µm
+    assert log_line(lags, triangle[None], 540e-6)[0] == pytest.approx(-1.0 / slope, rel=1e-9)

@@ -10,6 +10,7 @@ from roughslip.friction.correlation import (
     autocorrelation,
     correlation_fit,
     exponential_length,
+    lags_with_pairs,
     log_line,
     one_over_e_length,
     triangular,
@@ -131,3 +132,11 @@ def test_a_straight_line_takes_the_point_at_the_largest_lag():
     triangle = triangular(lags, 600e-6)
     slope, _ = np.polyfit(lags[:37], np.log(triangle[:37]), 1)  # 36 spacings are 540 µm
     assert log_line(lags, triangle[None], 540e-6)[0] == pytest.approx(-1.0 / slope, rel=1e-9)
+
+
+def test_lags_reach_as_far_as_each_resampled_set_has_pairs_of_windows():
+    """Windows 0 and 1 touch in one strip, 0 and 3 in the other: a set of the first alone ends at lag 1."""
+    valid = np.array([[1, 1, 0, 0, 0], [1, 0, 0, 1, 0]], dtype=bool)
+    both, first, second = np.array([[1.0, 1.0]]), np.array([[2.0, 0.0]]), np.array([[0.0, 2.0]])
+    assert [lags_with_pairs(valid, rows, 5) for rows in (both, first, second)] == [2, 2, 1]
+    assert lags_with_pairs(np.ones((2, 5), dtype=bool), np.vstack([both, first]), 4) == 4

@@ -75,6 +75,13 @@ def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.nd
     return Estimate.from_rows(curves_of([resampled(weights, part) for part in sums], centre))
 
 
+def lags_with_pairs(valid: np.ndarray, weights: np.ndarray, most: int) -> int:
+    """Number of lags from 0 on, `most` at most, that have a pair of valid windows in each resampled set of strips."""
+    pairs, _, _ = pair_sums(np.zeros(valid.shape), valid.astype(np.float64), most)
+    have = resampled(weights, pairs).all(axis=0)
+    return most if have.all() else int(np.argmin(have))
+
+
 @compiled()
 def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Three sums (S, lags) of each strip: pairs of valid windows, their products, and their ends.

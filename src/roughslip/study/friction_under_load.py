@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
+from roughslip.friction.correlation import lags_with_pairs
 from roughslip.friction.marginal import BetaFit, fit_beta
 from roughslip.friction.pad import (
     WINDOWS,
@@ -145,10 +146,14 @@ def by_law(scene: Scene) -> float:
 def of_windows(
     scene: Scene, blocks: Blocks, weights: np.ndarray, shear_pa: float
 ) -> tuple[dict[str, Estimate], BetaFit]:
-    """Statistics and Beta of single windows that have a friction coefficient, over lags of half a period at most."""
+    """Statistics and Beta of single windows that have a friction coefficient.
+
+    Lags go to half a period, or as far as windows with contact have partners in each resampled set of cells.
+    """
     mu, valid = friction_coefficient(*blocks.windows, shear_pa, geometry.least_contact_area(scene))
-    lags = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1)
-    found = describe((mu, valid), blocks.of_rows(weights), lags, blocks.window_m)
+    rows = blocks.of_rows(weights)
+    lags = blocks.block_m * np.arange(lags_with_pairs(valid, rows, blocks.area.shape[1] // 2 + 1))
+    found = describe((mu, valid), rows, lags, blocks.window_m)
     moments = ("mean", *SCALE, *SHAPE)
     found |= {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
     return found, fit_beta(mu[valid])

@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.friction import Friction
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
@@ -342,3 +343,25 @@ def test_the_mean_of_exponential_durations_by_hand():
     value, low, high = exponential_mean(30.0, 0)
     assert (value, high) == (math.inf, math.inf)
     assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there
+
+
+@pytest.mark.parametrize("belt_velocity", [0.01, 0.1])
+@pytest.mark.parametrize("law", [LAW, CoulombLaw(0.38, 0.4)])
+def test_slip_that_friction_drives_to_the_belt_from_any_trough_never_fails(belt_velocity, law):
+    """A slow belt: mean force and its drift make the smallest trough deeper, so that stick-slip lasts for ever."""
+    belt = replace(STUDY, belt_velocity_m_per_s=belt_velocity, damping_ratio=0.2)
+    found = durations_by_theory(Machine(belt, law, Friction(0.3, 0.05, 250e-6)))
+    assert np.all(np.isinf(found.stick_slip))
+
+
+def test_theory_holds_where_slip_contracts_strongly():
+    """A table with humps, up to its limit: stick-slip ends sooner with more damping, steady sliding lasts longer."""
+    speeds = (0.0, 0.0043, 0.0103, 0.0244, 0.0578, 0.137, 0.325, 0.771, 1.83, 4.34)
+    values = (0.113, 0.0858, 0.112, 0.1094, 0.1043, 0.1013, 0.1121, 0.073, 0.0525, 0.0855)
+    law, friction = TableLaw(speeds, values, static=0.1438), Friction(0.1, 0.0065, 0.208)
+    found = [
+        durations_by_theory(Machine(Oscillator(0.2824, 49.88, damping, 0.375, 905.9), law, friction))
+        for damping in (0.5, 0.7, 0.9, 1.0)
+    ]
+    assert np.all(np.diff([each.stick_slip[0] for each in found]) < 0.0)
+    assert np.all(np.diff([each.sliding[0] for each in found]) > 0.0)

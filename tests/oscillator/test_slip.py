@@ -16,13 +16,7 @@ from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.path import Piece, path_through
 from roughslip.oscillator.runge_kutta import step
-from roughslip.oscillator.slip import (
-    Horizon,
-    Samples,
-    Status,
-    slip,
-    step_to_node,
-)
+from roughslip.oscillator.slip import Horizon, Samples, Status, slip, step_to_node
 from roughslip.oscillator.switching_events import (
     LOWER,
     Bound,
@@ -50,7 +44,7 @@ def start(x, u, sigma=1.0):
 def phase(y, sigma=1.0, duration=9.0, allowed=0.0, p=UNDAMPED, tolerance=1e-9, path=NO_PATH):
     since = y.tau if allowed == 0.0 else -1.0
     horizon = Horizon(duration, 1000)
-    return slip(y, since, allowed, False, sigma, path, p, tolerance, horizon, Samples(1.0, NONE, NONE))
+    return slip(y, since, (allowed, -1), False, sigma, path, p, tolerance, horizon, Samples(1.0, NONE, NONE))
 
 
 @pytest.mark.parametrize("rates", [(3.0, -20.0, 50.0), (0.0, 0.0, 40.0), (2.0, 9.0, 0.0), (1.0, -0.5, 0.0)])

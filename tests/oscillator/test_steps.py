@@ -22,16 +22,7 @@ from roughslip.oscillator.path import (
     piece_at,
     reaches,
 )
-from roughslip.oscillator.runge_kutta import (
-    first_zero,
-    lowest,
-    quintic,
-    sign_changes,
-    slope,
-    stationary,
-    step,
-    value,
-)
+from roughslip.oscillator.runge_kutta import first_zero, lowest, quintic, sign_changes, slope, stationary, step, value
 from tests.oscillator.motions import LAW, equal_steps
 
 

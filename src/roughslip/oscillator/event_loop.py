@@ -14,14 +14,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, slip_state
 from roughslip.oscillator.path import Path, mu_s_at, piece_at
-from roughslip.oscillator.slip import (
-    FIRST_STEP,
-    SHORTEST_SLIP,
-    Horizon,
-    Samples,
-    Status,
-    slip,
-)
+from roughslip.oscillator.slip import FIRST, SHORTEST_SLIP, START, Horizon, Samples, Status, slip
 from roughslip.oscillator.switching_events import branch_at
 
 DEPARTURE, REATTACHMENT, CROSSING = 0, 1, 2  # of stick; start of stick; slip that changes its sign without stick
@@ -109,7 +102,7 @@ class RunState(NamedTuple):
     y : the motion
     sigma : HELD in stick, else the sign of slip, UPPER = 1 below the velocity of the belt and LOWER = -1 above it
     limit : [m] static limit of stick
-    since, allowed : of the slip phase, arguments of `slip`
+    since, pace : of the slip phase, arguments of `slip`
     backwards : whether X' < 0 occurred since the departure
     steps, error : number of steps, sum of the local errors [m]
     cuts : steps of slip and starts of stick at which friction was cut to zero
@@ -119,7 +112,7 @@ class RunState(NamedTuple):
     sigma: int
     limit: float
     since: float
-    allowed: float
+    pace: tuple[float, int]
     backwards: bool
     steps: int
     error: float
@@ -167,7 +160,7 @@ def start_on_belt(x: float, path: Path, p: Coefficients) -> tuple[RunState, Even
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = _record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, limit, 0.0, 0.0, False, 0, 0.0, 0), events
+    return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
 
 
 @compiled()
@@ -177,7 +170,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     piece = piece_at(path, 0.0)
     y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(u, float(sigma), p).p)
     events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, -1.0, FIRST_STEP, u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0.0, 0), events
 
 
 @compiled()
@@ -186,7 +179,7 @@ def continue_run(
 ) -> tuple[Status, RunState, Events]:
     """Continue a run until time, steps, the path or its present nodes are over; returns why, with state and events."""
     status = Status.TIME_OVER
-    y, sigma, limit, since, allowed, backwards, steps, error, cuts = run
+    y, sigma, limit, since, pace, backwards, steps, error, cuts = run
     while horizon.tau - y.tau > SHORTEST_SLIP:
         if sigma == HELD:
             held = y
@@ -197,11 +190,11 @@ def continue_run(
             if side == HELD:
                 break
             events = _record(events, DEPARTURE, y, False)
-            sigma, since, allowed, backwards = side, y.tau, 0.0, False
+            sigma, since, pace, backwards = side, y.tau, START, False
             continue
         left = Horizon(horizon.tau, horizon.steps - steps)
-        phase = slip(y, since, allowed, backwards, float(sigma), path, p, tolerance, left, samples)
-        y, allowed, backwards = phase.y, phase.allowed, phase.backwards
+        phase = slip(y, since, pace, backwards, float(sigma), path, p, tolerance, left, samples)
+        y, pace, backwards = phase.y, phase.pace, phase.backwards
         steps += phase.steps
         error += phase.error
         cuts += phase.cuts
@@ -209,7 +202,7 @@ def continue_run(
             status = phase.status
             break
         y = State(y.tau, y.x, p.V, y.s, 0.0, 0.0)
-        since, allowed = y.tau, 0.0
+        since, pace = y.tau, START
         limit = static_limit(mu_s_at(piece_at(path, y.s), y.s), p)
         if limit == 0.0:
             cuts += 1
@@ -221,4 +214,4 @@ def continue_run(
         sigma = side
         if phase.status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)
-    return status, RunState(y, sigma, limit, since, allowed, backwards, steps, error, cuts), events
+    return status, RunState(y, sigma, limit, since, pace, backwards, steps, error, cuts), events

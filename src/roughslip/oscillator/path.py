@@ -19,7 +19,8 @@ from roughslip.oscillator.laws import CONTRACTED
 from roughslip.validation import gate, positive, reals
 
 NO_PATH = "a friction path is a row of finite nodes, or several one after another, or None"
-AHEAD = 3  # nodes that a step may read beyond the one before it
+WIDTHS = (2, 4, 8, 16, 32, 64)  # nodes that one step may pass
+AHEAD = 3 + WIDTHS[-1]  # nodes that a step may read beyond the one before it
 
 
 class Path(NamedTuple):

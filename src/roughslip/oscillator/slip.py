@@ -32,6 +32,7 @@ from roughslip.oscillator.switching_events import (
     end_at_first_bound,
     stays_within,
 )
+from roughslip.oscillator.wide_step import wide_step
 
 FIRST_STEP = 0.1  # of a slip phase, in units of 1/omega; a phase that ends within it moves less than the error allowed
 MOST_TRIED = 5  # trial steps until one ends at a node of the path
@@ -41,6 +42,7 @@ SLACK = 1e-3  # of a node spacing: a step that ends so close to a node ends at i
 AT_NODE = 1e-9  # of a node spacing: counts as zero
 MISPLACED = 0.1  # of the error allowed: the largest effect of using friction from the wrong side of a node
 LARGEST_GROWTH, LEAST_GROWTH = 5.0, 0.2  # of a step
+START, FIRST = (0.0, -1), (FIRST_STEP, -1)  # `Slip.pace` before a phase, and of its first step
 
 
 class Status(IntEnum):
@@ -78,7 +80,7 @@ class Slip(NamedTuple):
     backwards : whether X' < 0 occurred, in this phase or before
     steps : number of steps, with the rejected ones and those that locate the end
     error : [m] sum of the local errors
-    allowed : the longest next step, for a phase that continues when more nodes are present
+    pace : for a phase that continues when more nodes are present: the longest next step, and `level` of `wide_step`
     cuts : steps that ended where friction was cut to zero
     """
 
@@ -87,7 +89,7 @@ class Slip(NamedTuple):
     backwards: bool
     steps: int
     error: float
-    allowed: float
+    pace: tuple[float, int]
     cuts: int
 
 
@@ -200,6 +202,19 @@ def sample_slip(y: State, end: State, here: Branch, sliding: Sliding, samples: S
 
 
 @compiled()
+def sample_wide(
+    y: State, end: State, here: Branch, sigma: float, path: Path, p: Coefficients, samples: Samples
+) -> None:
+    """The same for a step over many nodes, from node to node."""
+    while samples.x.size > 0 and y.tau < end.tau:
+        piece = piece_at(path, y.s + SLACK * path.spacing)
+        h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
+        node, _ = single_step(y, h, sigma, piece, here.p)
+        sample_slip(y, node, here, Sliding(sigma, piece, p), samples)
+        y = node
+
+
+@compiled()
 def start_phase(start: State, allowed: float, sigma: float, path: Path, p: Coefficients) -> tuple[Piece, Branch, State]:
     """Piece of the path, branch and state at the start of a slip phase, or where it continues after a pause."""
     goes_on = allowed > 0.0
@@ -213,18 +228,19 @@ def start_phase(start: State, allowed: float, sigma: float, path: Path, p: Coeff
 
 @compiled(forceinline=True, error_model="numpy")
 def next_piece(
-    y: State, allowed: float, piece: Piece, sigma: float, path: Path, p: Coefficients, tolerance: float
-) -> tuple[Status, Piece]:
-    """The piece of the next step: the one given, or the next one where that is over."""
+    y: State, allowed: float, level: int, piece: Piece, sigma: float, path: Path, p: Coefficients, tolerance: float
+) -> tuple[Status, int, Piece]:  # fmt: skip
+    """Status, level and piece of the next step: those given, or the next ones where the piece is over."""
     slack = SLACK * path.spacing
     over = y.s >= piece.right - slack
     if not over or (y.s < piece.right and node_side_matters(y, allowed, sigma, piece, path, p, tolerance)):
-        return Status.GOES_ON, piece
+        return Status.GOES_ON, level, piece
+    level += level < 0
     if path.ends and y.s >= (path.first + path.nodes.size - 1 - SLACK) * path.spacing:
-        return Status.PATH_OVER, piece
+        return Status.PATH_OVER, level, piece
     if not reaches(path, y.s + slack):
-        return Status.NODES_OVER, piece
-    return Status.GOES_ON, piece_at(path, y.s + slack)
+        return Status.NODES_OVER, level, piece
+    return Status.GOES_ON, level, piece_at(path, y.s + slack)
 
 
 @compiled()
@@ -241,40 +257,47 @@ def tried_again(
 
 @compiled(error_model="numpy")
 def slip(
-    start: State, since: float, allowed: float, backwards: bool, sigma: float, path: Path, p: Coefficients,
+    start: State, since: float, pace: tuple[float, int], backwards: bool, sigma: float, path: Path, p: Coefficients,
     tolerance: float, horizon: Horizon, samples: Samples,
 ) -> Slip:  # fmt: skip
     """A slip phase of sign sigma that began at X' = V and tau = since, until X' = V again or another case of `Status`.
 
     A step h is accepted when its error in X and in X' is below h tolerance (F + max(|X|, |X'|)). Such an
     error per unit step does not grow with the number of nodes. A turn of the loop: (1) take the next piece where one is
-    over; (2) limit the step to node and time; (3) try it, shorter where the error is too large; (4) a first step that
-    is pulled back to the belt is no slip; (5) end it at the first bound of the branch; (6) accept it, and end the phase
-    or cross the bound.
+    over; (2) step over many nodes where that is accurate enough; else (3) limit the step to node and time; (4) try it,
+    shorter where the error is too large; (5) a first step that is pulled back to the belt is no slip; (6) end it at the
+    first bound of the branch; (7) accept it, and end the phase or cross the bound.
     """
     total, steps, cuts = 0.0, 0, 0
-    piece, here, y = start_phase(start, allowed, sigma, path, p)
-    allowed = allowed if allowed > 0.0 else FIRST_STEP
+    piece, here, y = start_phase(start, pace[0], sigma, path, p)
+    allowed, level = pace if pace[0] > 0.0 else FIRST
     while steps < horizon.steps:
         first = y.tau == since
-        status, piece = next_piece(y, allowed, piece, sigma, path, p, tolerance)  # 1
+        status, level, piece = next_piece(y, allowed, level, piece, sigma, path, p, tolerance)  # 1
         if status != Status.GOES_ON:
-            return Slip(status, y, backwards, steps, total, allowed, cuts)
-        h = to_node(y, min(allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 2
+            return Slip(status, y, backwards, steps, total, (allowed, level), cuts)
+        if level >= 0:  # 2
+            end, error, level, trials = wide_step(y, level, backwards, sigma, here, path, p, tolerance, horizon.tau)
+            steps += trials
+            if level >= 0:
+                sample_wide(y, end, here, sigma, path, p, samples)
+                backwards, total, y = backwards or end.u < 0.0, total + error, end
+                continue
+        h = to_node(y, min(allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
         if not y.tau + h > y.tau:
-            return Slip(Status.STEP_LOST, y, backwards, steps, total, allowed, cuts)
+            return Slip(Status.STEP_LOST, y, backwards, steps, total, (allowed, level), cuts)
         last, whole = h == horizon.tau - y.tau, h == allowed
-        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, tolerance)  # 3
+        end, error, h, ratio, trials = try_step(y, h, sigma, piece, here, path, p, tolerance)  # 4
         steps += trials
         if not ratio <= 1.0:
             allowed = h * growth(ratio)
             continue
-        if first and sigma * (p.V - end.u) <= 0.0:  # 4
+        if first and sigma * (p.V - end.u) <= 0.0:  # 5
             if h < SHORTEST_SLIP:
-                return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, allowed, cuts)
+                return Slip(Status.NO_SLIP, y, backwards, steps, 0.0, (allowed, level), cuts)
             allowed = 0.25 * h
             continue
-        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 5
+        met, length, sliding = NONE, h, Sliding(sigma, piece, p)  # 6
         if not stays_within(y, end, h, first, here, sliding, tolerance):
             met, end, error, length, trials = end_at_first_bound(y, end, error, h, first, here, sliding, tolerance)
             steps += trials
@@ -283,17 +306,17 @@ def slip(
                 allowed = shorter
                 continue
             last, whole = last and length == h, whole and length == h
-        sample_slip(y, end, here, sliding, samples)  # 6
+        sample_slip(y, end, here, sliding, samples)  # 7
         backwards = backwards or turns_backwards(y, end)
         total += error
         cuts += friction_is_cut(end, sigma, piece, p)
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
-            return Slip(Status.AT_BELT, end, backwards, steps, total, allowed, cuts)
+            return Slip(Status.AT_BELT, end, backwards, steps, total, (allowed, level), cuts)
         if last:
-            return Slip(Status.TIME_OVER, end, backwards, steps, total, allowed, cuts)
+            return Slip(Status.TIME_OVER, end, backwards, steps, total, (allowed, level), cuts)
         if whole:
             allowed = min(h * growth(ratio), LONGEST_STEP)
         y = end
         if met != NONE:
             y, here = cross_bound(end, met, here, sigma, piece, p)
-    return Slip(Status.STEPS_OVER, y, backwards, steps, total, allowed, cuts)
+    return Slip(Status.STEPS_OVER, y, backwards, steps, total, (allowed, level), cuts)

@@ -14,16 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import (
-    Coefficients,
-    State,
-    slip_state,
-)
-from roughslip.oscillator.laws import (
-    only_row,
-    row_at,
-    row_ends,
-)
+from roughslip.oscillator.equation import Coefficients, State, slip_state
+from roughslip.oscillator.laws import only_row, row_at, row_ends
 from roughslip.oscillator.path import Piece
 from roughslip.oscillator.runge_kutta import (
     Quintic,

@@ -14,7 +14,7 @@ from roughslip.oscillator.equation import Oscillator, State, coefficients, slip_
 from roughslip.oscillator.event_loop import HELD, UPPER, departure, static_limit, stick_force
 from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.path import Piece, path_through
+from roughslip.oscillator.path import Path, Piece
 from roughslip.oscillator.runge_kutta import step
 from roughslip.oscillator.slip import Horizon, Samples, Status, slip, step_to_node
 from roughslip.oscillator.switching_events import (
@@ -32,7 +32,7 @@ from roughslip.oscillator.switching_events import (
 from tests.oscillator.motions import LAW, STUDY, F, V
 
 FREE = Piece(0.0, 0.0, 0.0, 0.0, 0.0, np.inf, 1.0)
-NO_PATH = path_through(np.zeros(0), 0, 1.0, True)
+NO_PATH = Path(np.zeros(0), 0, 1.0, True)
 UNDAMPED = coefficients(STUDY, CoulombLaw(0.4, 0.4))._replace(D=0.0)
 NONE = np.zeros(0)
 

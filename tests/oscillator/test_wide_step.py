@@ -9,7 +9,7 @@ from scipy.interpolate import CubicHermiteSpline
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients, slip_state
 from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
-from roughslip.oscillator.path import WIDTHS, mu_s_at, path_through, piece_at
+from roughslip.oscillator.path import WIDTHS, Path, mu_s_at, piece_at
 from roughslip.oscillator.slip import Horizon, Samples, slip
 from roughslip.oscillator.switching_events import branch_at
 from roughslip.oscillator.table_law import TableLaw
@@ -30,7 +30,7 @@ def rough(seed, scale=1.0, size=1000):
 def test_quadratic_has_the_integrals_of_the_path(level):
     """Against polynomials of degree 0 to 2, by Gauss's rule, exact up to degree 9; so has the running integral."""
     nodes, n = rough(level), WIDTHS[level]
-    wide, deviation, least = wide_piece(path_through(nodes, 0, SPACING, True), FIRST, level)
+    wide, deviation, least = wide_piece(Path(nodes, 0, SPACING, True), FIRST, level)
     points, weights = np.polynomial.legendre.leggauss(5)
     t = (np.arange(n)[:, None] + 0.5 + 0.5 * points) / n
     mu_s = CubicHermiteSpline(np.arange(nodes.size), nodes, np.gradient(nodes))(FIRST + n * t)
@@ -50,7 +50,7 @@ def test_quadratic_has_the_integrals_of_the_path(level):
 def test_error_of_a_step_is_estimated(seed, sigma, scatter, speed, exponent, law, excitation):
     """Property: X and X' differ by some estimates from steps that end at every node, driven or not."""
     p = coefficients(Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, excitation, 450.0), law, scatter)
-    path = path_through(rough(seed, 1.0 if scatter == "additive" else 3.0), 0, SPACING, True)
+    path = Path(rough(seed, 1.0 if scatter == "additive" else 3.0), 0, SPACING, True)
     u, s = V - sigma * speed * V, FIRST * SPACING
     here = branch_at(u, sigma, p)
     y = slip_state(0.3, 0.1 * F, u, s, sigma, piece_at(path, s + 0.5 * SPACING), here.p)
@@ -88,7 +88,7 @@ def test_motion_on_rough_paths(tolerance, steps, scatter):
 
 def test_no_wide_step_where_the_equation_changes():
     """Each case alone: the same state steps over nodes where nothing changes."""
-    path = path_through(rough(3), 0, SPACING, True)
+    path = Path(rough(3), 0, SPACING, True)
 
     def level(w=3.0, at=FIRST, law=LAW, backwards=False, tau_end=9.0, path=path):
         p, s = coefficients(STUDY, law), at * SPACING

@@ -27,14 +27,12 @@ class Path(NamedTuple):
     """The present nodes of a path: numbers `first` and following, at the slipped distances number times spacing [m].
 
     ends : whether the path ends with the last of them
-    steepest : largest change of mu_S from one of them to the next
     """
 
     nodes: np.ndarray
     first: int
     spacing: float
     ends: bool
-    steepest: float
 
 
 class Piece(NamedTuple):
@@ -86,23 +84,6 @@ def mu_s_slope(piece: Piece, s: float) -> float:
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) * piece.per_spacing
 
 
-@compiled()
-def largest_kink(path: Path, t: float) -> float:
-    """A bound of the difference between the pieces on both sides of a node, t spacings from the node.
-
-    Let r_, r, r', r'' be the rises around the node. The cubics differ by
-    (r' + r - r'' - r_) t^2 / 2 + (r'' - 3 r' + 3 r - r_) t^3 / 2.
-    """
-    return path.steepest * t * t * (2.0 + 4.0 * t)
-
-
-def path_through(nodes: np.ndarray, first: int, spacing: float, ends: bool) -> Path:
-    """A `Path` with the steepest change of its nodes, which is not finite where a node is not."""
-    rises = np.diff(nodes)
-    steepest = float(max(rises.max(initial=0.0), -rises.min(initial=0.0)))
-    return Path(nodes, first, spacing, ends, steepest)
-
-
 class PathFeed:
     """A path that arrives in pieces; it keeps the nodes that the motion may still read.
 
@@ -116,10 +97,10 @@ class PathFeed:
         self._pieces: Iterator[np.ndarray] = iter([path] if isinstance(path, np.ndarray) else path or ())
         self.received = 0
         if path is None:
-            self.path = path_through(np.zeros(0), 0, 1.0, True)
+            self.path = Path(np.zeros(0), 0, 1.0, True)
             return
         spacing = positive("the spacing of the path", spacing_m, "m")
-        self.path = path_through(np.zeros(0), 0, spacing, False)
+        self.path = Path(np.zeros(0), 0, spacing, False)
         self.advance(0.0)
         if self.received < 2:
             raise ParameterError(f"a friction path has at least two finite nodes, not {self.received}")
@@ -131,7 +112,7 @@ class PathFeed:
 
     def advance(self, s: float) -> Path:
         """Take the nodes that the motion needs next from s [m] on, and drop those behind it."""
-        nodes, first, spacing, ends, *_ = self.path
+        nodes, first, spacing, ends = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
         rows, size, first = [nodes[passed:]] if nodes.size > passed else [], nodes.size - passed, first + passed
         while not ends and (size == 0 or int(s / spacing) + AHEAD + 1 >= first + size):
@@ -143,9 +124,7 @@ class PathFeed:
             size += rows[-1].size
             self.received += rows[-1].size
         present = rows[0] if len(rows) == 1 else np.concatenate([nodes[:0], *rows])
-        self.path = path_through(present, first, spacing, ends)
-        if not math.isfinite(self.path.steepest):
-            raise ParameterError(NO_PATH)
+        self.path = Path(present, first, spacing, ends)
         return self.path
 
 
@@ -184,6 +163,7 @@ class KeptPath:
 
 def _checked(piece: np.ndarray) -> np.ndarray:
     row = np.ascontiguousarray(reals("a friction path", piece))
-    if row.ndim != 1 or row.size == 0:  # of empty rows without end a motion would wait for ever
+    # of empty rows without end a motion would wait for ever
+    if row.ndim != 1 or row.size == 0 or not np.isfinite(row).all():
         raise ParameterError(NO_PATH)
     return row

@@ -20,7 +20,7 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, slip_state
-from roughslip.oscillator.path import Path, Piece, largest_kink, mu_s_at, piece_at, reaches
+from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at, reaches
 from roughslip.oscillator.runge_kutta import error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
     LOWER,
@@ -152,8 +152,6 @@ def node_side_matters(
         return False
     passed = min(rate * h, path.spacing)
     half = 0.5 * p.F * gain(sigma * p.omega * (p.V - y.u), p) * abs(left)
-    if error_ratio(half * largest_kink(path, abs(left) * piece.per_spacing), passed, y, p, tolerance) <= MISPLACED:
-        return False  # the usual case, which does not need the next piece
     z = piece.right - left
     wrong = abs(mu_s_at(piece_at(path, piece.right + SLACK * path.spacing), z) - mu_s_at(piece, z))
     return not error_ratio(half * wrong, passed, y, p, tolerance) <= MISPLACED

@@ -130,7 +130,7 @@ def test_den_hartog_amplitude(ratio, limit):
     assert np.diff(motion.time[late]) == pytest.approx(np.full(late.sum() - 1, math.pi / ratio), rel=1e-6)
 
 
-@pytest.mark.parametrize("batch", range(4))
+@pytest.mark.parametrize("batch", range(2))
 def test_random_motions_against_an_independent_integration(batch):
     """Slips by a Runge-Kutta method of order four in small steps, and sticks by their force: `tests.properties`."""
     rows = [row_of("oscillator", SEED, number) for number in range(40 + 8 * batch, 48 + 8 * batch)]

@@ -361,7 +361,7 @@ def test_theory_holds_where_slip_contracts_strongly():
     law, friction = TableLaw(speeds, values, static=0.1438), Friction(0.1, 0.0065, 0.208)
     found = [
         durations_by_theory(Machine(Oscillator(0.2824, 49.88, damping, 0.375, 905.9), law, friction))
-        for damping in (0.5, 0.7, 0.9, 1.0)
+        for damping in (0.7, 1.0)
     ]
     assert np.all(np.diff([each.stick_slip[0] for each in found]) < 0.0)
     assert np.all(np.diff([each.sliding[0] for each in found]) > 0.0)

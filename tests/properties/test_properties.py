@@ -4,7 +4,7 @@ import pytest
 
 from tests.properties.campaign import CAMPAIGNS, SEED, row_of
 
-FEW, MORE = {"oscillator": 6, "contact": 80, "chaos": 24, "surface": 80, "friction": 6}, 40
+FEW, MORE = {"oscillator": 6, "contact": 40, "chaos": 24, "surface": 80, "friction": 6}, 40
 
 
 def wrong_of(stage: str, numbers: range) -> list[dict]:

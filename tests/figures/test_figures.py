@@ -83,6 +83,7 @@ def cases(name):
         yield results.assign(map_outlier=marked, outliers=2, model=("model", [none]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_all_is_in_its_place_in_every_case(name):
     """Nothing is cut at the edges, no title reaches the next panel, no legend covers data, every axis says what it is.

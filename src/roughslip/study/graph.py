@@ -253,7 +253,7 @@ _ROWS = (
         target="figure3",
         caption="The distribution of the friction coefficient: its autocorrelation next to that of white "
         "pressure in the same windows, exponential lengths, and the marginal at median penetration. "
-        "Below: distances from families of distributions, skewness and excess kurtosis.",
+        "Below: the marginal where the paper's Beta lies nearest, skewness and excess kurtosis.",
     ),
     figure(
         name="figure5",

@@ -33,7 +33,7 @@ def main() -> None:
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = round(usage.ru_utime + usage.ru_stime)
     passed = ended.stdout.strip().rsplit("\n", 1)[-1].strip("= ").partition(" in ")[0]
-    EVIDENCE.write_text(json.dumps({**trees, "tests": passed, "cpu_seconds": seconds}, indent=2) + "\n")
+    EVIDENCE.write_text(json.dumps({**trees, "passed": passed, "cpu_seconds": seconds}, indent=2) + "\n")
 
 
 if __name__ == "__main__":

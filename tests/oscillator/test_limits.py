@@ -19,7 +19,7 @@ from roughslip.friction.process import CorrelationShape, FrictionProcess
 from roughslip.oscillator.cycles import ensemble
 from roughslip.oscillator.equation import Oscillator, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.grazing import _along_orbit, grazing_response
+from roughslip.oscillator.grazing import _orbit, grazing_response
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import (
     existence_limit,
@@ -219,10 +219,10 @@ def test_the_adjoint_holds_where_slip_contracts():
     """A strong damping: the propagator over the orbit is singular to rounding, its adjoint is a difference quotient."""
     flow, h = slip_flow(replace(STUDY, damping_ratio=9.0), StribeckLaw(0.1)), 1e-4
     start, samples = (0.3, -0.4), 801
-    _, orbit, adjoint = _along_orbit(flow, start, 4.0, samples, False)
+    orbit, adjoint, _ = _orbit(start, flow, 4.0, samples, False)
     for sample, direction in ((0, (1.0, 0.0)), (400, (1.0, 0.0)), (760, (0.0, 1.0))):
         left = 4.0 * (1.0 - sample / (samples - 1))
-        ends = [plain_turn(flow, *(orbit[:, sample] + side * h * np.array(direction)), left)[1] for side in (1, -1)]
+        ends = [plain_turn(flow, *(orbit[sample] + side * h * np.array(direction)), left)[1] for side in (1, -1)]
         assert adjoint[sample] @ direction == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-5, abs=1e-9)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, balance, next_step, rk_step, slip_flow, turn
+from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, balance, next_step, rk_step, slip_flow, too_stiff, turn
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
@@ -97,7 +97,12 @@ def orbit_response(
     """
     oscillator = machine.oscillator
     scale = oscillator.F / oscillator.V
-    weight, (y, w), adjoint = _along_orbit(flow, start, duration, samples, along=at is not None)
+    orbit, adjoint, steps = _orbit(start, flow, duration, samples, along=at is not None)
+    if steps < 0:
+        raise too_stiff(flow, float(np.hypot(*orbit[-1])), -steps)
+    y, w = orbit.T
+    weight = np.full(samples, duration / (samples - 1))  # of the trapezoidal rule
+    weight[[0, -1]] *= 0.5
     if at is not None:
         adjoint = adjoint / np.interp(at, np.linspace(0.0, duration, samples), adjoint[:, 1])
     multiplies = machine.options.scatter == "multiplicative"
@@ -117,43 +122,35 @@ def orbit_response(
 @compiled(error_model="numpy")
 def _orbit(
     start: tuple[float, float], flow: SlipFlow, duration: float, samples: int, along: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Orbit (samples, 2) at equal times, and its adjoint (samples, 2), as `_along_orbit` has it."""
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Orbit (samples, 2) y and w at equal times, its adjoint (samples, 2), and the steps, below 0 where too stiff.
+
+    The adjoint ends as (0, 1): what a change of the state at each sample does to w at the end. Or, along the flow, as
+    (-w', w) / w: that is the same at a peak, and before it what does not depend on when the orbit ends. It goes
+    backwards by the transposed propagator of each interval, so that nothing is inverted where slip contracts.
+    """
     rows, interval, k = np.zeros((samples, 6)), duration / (samples - 1), np.zeros((6, 6))
     z = rows[0].copy()
     z[0], z[1] = start
-    rows[0], end, h = z, z.copy(), interval
+    rows[0], end, h, steps, adjoint = z, z.copy(), interval, 0, np.zeros((samples, 2))
     for sample in range(1, samples):
         z[2], z[3], z[4], z[5] = 1.0, 0.0, 0.0, 1.0
         left = interval
         while left > 0.0:
-            tried = min(h, left)
+            tried, steps = min(h, left), steps + 1
             error = rk_step(z, tried, flow, k, end) / (TOLERANCE * max(1.0, abs(end[0]), abs(end[1])))
-            if error <= 1.0 or tried < 1e-12 * interval:
+            if error <= 1.0:
                 z[:] = end
                 left = left - tried if tried < left else 0.0
-            h = max(next_step(tried, error), 1e-12 * interval)
+            elif tried < 1e-12 * interval:
+                rows[-1] = z
+                return rows[:, :2], adjoint, -steps
+            h = next_step(tried, error)
         rows[sample] = z
-    adjoint = np.zeros((samples, 2))
     adjoint[-1, 0] = (z[0] - balance(z[1], flow)) / z[1] if along else 0.0
     adjoint[-1, 1] = 1.0
     for sample in range(samples - 1, 0, -1):
         of_y, of_w = adjoint[sample]
         adjoint[sample - 1, 0] = rows[sample, 2] * of_y + rows[sample, 3] * of_w
         adjoint[sample - 1, 1] = rows[sample, 4] * of_y + rows[sample, 5] * of_w
-    return rows[:, :2], adjoint
-
-
-def _along_orbit(
-    flow: SlipFlow, start: tuple[float, float], duration: float, samples: int, along: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Weights (samples,) of the trapezoidal rule in tau, the orbit (2, samples) y and w, and its adjoint.
-
-    The adjoint (samples, 2) ends as (0, 1): what a change of the state at each sample does to w at the end. Or, along
-    the flow, as (-w', w) / w: that is the same at a peak, and before it what does not depend on when the orbit ends.
-    It goes backwards by the transposed propagator of each interval, so that nothing is inverted where slip contracts.
-    """
-    orbit, adjoint = _orbit(start, flow, duration, samples, along)
-    weight = np.full(samples, duration / (samples - 1))
-    weight[[0, -1]] *= 0.5
-    return weight, orbit.T, adjoint
+    return rows[:, :2], adjoint, steps

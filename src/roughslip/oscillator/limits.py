@@ -17,13 +17,12 @@ import scipy  # its parts when they are used
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.slip_orbit import check_free, departure_point, slip_flow, turn
+from roughslip.oscillator.slip_orbit import SlipFlow, check_free, departure_point, slip_flow, turn
 from roughslip.results import described, result
 from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
 GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity; and damping
-LOOP_TOLERANCE = 1e-11  # relative, of a step of slip: relaxation oscillations of many steps are then right to 1e-6
 
 
 @result
@@ -63,8 +62,18 @@ class SlipLoop:
     fastest: float
 
 
+def _first_loop(flow: SlipFlow) -> tuple[float, float, float, float]:
+    """Trough of slip from the departure point, y and w of the peak after it, up to the belt, and the time until then.
+
+    Trough or peak is 0 where slip comes to rest before it.
+    """
+    low, trough, down = turn(flow, flow.departure, 1.0)
+    y, peak, up = turn(flow, low, trough, to_belt=True) if trough < 0.0 else (low, 0.0, 0.0)
+    return trough, y, peak, down + up
+
+
 @lru_cache(maxsize=4096)
-def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_TOLERANCE) -> SlipLoop:
+def slip_loop(oscillator: Oscillator, law: FrictionLaw) -> SlipLoop:
     """Follow slip from the departure point until it sticks again, or until its first loop has missed the belt.
 
     Every departure is the same point (F static - 2 D V, V), so the first return is the cycle. Where the first loop of
@@ -72,17 +81,12 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
     No duration limits the search. Coulomb's law with static = kinetic has no cycle: its loop is a damped oscillation,
     which without damping only grazes the belt.
 
-    tolerance : relative, of a step
-
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
     v0, turns = oscillator.belt_velocity_m_per_s, 2.0 * math.pi
     flow = slip_flow(oscillator, law)
-    low, trough, down = turn(flow, flow.departure, 1.0, tolerance)
-    if trough == 0.0:
-        return SlipLoop(None, 0.0, v0)
-    y, peak, up = turn(flow, low, trough, tolerance, to_belt=True)
-    departure, time = departure_point(oscillator, law), down + up
+    trough, y, peak, time = _first_loop(flow)
+    departure = departure_point(oscillator, law)
     reattachment, stick = departure + oscillator.V * (y - flow.departure), flow.departure - y
     holds = reattachment + 2.0 * oscillator.damping_ratio * oscillator.V > -oscillator.F * law.static
     if peak <= 1.0 or not holds or stick <= math.sqrt(GRAZES) * time:  # stick grows with the root of the excess
@@ -93,13 +97,13 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, tolerance: float = LOOP_
 
 
 @gate
-def limit_cycle(oscillator: Oscillator, law: FrictionLaw, tolerance: float = 1e-11) -> LimitCycle:
+def limit_cycle(oscillator: Oscillator, law: FrictionLaw) -> LimitCycle:
     """The stick-slip cycle: one slip phase from the departure point (`slip_loop`), and the stick line back to it.
 
     Raises IllPosedError where the mass does not stick again; ParameterError with excitation; ConvergenceError where
     slip is too stiff to follow.
     """
-    cycle = slip_loop(oscillator, law, tolerance).cycle
+    cycle = slip_loop(oscillator, law).cycle
     if cycle is None:
         raise IllPosedError(
             f"no stick-slip cycle at the damping ratio {oscillator.damping_ratio:.6g}: the mass does not stick again; "
@@ -124,21 +128,19 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
     damping or slip is too stiff.
 
-    Method: bisection.
+    Method: the root of the peak by R. P. Brent (Comput. J. 14 (1971) 422).
     """
 
-    def exists(ratio: float) -> bool:
-        flow = slip_flow(replace(oscillator, damping_ratio=ratio), law)
-        low, trough, _ = turn(flow, flow.departure, 1.0)
-        return trough < 0.0 and turn(flow, low, trough, to_belt=True)[1] > 1.0
+    def excess(ratio: float) -> float:
+        return _first_loop(slip_flow(replace(oscillator, damping_ratio=ratio), law))[2] - 1.0
 
-    if not exists(GRAZES):
+    if not excess(GRAZES) > 0.0:
         raise IllPosedError(
             "no stick-slip cycle even without damping: friction must fall with speed, or from more than "
             f"{law.static:.4g} at rest; scene keys: oscillator.law, oscillator.static_friction"
         )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
-    while exists(high):
+    while excess(high) > 0.0:
         if high > LARGEST_DAMPING:
             raise ConvergenceError(
                 f"the cycle exists at every damping ratio tried, up to {high:.3g}: lower the normal force or raise the "
@@ -147,9 +149,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
                 work=trials,
             )
         low, high, trials = high, 2.0 * high, trials + 1
-    accuracy = 1e-10 * max(high, 1.0)
-    limit = scipy.optimize.bisect(lambda ratio: exists(ratio) - 0.5, low, high, xtol=accuracy, rtol=8.9e-16)
-    return float(limit)
+    return float(scipy.optimize.brentq(excess, max(low, GRAZES), high, xtol=1e-10 * max(high, 1.0), rtol=8.9e-16))
 
 
 def limits_or_nan(oscillator: Oscillator, law: FrictionLaw) -> tuple[float, float]:

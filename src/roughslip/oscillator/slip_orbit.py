@@ -133,8 +133,8 @@ def rk_step(z: np.ndarray, h: float, flow: SlipFlow, k: np.ndarray, end: np.ndar
 
 @compiled(error_model="numpy")
 def next_step(h: float, ratio: float) -> float:
-    """The step after one whose error is that many times the allowed one."""
-    return h * min(max(0.9 * ratio**-0.2, 0.2), 5.0) if ratio > 0.0 else 5.0 * h
+    """The step after one whose error is that many times the allowed one; shorter after one that ends in no number."""
+    return h * min(max(0.9 * max(ratio, 1e-9) ** -0.2, 0.2), 5.0) if ratio < np.inf else 0.2 * h
 
 
 @compiled(error_model="numpy")
@@ -143,8 +143,8 @@ def _turn(z: np.ndarray, flow: SlipFlow, accuracy: float, to_belt: bool) -> tupl
     first, time, h, k, end = z[1], 0.0, 1e-2, np.zeros((6, 2)), z.copy()
     for steps in range(MOST_STEPS):
         error = rk_step(z, h, flow, k, end) / (accuracy * max(abs(first), abs(end[0]), abs(end[1])))
-        if not (error <= 1.0):
-            h = next_step(h, error) if error > 1.0 else 0.2 * h
+        if not error <= 1.0:
+            h = next_step(h, error)
             if h < 1e-15 * (1.0 + time):
                 return time, TOO_STIFF, steps
             continue
@@ -172,6 +172,17 @@ def _turn(z: np.ndarray, flow: SlipFlow, accuracy: float, to_belt: bool) -> tupl
     return time, TOO_STIFF, MOST_STEPS
 
 
+def too_stiff(flow: SlipFlow, distance: float, steps: int) -> ConvergenceError:
+    """The error of a flow that an explicit method cannot follow, at a distance from steady sliding."""
+    return ConvergenceError(
+        f"a loop of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal "
+        "force or the damping, or give a stiffer spring; scene keys: oscillator.normal_force_n, "
+        "oscillator.damping_ratio, oscillator.stiffness_n_per_m; distance from steady sliding in units of V",
+        residual=distance,
+        work=steps,
+    )
+
+
 def turn(
     flow: SlipFlow, y: float, w: float, accuracy: float = TOLERANCE, to_belt: bool = False
 ) -> tuple[float, float, float]:
@@ -193,13 +204,7 @@ def turn(
     if ended == EXTREME and extreme * w > 0.0 and math.hypot(there, extreme) <= CHATTER * abs(w):
         ended = REST
     if ended == TOO_STIFF or (ended == EXTREME and extreme * w > 0.0):
-        raise ConvergenceError(
-            f"a loop of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal "
-            "force or the damping, or give a stiffer spring; scene keys: oscillator.normal_force_n, "
-            "oscillator.damping_ratio, oscillator.stiffness_n_per_m; distance from steady sliding in units of V",
-            residual=math.hypot(there, extreme),
-            work=steps,
-        )
+        raise too_stiff(flow, math.hypot(there, extreme), steps)
     if ended == BELT:
         return there, 1.0 + flow.at_peak(extreme) - there, time
     return (0.0, 0.0, time) if ended == REST else (there, extreme, time)

@@ -109,9 +109,11 @@ def test_independent_blocks_scatter_by_the_root_of_windows():
     parts = mehler_parts(covariance, none, BLOCK, WIDTH)
     pad = pad_scatter(parts, np.full(3, BLOCK / WINDOW), none, BLOCK, WIDTH, WINDOW)
     np.testing.assert_allclose(pad, np.tile(BLOCK / WINDOW / WINDOWS, (3, 1)), rtol=1e-12)
-    for no_parts, adjacent in ((0 * parts, np.ones(3)), (parts, np.zeros(3))):
-        with pytest.raises(IllPosedError, match="has no scatter to find"):
-            pad_scatter(no_parts, adjacent, none, BLOCK, WIDTH, WINDOW)
+    alone = pad_scatter(parts * [[1.0], [0.0], [1.0]], np.array([1.0, 2.0, 0.0]), none, BLOCK, WIDTH, WINDOW)
+    np.testing.assert_allclose(alone[:2] * WINDOWS, np.tile([[1.0], [2.0]], len(WINDOWS)))  # a replicate without parts
+    assert np.all(alone[2] > 0.0)  # or of equal cells
+    with pytest.raises(IllPosedError, match="has no scatter to find"):
+        pad_scatter(parts, np.zeros(3), none, BLOCK, WIDTH, WINDOW)
     with pytest.raises(IllPosedError, match="no block carries force"):
         influence_covariance(blocks_of(np.ones((3, 4)), np.zeros((3, 4))), np.ones((41, 3), dtype=int))
     np.testing.assert_allclose(

@@ -33,9 +33,9 @@ def test_the_truth_as_control_returns_the_pooled_sample() -> None:
         assert math.exp(rows[name][0]) == pytest.approx(one(same) ** (1 - share) * one(many) ** share, rel=1e-12)
         assert math.exp(alone[name][0]) == pytest.approx(one(many), rel=1e-12)
     assert rows["autocorrelation"][0, 0] == 1.0
-    same[:] = same[0]  # scatter within strips, none between
-    with pytest.raises(IllPosedError, match="between strips"):
-        combine(windows(rng.random(same.shape)), windows(control), weights)
+    same[:] = same[0]  # a control that scatters within strips and not between them says nothing
+    rows, _ = combine(windows(one := rng.random(same.shape)), windows(control), weights)
+    assert math.exp(rows["mean"][0]) == pytest.approx(one.mean(), rel=1e-12)
     for few in (control[:STRIPS], control[:, 1:]):
         with pytest.raises(ParameterError, match="windows must be equal, and of more strips"):
             combine(windows(same), windows(few), weights)
@@ -123,8 +123,24 @@ def test_windows_without_a_coefficient_are_warned_of_and_without_scatter_refused
     rng, flat = np.random.default_rng(9), np.ones((3, ROWS, COLUMNS))
     flat[:2] += SCATTER * rng.standard_normal(flat[:2].shape)
     more = 1.0 + SCATTER * rng.standard_normal((3, 5 * ROWS, COLUMNS))
-    with pytest.raises(IllPosedError, match="scatter"):
-        friction_table(sums(flat), sums(more), 1.0, LAYOUT, MEAN, REPLICATES, SEED)
+    found = friction_table(sums(flat), sums(more), 1.0, LAYOUT, MEAN, REPLICATES, SEED)
+    assert found.layout.percentiles.tolist() == [20.0, 50.0]
+    assert "no scatter" in found.missing[80.0]
+    assert len(found.solved["mean"]) == 2 * len(found.combined["mean"]) == 4
+    with pytest.raises(IllPosedError, match=r"percentile 50: .* no scatter"):
+        friction_table(sums(flat[[0, 2, 1]]), sums(more), 1.0, LAYOUT, MEAN, REPLICATES, SEED)
+
+
+def test_without_an_expansion_statistics_are_those_of_the_solved_windows(table):
+    """Its own are NaN. An expansion that never touches is none."""
+    mu = table[1]
+    for none in (None, sums(np.full((3, 4 * ROWS, COLUMNS), 1.0))):
+        if none is not None:
+            none[0][:] = 0.0
+        found = friction_table(sums(mu), none, 1.0, LAYOUT, MEAN, REPLICATES, SEED)
+        means = [float(each.value) for each in found.combined["mean"]]
+        assert means == pytest.approx([MEAN * level.mean() / mu[1].mean() for level in mu], rel=1e-12)
+        assert np.isnan([float(each.value) for each in found.solved["std"][3:]]).all()
 
 
 def test_a_straight_line_stays_one_with_its_band_and_has_its_change():

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from roughslip.errors import IllPosedError, InputError, ParameterError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import Friction
 from roughslip.oscillator import Machine, Oscillator, StribeckLaw, answer, limit_cycle
 from roughslip.oscillator.machine import PARAMETERS
@@ -110,8 +110,7 @@ def test_impossible_changes_are_refused():
     for values, line in cases:
         with pytest.raises(ParameterError, match=line):
             OWN.changed(values)
-    with pytest.raises(InputError, match=r"static_friction: 0.4 is less than the mean friction coefficient 0.5"):
-        OWN.changed({"mean_friction": 0.5})
+    assert OWN.changed({"mean_friction": 0.5}).law.static == 0.5  # stick holds no less than slip
     with pytest.raises(ParameterError, match="no friction that scatters"):
         answer(Machine(BELT, LAW))
 

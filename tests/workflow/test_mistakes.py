@@ -94,7 +94,7 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
 
 
-LAW = "class BoPavelescu:\n    pass\n\n\ndef falling(speed):\n    return 0.3\n"
+LAW = "def bo_pavelescu(speed):\n    return 0.3\n\n\ndef falling(speed):\n    return 0.3\n"
 MODEL = """import numpy as np
 
 from roughslip.surface import Covariance
@@ -111,21 +111,26 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "config/scenes"
     shutil.copytree(ROOT / "config/scenes", folder)
-    own = "oscillator: {law: my_laws.py:BoPavelescu}\nroughness: {covariance: my_models.py:Mine}\n"
+    own = "oscillator: {law: my_laws.py:bo_pavelescu}\nroughness: {covariance: my_models.py:Mine}\n"
     (folder / "mine.yaml").write_text(f"extends: quick\n{own}", encoding="utf-8")
     (folder / "my_models.py").write_text(MODEL, encoding="utf-8")
 
     def names():
         made = Names(Scenes(tmp_path, ["mine"]), ROOT, writes=False)
-        assert made.scenes["mine"]["oscillator"]["law"] == "config/scenes/my_laws.py:BoPavelescu"
+        assert made.scenes["mine"]["oscillator"]["law"] == "config/scenes/my_laws.py:bo_pavelescu"
         entries = {stage: made.entry("mine", stage) for stage in ("contact", "answer")}
         files = {stage: [*entry.made_of.get("user_files", {})] for stage, entry in entries.items()}
         return files, {stage: entry.key for stage, entry in entries.items()}
 
     with pytest.raises(InputError, match=r"^config/scenes/mine.yaml: oscillator.law: 'my_laws.py' is not there"):
         Scenes(tmp_path, ["mine"])
-    (folder / "my_laws.py").write_text(LAW.replace("BoPavelescu", "BoPavlescu"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"has no BoPavelescu; did you mean BoPavlescu\? it has BoPavlescu, falling$"):
+    (folder / "my_laws.py").write_text(LAW.replace("pavelescu", "pavlescu"), encoding="utf-8")
+    with pytest.raises(
+        InputError, match=r"has no bo_pavelescu; did you mean bo_pavlescu\? it has bo_pavlescu, falling$"
+    ):
+        Scenes(tmp_path, ["mine"])
+    (folder / "my_laws.py").write_text(LAW.replace("return 0.3", "return 0.3 / speed"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"oscillator.law: the friction law fails at 0 m/s: float division by zero$"):
         Scenes(tmp_path, ["mine"])
     (folder / "my_laws.py").write_text(LAW, encoding="utf-8")
     files, before = names()

@@ -35,14 +35,16 @@ SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a uni
 SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 SOURCE = Path(__file__).resolve().parents[2] / "src"
-_CHECKS = "roughslip.scene.loader roughslip.scan.topography roughslip.surface.plausibility"
+_CHECKS = (
+    "roughslip.scene.loader roughslip.oscillator.table_law roughslip.scan.topography roughslip.surface.plausibility"
+)
 _OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
 
 
 def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[str], list[str]]:
     """Mistakes of the surface of a scene, a line each with the key, and what is implausible in the scene.
 
-    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone.
+    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone, a law is none.
     marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
     own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(scene).values()]
@@ -57,6 +59,8 @@ def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None)
         if text:
             return [line(file, tuple(section.split(".")), text)], []
         warnings = scene_warnings(scene)
+        section = "oscillator.law"
+        check_own_law(scene)
         section = "roughness.scan"
         warnings += [] if scan is None else _scan_warnings(scene, scan)
     except RoughslipError as error:
@@ -66,6 +70,14 @@ def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None)
         with replacing(mark) as temporary:
             temporary.write_text(json.dumps(warnings), encoding="utf-8")
     return [], warnings
+
+
+def check_own_law(scene: Scene) -> None:
+    """Raise ParameterError where a law of the user fails, is negative or exceeds static friction at rest."""
+    if "oscillator.law" in own_code(scene):
+        from roughslip.oscillator.table_law import law_from_scene  # with scipy
+
+        law_from_scene(scene_of(scene).oscillator, 0.0)
 
 
 def _scan_warnings(scene: Scene, file: Path) -> list[str]:

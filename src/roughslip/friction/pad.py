@@ -213,14 +213,15 @@ def pad_scatter(
     length_m : of the pads, as of `pad_edges`
 
     A window has its own variance; that of pads differs from it as sum_m a_m mean(rho^m) does. a_m are those of each
-    replicate. Raises IllPosedError where nothing scatters.
+    replicate; where blocks show none, windows are independent. Raises IllPosedError where nothing scatters.
     """
     pads = [(window_m, width_m), *(pad_edges(count, window_m, width_m, length_m) for count in WINDOWS)]
     modelled = parts @ np.array([pad_means(surface, block_m, width_m, pad, np.zeros(1))[0] for pad in pads]).T
-    if not ((modelled[:, 0] > 0.0) & (adjacent > 0.0)).all():
+    if not adjacent[0] > 0.0:
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
+    modelled = np.where(modelled[:, :1] > 0.0, modelled, np.append(1.0, 1.0 / WINDOWS))
     fallen = np.maximum(modelled[:, 1:] / modelled[:, :1], LEAST_SHARE / WINDOWS)
-    return np.asarray(adjacent[:, None] * fallen)
+    return np.asarray(np.maximum(adjacent, LEAST_SHARE * adjacent[0])[:, None] * fallen)
 
 
 def pad_means(

@@ -20,8 +20,9 @@ SIAM J. Sci. Stat. Comput. 5 (1984) 300).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -44,6 +45,7 @@ POSITIVE = ("mean", "std")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 
+Found = TypeVar("Found")
 Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
 
 
@@ -83,45 +85,49 @@ def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replica
 
 
 def controlled(rows: Replicates, same: Replicates, many: Replicates, strips: float) -> Replicates:
-    """Rows with the control taken off.
+    """Rows with the control taken off, as far as that scatters between strips.
 
     rows, same : of the solved strips and of the control on them, with the same weights
     many : of the control on other strips
     strips : number of solved strips over that of the others, and so var many / var same
-
-    Raises IllPosedError where the control does not scatter between strips.
     """
     combination = {}
     for name, own in rows.items():
         deviation = own[1:] - own[1:].mean(axis=0), same[name][1:] - same[name][1:].mean(axis=0)
         shared, control = (np.mean(deviation[1] * of, axis=0) for of in deviation)
-        if name == "mean" and not (control > NO_SCATTER**2 and np.mean(deviation[0] ** 2) > NO_SCATTER**2):
-            raise IllPosedError("solved or control windows do not scatter between strips: use the solved strips alone")
         total = (1.0 + strips) * control
-        alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > 0)
+        alpha = np.divide(shared, total, out=np.zeros_like(shared), where=control > NO_SCATTER**2)
         combination[name] = own - alpha * (same[name] - many[name])
     return combination
 
 
 def combine(
-    solved: Windows, expansion: Windows, weights: tuple[np.ndarray, np.ndarray]
+    solved: Windows, expansion: Windows | None, weights: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Replicates, Replicates]:
     """Statistics of one penetration from all strips, and of the expansion alone on its own strips, as of `bootstrap`.
+
+    Without an expansion, or where too few of its windows touch, they are of the solved strips, and NaN.
 
     solved, expansion : mu and valid, each (strips, W); the expansion has the solved strips first, and then more
     weights : counts from `strip_weights` of the solved strips, and of those that the expansion has alone
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
+    own = bootstrap(*solved, weights[0])
+    none = {name: np.full_like(own[name], np.nan) for name in BY_SOURCE}
+    if expansion is None:
+        return own, none
     (mu, valid), strips = expansion, len(solved[0])
     others = len(mu) - strips
     if solved[0].shape[1:] != mu.shape[1:] or others < 1:
         raise ParameterError(
             f"windows must be equal, and of more strips than are solved, not {solved[0].shape} and {mu.shape}"
         )
-    own = bootstrap(*solved, weights[0])
-    same = bootstrap(mu[:strips], valid[:strips], weights[0])
-    alone = bootstrap(mu[strips:], valid[strips:], weights[1])
+    try:
+        same = bootstrap(mu[:strips], valid[:strips], weights[0])
+        alone = bootstrap(mu[strips:], valid[strips:], weights[1])
+    except IllPosedError:
+        return own, none
     return controlled(own, same, alone, strips / others), alone
 
 
@@ -155,6 +161,7 @@ class FrictionTable:
     """Statistics at every penetration.
 
     layout : penetrations and windows
+    missing : why other penetrations have no statistics, by percentile
     mu : (levels, S, W) friction coefficient of the solved windows, and whether they have one
     weights : (1 + R, S) how often each solved strip counts, in the sample and in each resampled set
     shear : () [Pa] shear strength, with what few strips leave open of it
@@ -164,6 +171,7 @@ class FrictionTable:
     """
 
     layout: WindowLayout
+    missing: dict[float, str]
     mu: Windows
     weights: np.ndarray
     shear: Estimate
@@ -174,7 +182,7 @@ class FrictionTable:
 
 def friction_table(
     solved: Windows,
-    expansion: Windows,
+    expansion: Windows | None,
     least_area_m2: float,
     layout: WindowLayout,
     mean: float,
@@ -184,41 +192,61 @@ def friction_table(
 ) -> FrictionTable:
     """Calibrate the shear strength at the median, and estimate every statistic.
 
-    solved, expansion : area [m2] and force [N] of the windows, each (levels, strips, W), as of `combine`
+    solved, expansion : area [m2] and force [N] of the windows, each (levels, strips, W), as of `combine`; no expansion
+        where there is none
     least_area_m2 : below it a window has no friction coefficient
     mean : friction coefficient at median penetration
     replicates : resampled sets; seed : of their draws
     progress : receives the number of levels that are done, and of all
 
-    Raises IllPosedError where windows are too few or do not scatter, with the penetration.
+    A penetration at which windows are too few or do not scatter has no statistics. Raises IllPosedError at the median.
     """
-    rng, levels, strips = np.random.default_rng(seed), len(layout.percentiles), solved[0].shape[1]
-    others = expansion[0].shape[1] - strips
+    rng, strips, missing = np.random.default_rng(seed), solved[0].shape[1], dict[float, str]()
+    others = expansion[0].shape[1] - strips if expansion else 2
     weights = strip_weights(strips, replicates, rng), strip_weights(others, replicates, rng)
-    (mu, valid), control = (friction_coefficient(*sums, 1.0, least_area_m2) for sums in (solved, expansion))
-    both = [combine((mu[k], valid[k]), (control[0][k], control[1][k]), weights) for k in range(levels)]
+    mu, valid = friction_coefficient(*solved, 1.0, least_area_m2)
+    more = friction_coefficient(*expansion, 1.0, least_area_m2) if expansion else None
+
+    def combined_at(k: int) -> tuple[Replicates, Replicates]:
+        return combine((mu[k], valid[k]), None if more is None else (more[0][k], more[1][k]), weights)
+
+    def solved_at(k: int) -> dict[str, Estimate]:
+        found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m)
+        found["set_beta_a"], found["set_beta_b"] = set_beta(
+            mu[k], valid[k], np.random.default_rng([*seed, SET_WINDOWS])
+        )
+        progress(k + 1, len(layout.percentiles))
+        return found | {"ratio_of_sums": ratio_of_sums(solved[0][k], solved[1][k], float(shear.value), weights[0])}
+
+    both = _at_levels(range(len(mu)), combined_at, layout, missing)
     reference = both[layout.median][0]["mean"]
     shear = estimate_of("mean", mean / np.exp(reference), strips)
     mu = float(shear.value) * mu
-    of_solved: dict[str, list[Estimate]] = {}
-    combined: dict[str, list[Estimate]] = {}
-    for k, (rows, _) in enumerate(both):
-        for name, estimate in _calibrated(rows, math.log(mean) - reference, layout, strips).items():
-            combined.setdefault(name, []).append(estimate)
-        sets = np.random.default_rng([*seed, SET_WINDOWS])
-        try:
-            found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m)
-            found["set_beta_a"], found["set_beta_b"] = set_beta(mu[k], valid[k], sets)
-            found["ratio_of_sums"] = ratio_of_sums(solved[0][k], solved[1][k], float(shear.value), weights[0])
-        except IllPosedError as error:
-            raise IllPosedError(f"percentile {layout.percentiles[k]:g}: {error}") from error
-        for name, estimate in found.items():
-            of_solved.setdefault(name, []).append(estimate)
-        progress(k + 1, levels)
+    own = _at_levels(both, solved_at, layout, missing)
+    kept, alone = list(own), [both[k][1] for k in own]
+    layout = replace(layout, percentiles=layout.percentiles[kept])
+    of_solved = {name: [found[name] for found in own.values()] for name in own[kept[0]]}
     for name in BY_SOURCE:
-        of_solved[name] += [estimate_of(name, shear.value * np.exp(alone[name]), others) for _, alone in both]
-    beta = [fit_beta(values[touch]) for values, touch in zip(mu, valid, strict=True)]
-    return FrictionTable(layout, (mu, valid), weights[0], shear, of_solved, combined, beta)
+        of_solved[name] += [estimate_of(name, shear.value * np.exp(one[name]), others) for one in alone]
+    calibrated = [_calibrated(both[k][0], math.log(mean) - reference, layout, strips) for k in kept]
+    combined = {name: [one[name] for one in calibrated] for name in calibrated[0]}
+    beta = [fit_beta(mu[k][valid[k]]) for k in kept]
+    return FrictionTable(layout, missing, (mu[kept], valid[kept]), weights[0], shear, of_solved, combined, beta)
+
+
+def _at_levels(
+    levels: Iterable[int], task: Callable[[int], Found], layout: WindowLayout, missing: dict[float, str]
+) -> dict[int, Found]:
+    """What a task finds at levels; else the reason goes to `missing`, by percentile. The median must have it."""
+    found = {}
+    for k in levels:
+        try:
+            found[k] = task(k)
+        except IllPosedError as error:
+            if k == layout.median:
+                raise IllPosedError(f"percentile {layout.percentiles[k]:g}: {error}") from error
+            missing[float(layout.percentiles[k])] = str(error)
+    return found
 
 
 def _calibrated(rows: Replicates, scale: np.ndarray, layout: WindowLayout, strips: int) -> dict[str, Estimate]:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numba.extending import overload
 
-from roughslip.errors import InputError, ParameterError
+from roughslip.errors import ParameterError
 from roughslip.validation import gate, not_negative
 
 CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction, rounded once: a fifth faster
@@ -110,15 +110,6 @@ class FrictionLaw(ABC):
             not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
 
 
-def check_static(static: float, mean: float, reason: str) -> None:
-    """Raise InputError where the mean friction coefficient exceeds the static one of a scene."""
-    if mean > static:
-        raise InputError(
-            f"oscillator.static_friction: {static:g} is less than the mean friction coefficient {mean:.3g} at the "
-            f"penetration of the oscillator, so that {reason}: raise it"
-        )
-
-
 def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
     """The static method of that name, of the law that the parameters belong to, for plain and for compiled code."""
 
@@ -173,15 +164,18 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
-        """Eq. (13) with the mean friction coefficient as mu_fit."""
-        check_static(section.static_friction, mean, "eq. (13) turns negative at high speed")
-        return cls(mean, section.static_friction, section.stribeck_decay_s_per_m, section.stribeck_quadratic_s2_per_m2)
+        """Eq. (13) with the mean friction coefficient as mu_fit, and a limit of stick of at least that."""
+        return cls(
+            mean,
+            max(section.static_friction, mean),
+            section.stribeck_decay_s_per_m,
+            section.stribeck_quadratic_s2_per_m2,
+        )
 
     @gate
     def times(self, factor: float) -> Self:
-        """The limit of stick stays."""
-        check_static(self.static, factor * self.fit, "eq. (13) turns negative at high speed")
-        return replace(self, fit=factor * self.fit)
+        """The limit of stick stays, or rises to the mean: below it friction would turn negative at high speed."""
+        return replace(self, fit=factor * self.fit, static=max(self.static, factor * self.fit))
 
     def parameters(self) -> StribeckParameters:
         rest, fit = float(self.static), float(self.fit)
@@ -217,15 +211,13 @@ class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
-        """The mean friction coefficient in slip."""
-        check_static(section.static_friction, mean, "stick holds less than slip")
-        return cls(kinetic=mean, static=section.static_friction)
+        """The mean friction coefficient in slip, and a limit of stick of at least that."""
+        return cls(kinetic=mean, static=max(section.static_friction, mean))
 
     @gate
     def times(self, factor: float) -> Self:
-        """The limit of stick stays."""
-        check_static(self.static, factor * self.kinetic, "stick holds less than slip")
-        return replace(self, kinetic=factor * self.kinetic)
+        """The limit of stick stays, or rises to what slip holds."""
+        return replace(self, kinetic=factor * self.kinetic, static=max(self.static, factor * self.kinetic))
 
     def parameters(self) -> StribeckParameters:
         kinetic = float(self.kinetic)

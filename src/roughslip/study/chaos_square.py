@@ -36,6 +36,7 @@ from roughslip.study.job import Job
 EQUATIONS = ("equation_8", "equation_9")
 METHODS = ("monte_carlo", "latin_hypercube", *EQUATIONS, "roughslip")
 EXPANDED = METHODS[2:]
+OF_ROWS = ("cumulative", "contact_probability", "distance_in_contact", "tail_error")
 KNOWN = 20_000  # surfaces in contact at most, at which equations are evaluated
 DRAWS = 400_000  # from a fitted expansion; its distribution then errs by less than that of the samples
 BY_METHOD, BY_VARIANT, BY_FIT = ("method",), ("variant",), ("fit",)
@@ -84,13 +85,13 @@ def work(scene: Scene, job: Job) -> None:
     surface = store.read(job.path("surface"))
     nodes, sampled = (samples_of(batches, design, "pressure") for design in ("monte_carlo", "latin_hypercube"))
     sampled, drawing = sampled[:, 0], [scene.seed, Stream.DRAWS]
-    local, edges, directions = local_expansion(batches, surface["modes"], job)
-    designs = [sampled[part] for part in designs_of(len(sampled))]
-    variables = [xi @ directions.T for xi in latin_hypercubes(scene, directions.shape[1])]
-    equations = fitted_equations(variables, designs, job)
     reference = Reference(nodes.ravel(), len(nodes), quantile_levels(nodes.ravel()))
     pooled = np.concatenate((nodes.ravel(), sampled))
     solved = Reference(pooled, len(nodes) + len(sampled), reference.levels)
+    directions, local, *ours = local_expansion(batches, surface["modes"], solved, drawing, job)
+    designs = [sampled[part] for part in designs_of(len(sampled))]
+    variables = [xi @ directions.T for xi in latin_hypercubes(scene, directions.shape[1])]
+    equations = fitted_equations(variables, designs, job) if len(directions) else {}
     pressure = {"monte_carlo": nodes.ravel(), "latin_hypercube": sampled}
     rows = {
         "monte_carlo": sampled_rows(nodes.ravel(), len(nodes), reference),
@@ -102,13 +103,16 @@ def work(scene: Scene, job: Job) -> None:
     for name, pressures in drawn.items():
         rows[name] |= drawn_rows(pressures, solved)
         pressure[name] = pressures[0]
-    pressure["roughslip"] = edges.apply(local.draw(np.random.default_rng(drawing), DRAWS))
-    rows["roughslip"] = expanded_rows(local, pressure["roughslip"], edges, drawing, solved)
+    if local is not None:
+        pressure["roughslip"], rows["roughslip"] = ours
     given = given_contact(equations, nodes, directions, designs, solved, scene.seed)
     draws = DRAWS + sum(one.size for one in drawn.values())
-    job.count(fits=1 + len(local.without) + len(equations) * len(designs), draws=draws)
+    fits = {name: equation.fits[0] for name, equation in equations.items()} | (
+        {"roughslip": local.fit} if local else {}
+    )
+    job.count(fits=(1 + len(local.without) if local else 0) + len(equations) * len(designs), draws=draws)
     apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
-    columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in rows["roughslip"]}
+    columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in OF_ROWS}
     values: dict[str, Any] = (
         columns
         | given
@@ -120,7 +124,6 @@ def work(scene: Scene, job: Job) -> None:
             "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],
         }
     )
-    fits = {name: equation.fits[0] for name, equation in equations.items()} | {"roughslip": local.fit}
     for name in ("condition_number", "samples", "leave_one_out"):
         values[f"fit_{name}"] = [float(getattr(fits.get(method), name, np.nan)) for method in EXPANDED]
     results = {"pressure": store.Variable(("pressure",), solved.levels, "Pa", "contact pressure at the centre")}
@@ -130,7 +133,7 @@ def work(scene: Scene, job: Job) -> None:
         else:
             results[name] = store.Variable(dimensions, values[name], "1", title)
     results["captured_variance"] = surface.variable("captured_variance")
-    store.write(job.output, results, job.key, {"target": local.target.kind, "variables": len(directions)})
+    store.write(job.output, results, job.key, {"target": scene.expansion.target, "variables": len(directions)})
 
 
 def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarray:
@@ -139,22 +142,30 @@ def samples_of(batches: list[store.Result], design: str, name: str) -> np.ndarra
 
 
 def local_expansion(
-    batches: list[store.Result], modes: np.ndarray, job: Job
-) -> tuple[LocalExpansion, EdgeCorrection, np.ndarray]:
-    """Ours, fitted to the training nodes of its design, and the mesh error at edges, as the scene takes it off.
+    batches: list[store.Result], modes: np.ndarray, solved: Reference, drawing: list[int], job: Job
+) -> tuple[np.ndarray, LocalExpansion | None, Any, Any]:
+    """Ours, fitted to the training nodes of its design, less the mesh error at edges, as the scene takes it off.
 
-    Returns them, and the variables at the centre in terms of the modes : (variables, modes).
+    Returns the variables at the centre in terms of the modes : (variables, modes), the expansion, pressures drawn from
+    it, and its rows. What the samples do not determine is left out with a warning.
     """
-    scene = job.scene
+    scene, centre = job.scene, np.empty((0, len(modes)))
     model, grid = surface_model.gaussian_model(scene, job.optional("scan")), geometry.square_grid(scene)
     nodes = geometry.training_nodes(model.lengths_m, grid)
-    directions, odd = expansion.directions(model, grid, modes, nodes, FUNCTIONALS)
-    variables = np.einsum("km,nvm->knv", training_design(scene, len(modes)), directions)
     pressure, gap = (samples_of(batches, "expansion", quantity) for quantity in ("pressure", "gap"))
-    samples = Samples(variables, nodes.distance2, pressure, gap, odd)
-    local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
     points = samples_of(batches, "expansion", "point_pressure") if elastic.counts_shares(scene) else pressure
-    return local, EdgeCorrection(pressure, points, samples.group), directions[0]
+    try:
+        directions, odd = expansion.directions(model, grid, modes, nodes, FUNCTIONALS)
+        centre = directions[0]
+        variables = np.einsum("km,nvm->knv", training_design(scene, len(modes)), directions)
+        samples = Samples(variables, nodes.distance2, pressure, gap, odd)
+        local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
+        edges = EdgeCorrection(pressure, points, samples.group)
+        drawn = edges.apply(local.draw(np.random.default_rng(drawing), DRAWS))
+        return centre, local, drawn, expanded_rows(local, drawn, edges, drawing, solved)
+    except IllPosedError as error:
+        job.warn(f"the expansion of all samples, {error}; its distribution is stored as NaN")
+        return centre, None, None, None
 
 
 def fitted_equations(variables: list[np.ndarray], designs: list[np.ndarray], job: Job) -> dict[str, Equation]:

@@ -12,13 +12,17 @@ from roughslip.chaos.strip import (
     turned_to_half,
 )
 from roughslip.chaos.variables import NAMES, Stencil, local_functionals
+from roughslip.errors import IllPosedError
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.study.job import Job
 
 
 def work(scene: Scene, job: Job) -> None:
-    """Write whitening and coefficients of the expansion for every row and penetration, and what it says."""
+    """Write whitening and coefficients of the expansion for every row and penetration, and what it says.
+
+    Where the training strips cannot determine it, the reason is written in their place: friction takes the solves.
+    """
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.optional("scan"))
     batches = [batch for batch in store.read_all(job.paths("contact")) if "pressure" in batch]
     pressure, gap = store.join(batches, "pressure"), store.join(batches, "gap")
@@ -31,8 +35,13 @@ def work(scene: Scene, job: Job) -> None:
     training, values = turned_to_half(functionals, values)
     strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
     mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
-    half, missed, predicted = fit_strip(training, values, degree, stencil, target, mirrored, strip)
-    means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
+    try:
+        half, missed, predicted = fit_strip(training, values, degree, stencil, target, mirrored, strip)
+        means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
+    except IllPosedError as error:
+        job.warn(f"the expansion of the strips is missing, and friction is that of the solved strips alone: {error}")
+        store.write(job.output, {"missed": store.Variable((), 1, "1", "1: no expansion")}, job.key)
+        return
     fitted = on_all_rows(half, grid.ny)
     job.count(fits=missed.size)
     row = np.minimum(np.arange(grid.ny), np.arange(grid.ny)[::-1])  # of the half that each row goes by

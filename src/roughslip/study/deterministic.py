@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.paths import Friction
 from roughslip.oscillator.cycles import Counts
 from roughslip.oscillator.cycles import ensemble as ensemble_counts
@@ -116,7 +116,7 @@ def load_responses(result: store.Result, machine: Machine, friction: Friction) -
     """What each kind of scatter moves the limit of existence by with the autocorrelation of the pad under the force.
 
     To first order, over what the scene's kind of scatter, as large, moves it by with that of its windows. NaN without
-    a limit.
+    a limit, as with excitation.
     """
     pad = replace(friction, windows=max(float(own_windows(result)["load_windows"]), 1.0))
     try:
@@ -125,7 +125,7 @@ def load_responses(result: store.Result, machine: Machine, friction: Friction) -
             kind: response_of_limit(machine, replace(pad, multiplies=kind == "multiplicative"))[1] / own
             for kind in SCATTERS
         }
-    except (IllPosedError, ConvergenceError):
+    except (IllPosedError, ConvergenceError, ParameterError):
         return dict.fromkeys(SCATTERS, math.nan)
 
 

@@ -22,10 +22,14 @@ FAR = 1.4  # correlation lengths beyond which contacts act by their force alone;
 
 
 def work(scene: Scene, job: Job) -> None:
-    """Write contact area and normal force of every block."""
-    numbers = job.numbers
+    """Write contact area and normal force of every block; of no strip where the expansion is missing."""
+    stored, numbers = store.read(job.path("expansion")), job.numbers
+    if "missed" in stored:
+        none = store.Variable(("sample",), np.empty(0), "1", "number of the strip")
+        store.write(job.output, {"number": none}, job.key, {"first": numbers.start, "model": "none"})
+        return
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.optional("scan"))
-    stored, target = store.read(job.path("expansion")), expansion.target(scene, model, grid)
+    target = expansion.target(scene, model, grid)
     lattice = geometry.lattice(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)

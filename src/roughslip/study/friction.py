@@ -68,14 +68,16 @@ def over_penetration(
     """Calibrate the shear strength at the median; statistics of every penetration, and the text of summary.csv."""
     scene, strip, seed = job.scene, job.scene.strip, job.scene.seed
     blocks = blocks_of(scene, solved)
-    sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded))
+    sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded)) if expanded else None
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
     least, draws, mean = geometry.least_contact_area(scene), [seed, Stream.BOOTSTRAP], scene.friction.mean
     table = friction_table(sums, others, least, layout, mean, REPLICATES, draws, job.progress)
-    loads = load_table(job, blocks, table)
-    job.warn(*missing_warnings(table.solved["missing_share"], percentiles))
-    job.count(windows=sums[0][0].size, expanded_windows=others[0][0].size)
+    known = table.layout.percentiles
+    loads = load_table(job, [blocks[int(np.flatnonzero(percentiles == level)[0])] for level in known], table)
+    job.warn(*(f"the penetration of {level:g} % is left out: {reason}" for level, reason in table.missing.items()))
+    job.warn(*missing_warnings(table.solved["missing_share"], known))
+    job.count(windows=sums[0][0].size, expanded_windows=others[0][0].size if others else 0)
     variables = table_variables(table) | load_variables(loads)
     variables |= correlation_variables(scene, job.optional("scan"))
     return variables, summary(variables)

@@ -82,6 +82,8 @@ def share_beyond(text: str, name: str, what: str, least: float) -> Rule:
         if not (np.any(damping > limit) and np.any(damping < limit)):
             return ONE_SIDE.format(limit)
         whole = float(oscillator["deterministic_cycles"][damping < limit][-1]) if name == "returns" else 1.0
+        if not whole > 0.0:
+            return "no run without scatter has a cycle below the limit: raise ensemble.duration_periods"
         surely = np.nan_to_num(oscillator[f"{name}_low"] / whole, nan=-1.0)  # where no run reaches a state
         surely = np.where(damping > limit, surely, -np.inf)
         row, seen = int(np.argmax(surely)), damping[surely > least]

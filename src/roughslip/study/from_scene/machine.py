@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from roughslip import store
-from roughslip.errors import ConvergenceError, IllPosedError, InputError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, InputError
 from roughslip.friction.paths import Friction, Pad, Paths
 from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.equation import Oscillator
@@ -201,27 +201,25 @@ def friction_paths(scene: Scene, friction: Friction) -> Paths:
 
 BELOW, NEAR, ABOVE = 5, 12, 3
 REACH = 3.0  # standard deviations of the limit
+LEAST = 0.05  # damping ratio that a list surrounds where there is neither a limit nor damping
 
 
 def damping_ratios(scene: Scene, machine: Machine, friction: Friction) -> tuple[float, ...]:
     """The damping ratios of figure5: as given, or around the limits of the machine without excitation.
 
     They go from a fifth of the smaller limit to 1.25 of the larger one, or as far as the scatter of friction moves the
-    existence limit: NEAR of them where it moves it, BELOW and ABOVE of them on either side. Raises IllPosedError where
-    the law has no limits.
+    existence limit: NEAR of them where it moves it, BELOW and ABOVE of them on either side. Without an existence limit
+    they surround the machine's own damping ratio.
     """
     if scene.ensemble.damping_ratios is not None:
         return scene.ensemble.damping_ratios
     free = replace(machine, oscillator=replace(machine.oscillator, excitation_force_n=0.0))
     try:
         response, scatter = response_of_limit(free, friction)
-    except (ParameterError, IllPosedError, ConvergenceError) as error:
-        raise IllPosedError(
-            "ensemble.damping_ratios is not given and follows from the limits of the stick-slip cycle, which the "
-            f"oscillator does not have ({error}); give a list"
-        ) from error
-    limit, hopf = response.limit, max(hopf_damping(free.oscillator, free.law), 0.0)
-    moved = REACH * scatter * friction.pad_deviation
+        limit, moved = response.limit, REACH * scatter * friction.pad_deviation
+    except (IllPosedError, ConvergenceError):
+        limit, moved = max(machine.oscillator.damping_ratio, LEAST), 0.0
+    hopf = max(hopf_damping(free.oscillator, free.law), 0.0)
     first = 0.2 * (min(limit, hopf) or limit)
     last = max(1.25 * max(limit, hopf), limit + moved)
     near = np.linspace(max(limit - moved, first), limit + moved, NEAR)

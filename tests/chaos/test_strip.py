@@ -140,7 +140,7 @@ def test_tables_are_the_expectations_of_a_normal_scatter_that_grows(target):
     distribution comes from 4 % of the samples near s: 1300 over a span of 0.2, where the deviation changes by 5 %.
     Allowed are four standard errors of a share and of a mean, and 0.01 for that change and the 200 draws."""
     means = conditional_means(*predictions(1), target)
-    contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
+    contact, pressure = means.summed(np.tile(PLACES_SEEN[:, None], (2, 1, 1)))
     for k, s in enumerate(PLACES_SEEN):
         sd, share = deviation(s), norm.cdf(s / deviation(s))
         expected = quad(lambda z: float(target.pressure(np.array(s + sd * z))) * norm.pdf(z), -s / sd, 8)[0]  # noqa: B023
@@ -152,7 +152,7 @@ def test_tables_are_the_expectations_of_a_normal_scatter_that_grows(target):
 
 def test_a_scatter_that_the_places_of_the_tables_do_not_resolve_is_neglected():
     means = conditional_means(*predictions(2, 0.004), SQUARED)
-    contact, pressure = means.at(np.tile(PLACES_SEEN, (2, 1)))
+    contact, pressure = means.summed(np.tile(PLACES_SEEN[:, None], (2, 1, 1)))
     assert np.array_equal(contact, np.tile(PLACES_SEEN > 0, (2, 1)))
     assert np.array_equal(pressure, np.tile(SQUARED.pressure(PLACES_SEEN), (2, 1)))
 
@@ -160,14 +160,14 @@ def test_a_scatter_that_the_places_of_the_tables_do_not_resolve_is_neglected():
 def test_beyond_the_samples_there_is_no_contact_or_that_of_the_largest_target():
     """A polynomial runs off beyond its samples; the largest target here is 3 and some deviations of 0.21."""
     s, values = predictions(3, 0.3)
-    contact, pressure = conditional_means(s, values, TRIAL).at(np.tile([-50.0, 3.0, 50.0], (2, 1)))
+    contact, pressure = conditional_means(s, values, TRIAL).summed(np.tile([[-50.0], [3.0], [50.0]], (2, 1, 1)))
     np.testing.assert_array_equal(contact, [[0.0, 1.0, 1.0]] * 2)
     assert np.all(pressure[:, 0] == 0.0)
     # the last law has 1600 residuals on one side of it: predictions over a span of 0.2
     np.testing.assert_allclose(pressure[:, 1:], 3.0, atol=0.05)
     near = conditional_means(s + 2.05, values + 2.05, TRIAL)  # contact at the least prediction too
-    assert near.contact[0, 0] > 0.1
-    assert np.all(near.at(np.full((2, 1), -50.0))[0] == 0.0)
+    assert near.expected[0, 0, 0] > 0.1
+    assert np.all(near.summed(np.full((2, 1, 1), -50.0))[0] == 0.0)
 
 
 SAMPLES = 40_000

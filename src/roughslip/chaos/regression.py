@@ -1,12 +1,15 @@
 """Weighted least squares of expansion coefficients, and predictions of samples that a fit has not seen.
 
 Samples of one group, such as nodes of the same surfaces, are dependent and are left out together.
-With Q the orthonormal columns of the weighted basis, c the coefficients in them and e the residuals, the fit without
-the groups g and h has c - (1 - Q_g' Q_g - Q_h' Q_h)^-1 (Q_g' e_g + Q_h' e_h). Of a group of one sample the left-out
-residual is e over 1 - leverage (PRESS: Allen, Technometrics 16 (1974) 125).
+With the Gram matrix G = B' W B of the basis, the coefficients c and the residuals e, the fit without the groups g and h
+has c - (G - G_g - G_h)^-1 (B_g' W e_g + B_h' W e_h). Of a group of one sample the left-out residual is e over
+1 - leverage (PRESS: Allen, Technometrics 16 (1974) 125). A basis that is ill-conditioned is made
+orthonormal first.
 """
 
 from __future__ import annotations
+
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg
@@ -16,7 +19,8 @@ from roughslip.results import described, result
 from roughslip.validation import finite, gate
 
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
-LEAST_FREEDOM = 1e-10  # of 1 - leverage: below it a residual is rounding error
+WELL_CONDITIONED = 100.0  # up to it a Gram matrix loses four digits of sixteen
+LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of what a group leaves of a column: below it there is rounding error
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
 # What to try where samples do not determine an expansion: the ends of error texts, with the scene keys.
@@ -64,10 +68,9 @@ def least_squares(
 
 
 class Regression:
-    """The factors of a weighted basis, from which fits of any target follow; arguments as of `least_squares`.
+    """The Gram matrix of a weighted basis, from which fits of any target follow; arguments as of `least_squares`.
 
-    q, r : (K, P), (P, P) of the weighted basis with unit columns
-    condition : [-] ratio of the extreme singular values of that
+    condition : [-] ratio of the extreme singular values of the weighted basis with unit columns
 
     Raises IllPosedError where samples, or effective samples (Kish 1965), are not more than the terms, a column
     vanishes, the condition number exceeds WORST_CONDITION, or a single group determines a coefficient.
@@ -81,7 +84,6 @@ class Regression:
         if np.any(weights < 0) or not np.any(weights > 0):
             raise ParameterError("weights of a regression must be non-negative and not all zero")
         self.weights = weights / weights.max()
-        self._root = np.sqrt(self.weights)
         self.samples, terms = int(np.count_nonzero(self.weights)), basis.shape[1]
         effective = float(self.weights.sum() ** 2 / np.sum(self.weights**2))
         if min(self.samples, effective) <= terms:
@@ -89,24 +91,48 @@ class Regression:
                 f"{self.samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: "
                 f"{FEWER_TERMS}"
             )
-        columns = self._root[:, None] * basis
-        self._norms = np.linalg.norm(columns, axis=0)
-        if not np.all(self._norms > 0):
+        self._members = [slice(None)] if group is None else [_members(group == g) for g in np.unique(group)]
+        self._change: np.ndarray | None = None  # triangular, from coefficients of the terms to those of the fit
+        self._take(basis)
+        norms = np.sqrt(np.diag(self._gram))
+        if not np.all(norms > 0):
             raise IllPosedError(f"a term of the basis vanishes on every sample: {FEWER_TERMS}")
-        self.q, self.r = scipy.linalg.qr(columns / self._norms, mode="economic", check_finite=False)
-        singular = scipy.linalg.svdvals(self.r, check_finite=False)
-        self.condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+        self.condition = _condition(self._factor / norms)
+        if self.condition > WELL_CONDITIONED:
+            self._change = self._triangle(norms)
+            self._take(scipy.linalg.solve_triangular(self._change, basis.T, trans=1, check_finite=False).T)
+        self._leverage = self._leverages() if group is None else None
+
+    def _take(self, basis: np.ndarray) -> None:
+        """Set the basis with its Gram matrices and their factor."""
+        self.basis = basis
+        self._grams = np.stack([part.T @ part for part in map(self._weighted, self._members)])
+        self._gram = self._grams.sum(axis=0)
+        self._factor = _cholesky(self._gram)
+
+    def _weighted(self, members: slice | np.ndarray) -> np.ndarray:
+        return np.sqrt(self.weights[members])[:, None] * self.basis[members]
+
+    def _triangle(self, norms: np.ndarray) -> np.ndarray:
+        """The triangle of the QR factors of the weighted basis. norms : of its columns"""
+        columns = self._weighted(slice(None)) / norms
+        triangle = scipy.linalg.qr(columns, mode="r", check_finite=False)[0][: len(norms)]
+        self.condition = _condition(triangle)
         if self.condition > WORST_CONDITION:
             raise IllPosedError(
-                f"condition number {self.condition:.1e} of {self.samples} samples for {terms} terms, more than "
+                f"condition number {self.condition:.1e} of {self.samples} samples for {len(norms)} terms, more than "
                 f"{WORST_CONDITION:.0e}: {FEWER_TERMS}"
             )
-        number = np.zeros(0) if group is None else np.unique(group, return_inverse=True)[1]
-        self._groups = [np.flatnonzero(number == g) for g in np.unique(number)]
-        self._leverage = np.einsum("kp,kp->k", self.q, self.q) if group is None else np.zeros(len(basis))
-        if np.max(self._leverage) > 1.0 - LEAST_FREEDOM:
-            worst = np.argmax(self._leverage)
+        return np.asarray(triangle * norms)
+
+    def _leverages(self) -> np.ndarray:
+        columns = self._weighted(slice(None)).T
+        columns = scipy.linalg.solve_triangular(self._factor, columns, trans=1, check_finite=False)
+        leverage = np.einsum("pk,pk->k", columns, columns)
+        if np.max(leverage) > 1.0 - LEAST_FREEDOM:
+            worst = np.argmax(leverage)
             raise IllPosedError(f"without sample {worst} a coefficient is undetermined: {FEWER_TERMS}")
+        return leverage
 
     def fit(self, target: np.ndarray) -> Fit:
         """The fit of a target : (K,). Raises IllPosedError for a constant one."""
@@ -118,50 +144,82 @@ class Regression:
             raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}")
         predicted = self.predicted(target)
         missed = np.average((target - predicted) ** 2, weights=self.weights)
-        coefficients = self._natural(self.q.T @ (self._root * target))
+        coefficients = self._natural(self._solution(target))
         return Fit(coefficients, self.condition, self.samples, predicted, float(missed / variance))
 
     def predicted(self, target: np.ndarray) -> np.ndarray:
         """A target : (K,), predicted at each sample from the other groups."""
-        projected = self.q.T @ (self._root * target)
-        residual = self._root * target - self.q @ projected
-        own = np.divide(residual, self._root, out=np.zeros(len(target)), where=self._root > 0)
-        predicted = self.basis @ self._natural(projected) - self._leverage / (1.0 - self._leverage) * own
-        for members in self._groups:
-            q = self.q[members]
-            coefficients = projected - self._solve(np.eye(len(projected)) - q.T @ q, q.T @ residual[members])
-            predicted[members] = self.basis[members] @ self._natural(coefficients)
-        return predicted
+        solution = self._solution(target)
+        predicted = self.basis @ solution
+        if self._leverage is not None:
+            return np.asarray(predicted - self._leverage / (1.0 - self._leverage) * (target - predicted))
+        for members, factor, side in zip(self._members, self._factors, self._sides(target, solution), strict=True):
+            predicted[members] = self.basis[members] @ (solution - _solved(factor, side))
+        return np.asarray(predicted)
 
     def without_pairs(self, target: np.ndarray) -> np.ndarray:
         """Coefficients : (1 + G, 1 + G, P) of a target : (K,) without each pair of the groups that were given.
 
         c[g, h] is without groups g - 1 and h - 1, where index 0 stands for no group.
         """
-        projected = self.q.T @ (self._root * target)
-        residual = self._root * target - self.q @ projected
-        count, terms = 1 + len(self._groups), len(projected)
-        grams, sides = np.zeros((count, terms, terms)), np.zeros((count, terms))
-        for g, members in enumerate(self._groups, start=1):
-            q = self.q[members]
-            grams[g], sides[g] = q.T @ q, q.T @ residual[members]
-        coefficients = np.empty((count, count, terms))
-        for g in range(count):
-            for h in range(g, count):
+        solution = self._solution(target)
+        none = np.zeros_like(self._gram)
+        grams, sides = [none, *self._grams], [none[0], *self._sides(target, solution)]
+        coefficients = np.empty((len(grams), len(grams), len(solution)))
+        for g in range(len(grams)):
+            for h in range(g, len(grams)):
                 gram, side = (grams[g], sides[g]) if g == h else (grams[g] + grams[h], sides[g] + sides[h])
-                solution = projected - self._solve(np.eye(terms) - gram, side)
-                coefficients[g, h] = coefficients[h, g] = self._natural(solution)
+                left_out = self._natural(solution - _solved(self._factor_without(gram), side))
+                coefficients[g, h] = coefficients[h, g] = left_out
         return coefficients
 
-    def _natural(self, coefficients: np.ndarray) -> np.ndarray:
-        """Coefficients of the terms from those of the orthonormal columns."""
-        return scipy.linalg.solve_triangular(self.r, coefficients, check_finite=False) / self._norms
+    def _solution(self, target: np.ndarray) -> np.ndarray:
+        """Coefficients of the fit to all samples."""
+        return _solved(self._factor, self.basis.T @ (self.weights * target))
 
-    def _solve(self, matrix: np.ndarray, side: np.ndarray) -> np.ndarray:
-        try:
-            factor = scipy.linalg.cho_factor(matrix, check_finite=False)
-            if np.min(np.diag(factor[0])) ** 2 < LEAST_FREEDOM:
-                raise np.linalg.LinAlgError
-        except np.linalg.LinAlgError as error:
-            raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}") from error
-        return np.asarray(scipy.linalg.cho_solve(factor, side, check_finite=False))
+    def _sides(self, target: np.ndarray, solution: np.ndarray) -> np.ndarray:
+        """B_g' W e_g : (G, P) of each group."""
+        residual = self.weights * (target - self.basis @ solution)
+        return np.stack([self.basis[members].T @ residual[members] for members in self._members])
+
+    def _natural(self, coefficients: np.ndarray) -> np.ndarray:
+        """Coefficients of the terms that were given."""
+        if self._change is None:
+            return coefficients
+        return np.asarray(scipy.linalg.solve_triangular(self._change, coefficients, check_finite=False))
+
+    @cached_property
+    def _factors(self) -> list[np.ndarray]:
+        """The factors without each group."""
+        return [self._factor_without(gram) for gram in self._grams]
+
+    def _factor_without(self, gram: np.ndarray) -> np.ndarray:
+        """The Cholesky factor of G less a part. Raises IllPosedError where that leaves nothing of a column."""
+        factor = _cholesky(self._gram - gram)
+        if not np.min(np.diag(factor) / np.diag(self._factor)) ** 2 > LEAST_FREEDOM:
+            raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}")
+        return factor
+
+
+def _members(chosen: np.ndarray) -> slice | np.ndarray:
+    """Numbers of the samples of a group, as a slice where they follow each other: no copy."""
+    numbers = np.flatnonzero(chosen)
+    follows = numbers[-1] - numbers[0] == len(numbers) - 1
+    return slice(int(numbers[0]), int(numbers[-1]) + 1) if follows else numbers
+
+
+def _cholesky(gram: np.ndarray) -> np.ndarray:
+    """The upper Cholesky factor; zero where a Gram matrix has none."""
+    try:
+        return np.asarray(scipy.linalg.cholesky(gram, check_finite=False))
+    except np.linalg.LinAlgError:
+        return np.zeros_like(gram)
+
+
+def _condition(triangle: np.ndarray) -> float:
+    singular = scipy.linalg.svdvals(triangle, check_finite=False)
+    return float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+
+
+def _solved(factor: np.ndarray, side: np.ndarray) -> np.ndarray:
+    return np.asarray(scipy.linalg.cho_solve((factor, False), side, check_finite=False))

@@ -69,6 +69,13 @@ class ResidualScatter:
         e = (1 - share) * self._between(place, far, below) + share * self._between(place, far, below + 1)
         return self.centre(predicted) + e
 
+    def draw_evenly(self, predicted: np.ndarray, count: int) -> np.ndarray:
+        """A target : (n, count) for each prediction : (n,), at evenly spaced quantiles of its distribution."""
+        place, far = self._place(predicted)
+        ranks = (np.arange(count) + 0.5) / count * (QUANTILES - 1)
+        e = np.stack([np.interp(ranks, np.arange(QUANTILES), quantiles) for quantiles in self.quantiles])
+        return self.centre(predicted)[:, None] + (1 - far)[:, None] * e[place - 1] + far[:, None] * e[place]
+
     def _between(self, place: np.ndarray, far: np.ndarray, rank: np.ndarray) -> np.ndarray:
         return (1 - far) * self.quantiles[place - 1, rank] + far * self.quantiles[place, rank]
 

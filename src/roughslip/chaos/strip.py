@@ -15,11 +15,13 @@ import numpy as np
 
 from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.regression import least_squares
+from roughslip.chaos.regression import Regression
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
 from roughslip.chaos.variables import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.results import described, result
+from roughslip.validation import finite
 
 ALL = slice(None)
 GROUPS = 20  # largest number of groups of training strips, left out in turn
@@ -47,14 +49,13 @@ class StripExpansion:
         heights : (nx, ny) [m] a strip of the width of the fit and of any length
         columns : columns of the result
 
-        Returns s : (levels, columns, ny) [target].
+        Returns s : (levels, columns, ny) [target]. Raises ParameterError for heights that are not finite.
         """
-        rows, _, levels = self.coefficients.shape
-        functionals = local_functionals(heights, self.stencil)[:, columns].transpose(2, 0, 1)
+        functionals = local_functionals(finite("heights", heights, 2), self.stencil)[:, columns].transpose(2, 0, 1)
         xi = self.whiten @ np.ascontiguousarray(functionals)
-        values = np.empty((levels, rows, xi.shape[2]))
-        for row in range(rows):
-            values[:, row] = self.coefficients[row].T @ self._basis.by_term(xi[row].T)
+        values = np.empty((self.coefficients.shape[2], *xi[:, 0].shape))
+        for row, coefficients in enumerate(self.coefficients):
+            np.matmul(coefficients.T, self._basis.by_term(xi[row]), out=values[:, row])
         return values.transpose(0, 2, 1)
 
 
@@ -82,9 +83,15 @@ def fit_strip(
     (levels, K, ny) [target] these predictions. Raises ParameterError for a single strip, IllPosedError as the whitening
     and the regression.
     """
-    _, rows, variables = functionals.shape
-    nodes, levels = len(functionals), target_values.shape[2]
+    nodes, rows, variables = functionals.shape
+    levels = target_values.shape[2]
     group = None if strip is None else _groups(strip)
+    order = slice(None) if group is None else np.argsort(group, kind="stable")  # groups in one piece are not copied
+    functionals, target_values, group = (
+        functionals[order],
+        target_values[order],
+        None if group is None else group[order],
+    )
     indices = even_terms(multi_indices(variables, degree), odd)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))
@@ -92,15 +99,19 @@ def fit_strip(
     for row in range(rows):
         whiten[row] = whitening(functionals[:, row], odd)
         basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
+        regression = None
         for level in range(levels):
-            values = target_values[:, row, level]
+            values = np.ascontiguousarray(target_values[:, row, level])
+            weights = target.weights(values)
             try:
-                fit = least_squares(basis, values, target.weights(values), group)
+                if regression is None or not np.array_equal(weights, regression.weights):
+                    regression = Regression(basis, weights, group)
+                fit = regression.fit(values)
             except IllPosedError as error:
                 where = f"row {row} of the strip, penetration {level} (both from 0 on)"
                 raise IllPosedError(f"{where}: {error}") from error
             coefficients[row, :, level], missed[row, level] = fit.coefficients, fit.leave_one_out
-            predicted[level, :, row] = fit.predicted
+            predicted[level, order, row] = fit.predicted
     return StripExpansion(indices, whiten, coefficients, stencil, target), missed, predicted
 
 
@@ -146,34 +157,47 @@ class ConditionalMeans:
     target : how a target gives the pressure
     low, step : (levels,) [target] first place of each table, and distance between places
     scatter : (levels,) [target] root mean square of the target around m(s)
-    contact : (levels, TABLE_PLACES) [-] P(contact | s)
-    pressure : (levels, TABLE_PLACES) [Pa] E[p | s]
+    expected : (levels, TABLE_PLACES, 2) [-], [Pa] P(contact | s) and E[p | s]
     """
 
     target: PressureTarget
     low: np.ndarray
     step: np.ndarray
     scatter: np.ndarray
-    contact: np.ndarray
-    pressure: np.ndarray
+    expected: np.ndarray
 
-    def at(self, predicted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Contact probability [-] and mean pressure [Pa] : (levels, ...) at predictions : (levels, ...).
+    def summed(self, predicted: np.ndarray) -> np.ndarray:
+        """Contact probability [-] and mean pressure [Pa], summed over rows, at predictions : (levels, n, rows).
 
         Linear between places, zero below the first, and constant above the last, the largest true target, because
         polynomials grow without bound. A scatter narrower than two places is not resolved and is neglected.
+
+        Returns (2, levels, n).
         """
-        contact, pressure = np.empty_like(predicted), np.empty_like(predicted)
-        for level, s in enumerate(predicted):
+        sums = np.zeros((2, *predicted.shape[:2]))
+        for level, s in enumerate(predicted.transpose(0, 2, 1)):
             if self.scatter[level] <= 2 * self.step[level]:
-                contact[level], pressure[level] = s > 0, self.target.pressure(s)
-                continue
-            place = np.clip((s - self.low[level]) / self.step[level], 0.0, TABLE_PLACES - 1.0)
-            below = np.minimum(place.astype(np.int64), TABLE_PLACES - 2)
-            share = place - below
-            for table, found in ((self.contact[level], contact[level]), (self.pressure[level], pressure[level])):
-                found[...] = np.where(place > 0, table[below] + share * (table[below + 1] - table[below]), 0.0)
-        return contact, pressure
+                sums[:, level] = (s > 0).sum(axis=0), self.target.pressure(s).sum(axis=0)
+            else:
+                _interpolate(
+                    np.ascontiguousarray(s), self.low[level], self.step[level], self.expected[level], sums[:, level]
+                )
+        return sums
+
+
+@compiled()
+def _interpolate(s: np.ndarray, low: float, step: float, table: np.ndarray, sums: np.ndarray) -> None:
+    """Add both columns of a table : (places, 2), linear between places, at predictions s : (rows, n) to sums."""
+    last = len(table) - 1.0
+    for row in range(len(s)):
+        for k in range(s.shape[1]):
+            place = min((s[row, k] - low) / step, last)
+            if place > 0:
+                below = min(int(place), len(table) - 2)
+                share = place - below
+                for column in range(2):
+                    first = table[below, column]
+                    sums[column, k] += first + share * (table[below + 1, column] - first)
 
 
 def conditional_means(predicted: np.ndarray, values: np.ndarray, target: PressureTarget) -> ConditionalMeans:
@@ -186,14 +210,13 @@ def conditional_means(predicted: np.ndarray, values: np.ndarray, target: Pressur
     """
     levels = len(predicted)
     low, step, scatter = np.empty((3, levels))
-    contact, pressure = np.empty((2, levels, TABLE_PLACES))
-    uniform = (np.arange(DRAWS) + 0.5) / DRAWS
+    expected = np.empty((levels, TABLE_PLACES, 2))
     for level, (s, value) in enumerate(zip(predicted, values, strict=True)):
         near = s >= lowest_in_contact(s, value, value > 0)
         distribution = residual_scatter(s[near], value[near])
         places = np.linspace(distribution.low, min(distribution.high, float(value.max())), TABLE_PLACES)
-        drawn = distribution.draw(places[:, None], uniform)
+        drawn = distribution.draw_evenly(places, DRAWS)
         low[level], step[level] = places[0], places[1] - places[0]
         scatter[level] = np.sqrt(np.mean((value[near] - distribution.centre(s[near])) ** 2))
-        contact[level], pressure[level] = (drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)
-    return ConditionalMeans(target, low, step, scatter, contact, pressure)
+        expected[level] = np.stack([(drawn > 0).mean(axis=1), target.pressure(drawn).mean(axis=1)], axis=1)
+    return ConditionalMeans(target, low, step, scatter, expected)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
+from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError
 from roughslip.validation import gate, whole_at_least
 
@@ -48,47 +49,59 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     Returns functionals : (8, ..., nx, ny) [m]. Differences are central, one-sided at the border, and zero along an axis
     with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border.
     """
-    slope_x, slope_y = _difference(heights, -2), _difference(heights, -1)
-    return np.stack(
-        [
-            heights,
-            slope_x,
-            slope_y,
-            _second_difference(heights, -2),
-            _second_difference(heights, -1),
-            _difference(slope_x, -1),
-            _box_mean(heights, stencil.near),
-            _box_mean(heights, stencil.far),
-        ]
-    )
+    functionals = np.empty((len(NAMES), *heights.shape))
+    functionals[0] = heights
+    (nx, ny), box = heights.shape[-2:], np.empty(heights.shape)
+    height, slope_x, slope_y, xx, yy, xy, near, far = functionals
+    _differences(height.reshape(-1, nx, ny), slope_x.reshape(-1, nx, ny))
+    _differences(height.reshape(-1, ny, 1), slope_y.reshape(-1, ny, 1))
+    _second_differences(height.reshape(-1, nx, ny), xx.reshape(-1, nx, ny))
+    _second_differences(height.reshape(-1, ny, 1), yy.reshape(-1, ny, 1))
+    _differences(slope_x.reshape(-1, ny, 1), xy.reshape(-1, ny, 1))
+    for mean, (half_x, half_y) in ((near, stencil.near), (far, stencil.far)):
+        _means(height.reshape(-1, nx, ny), half_x, box.reshape(-1, nx, ny))
+        _means(box.reshape(-1, ny, 1), half_y, mean.reshape(-1, ny, 1))
+    return functionals
 
 
-def _difference(field: np.ndarray, axis: int) -> np.ndarray:
-    if field.shape[axis] == 1:
-        return np.zeros_like(field)
-    return np.gradient(field, axis=axis)
+@compiled()
+def _differences(fields: np.ndarray, slopes: np.ndarray) -> None:
+    """Write central differences along the middle axis, one-sided at the border, zero for a single node."""
+    m, n, rest = fields.shape
+    for k in range(m):
+        for i in range(n):
+            before, after = max(i - 1, 0), min(i + 1, n - 1)
+            for j in range(rest):
+                slopes[k, i, j] = (fields[k, after, j] - fields[k, before, j]) / max(after - before, 1)
 
 
-def _second_difference(field: np.ndarray, axis: int) -> np.ndarray:
-    """Second difference; the border takes that of its neighbour, which is exact for quadratics."""
-    along = np.moveaxis(field, axis, -1)
-    second = np.zeros_like(along)
-    if along.shape[-1] >= 3:
-        second[..., 1:-1] = along[..., 2:] - 2 * along[..., 1:-1] + along[..., :-2]
-        second[..., 0], second[..., -1] = second[..., 1], second[..., -2]
-    return np.moveaxis(second, -1, axis)
+@compiled()
+def _second_differences(fields: np.ndarray, seconds: np.ndarray) -> None:
+    """Write second differences along the middle axis; the border takes that of its neighbour, exact for quadratics."""
+    m, n, rest = fields.shape
+    for k in range(m):
+        for i in range(n):
+            at = min(max(i, 1), n - 2)
+            for j in range(rest):
+                if n < 3:
+                    seconds[k, i, j] = 0.0
+                else:
+                    seconds[k, i, j] = fields[k, at + 1, j] - 2 * fields[k, at, j] + fields[k, at - 1, j]
 
 
-def _box_mean(field: np.ndarray, half_widths: tuple[int, int]) -> np.ndarray:
-    """Means over boxes, along one axis and then the other, from differences of cumulative sums."""
-    for axis, half in zip((-2, -1), half_widths, strict=True):
-        along = np.moveaxis(field, axis, -1)
-        n = along.shape[-1]
-        sums = np.concatenate([np.zeros_like(along[..., :1]), np.cumsum(along, axis=-1)], axis=-1)
-        high = np.minimum(np.arange(n) + half + 1, n)
-        low = np.maximum(np.arange(n) - half, 0)
-        field = np.moveaxis((sums[..., high] - sums[..., low]) / (high - low), -1, axis)
-    return field
+@compiled()
+def _means(fields: np.ndarray, half: int, means: np.ndarray) -> None:
+    """Write means over boxes along the middle axis, from differences of cumulative sums."""
+    m, n, rest = fields.shape
+    sums = np.zeros((n + 1, rest))
+    for k in range(m):
+        for i in range(n):
+            for j in range(rest):
+                sums[i + 1, j] = sums[i, j] + fields[k, i, j]
+        for i in range(n):
+            low, high = max(i - half, 0), min(i + half + 1, n)
+            for j in range(rest):
+                means[k, i, j] = (sums[high, j] - sums[low, j]) / (high - low)
 
 
 def orthonormal_directions(candidates: np.ndarray) -> np.ndarray:

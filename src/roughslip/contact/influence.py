@@ -294,9 +294,22 @@ def at_displaced_planes(values: np.ndarray, planes: np.ndarray, moved: np.ndarra
         raise ParameterError("planes must be given from the highest to the lowest")
     if levels == 1:
         return values
-    height = planes[:, None] + moved
-    lower = np.clip(np.searchsorted(-planes, -height), 1, levels - 1)
-    upper_plane, lower_plane = planes[lower - 1], planes[lower]
-    share = np.maximum((upper_plane - height) / (upper_plane - lower_plane), 0.0)
-    column = np.arange(values.shape[-1])
-    return np.maximum((1 - share) * values[..., lower - 1, column] + share * values[..., lower, column], 0.0)
+    displaced = np.empty_like(values)
+    _between_planes(values.reshape(-1, levels, values.shape[-1]), planes, moved, displaced.reshape(-1, *moved.shape))
+    return displaced
+
+
+@compiled()
+def _between_planes(values: np.ndarray, planes: np.ndarray, moved: np.ndarray, displaced: np.ndarray) -> None:
+    for level in range(len(planes)):
+        lower = max(level, 1)
+        for k in range(moved.shape[1]):
+            height = planes[level] + moved[level, k]
+            while lower > 1 and planes[lower - 1] < height:
+                lower -= 1
+            while lower < len(planes) - 1 and planes[lower] >= height:
+                lower += 1
+            share = max((planes[lower - 1] - height) / (planes[lower - 1] - planes[lower]), 0.0)
+            for q in range(len(values)):
+                between = (1 - share) * values[q, lower - 1, k] + share * values[q, lower, k]
+                displaced[q, level, k] = max(between, 0.0)

@@ -66,7 +66,7 @@ def _covered(scene: Scene, batches: list[store.Result], levels: int) -> np.ndarr
 def _of_fit(fitted: StripExpansion, means: ConditionalMeans, covered: np.ndarray) -> dict[str, store.Variable]:
     """The expansion on all rows, and what is expected at a predicted target."""
     unit, level, table = "Pa" if fitted.target.kind == "trial_pressure" else "Pa2", ("level",), ("level", "place")
-    contact = covered[:, None] * means.contact
+    contact, pressure = covered[:, None] * means.expected[..., 0], means.expected[..., 1]
     whitened = "from local functionals to variables of unit variance"
     scatter = "root mean square of the target around what is expected of it"
     return {
@@ -77,7 +77,7 @@ def _of_fit(fitted: StripExpansion, means: ConditionalMeans, covered: np.ndarray
         "table_step": store.Variable(level, means.step, unit, "distance of two predicted targets of the tables"),
         "scatter": store.Variable(level, means.scatter, unit, scatter),
         "contact": store.Variable(table, contact, "1", "contact probability given the predicted target"),
-        "mean_pressure": store.Variable(table, means.pressure, "Pa", "mean pressure given the predicted target"),
+        "mean_pressure": store.Variable(table, pressure, "Pa", "mean pressure given the predicted target"),
     }
 
 

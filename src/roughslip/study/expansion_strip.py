@@ -33,8 +33,8 @@ def work(scene: Scene, job: Job) -> None:
     lattice = geometry.lattice(scene)
     stencil = expansion.stencil(model, lattice.grid)
     fitted = StripExpansion(stored["indices"], stored["whiten"], stored["coefficients"], stencil, target)
-    tables = (stored[name] for name in ("table_low", "table_step", "scatter", "contact", "mean_pressure"))
-    means = ConditionalMeans(target, *tables)
+    expected = np.stack([stored["contact"], stored["mean_pressure"]], axis=2)
+    means = ConditionalMeans(target, stored["table_low"], stored["table_step"], stored["scatter"], expected)
     percentiles = np.array(scene.strip.penetration_percentiles, dtype=float)
     planes = model.plane_height(percentiles)
     reach = 1 + math.floor(FAR * model.lengths_m[0] / lattice.grid.dx)
@@ -45,8 +45,7 @@ def work(scene: Scene, job: Job) -> None:
     draw = sampler(scene, model, grid, lattice)
     sums = np.empty((2, len(numbers), len(planes), blocks, 1))
     for row, number in enumerate(numbers):
-        fields = means.at(fitted.predicted(draw(number), lattice.middle))
-        columns = lattice.grid.cell_area * np.stack([field.sum(axis=2) for field in fields])
+        columns = lattice.grid.cell_area * means.summed(fitted.predicted(draw(number), lattice.middle))
         lifted = displacement(kernel, columns[1] - mean_force)
         columns = at_displaced_planes(columns, planes, lifted)[..., : blocks * columns_of_block]
         sums[:, row, :, :, 0] = columns.reshape(2, len(planes), blocks, columns_of_block).sum(axis=3)

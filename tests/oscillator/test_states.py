@@ -272,6 +272,15 @@ def test_means_of_runs_by_hand():
         assert values[1] < values[0] < values[2]
 
 
+def test_times_of_sliding_are_steady_or_vibrate():
+    """Of 40, cut off, the first 10 are steady, then 25 vibrate and 5 are steady; the slip of 20 vibrates as a whole."""
+    slides = States(*(np.reshape(x, (-1, 2)) for x in ([], [(0, 40), (50, 70)])), *map(np.array, ([], [False, True])))
+    times = durations([replace(slides, vibration=np.array([(10, 35), (50, 70)]))], np.random.default_rng(1))
+    assert (times.sliding[0], times.vibration[0]) == pytest.approx((15 / 1, 45 / 2))
+    assert times.birth[0] == 0.0
+    assert times.birth[2] == pytest.approx(1 / exponential_mean(60.0, 0)[1])
+
+
 def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     times = durations([states_in_turn([(40, False)], [])], np.random.default_rng(1))
     assert times.share == pytest.approx([1.0, math.nan, 1.0], nan_ok=True)
@@ -281,7 +290,7 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     assert answer["mean_stick_slip_s"] == [None, pytest.approx(times.stick_slip[1]), None]
     assert answer["mean_sliding_s"] == [None] * 3
     assert answer["by_theory"] == {"share_of_time": 1.0, "death_per_s": 0.0} | dict.fromkeys(
-        ("mean_stick_slip_s", "mean_sliding_s", "birth_per_s")
+        ("mean_stick_slip_s", "mean_sliding_s", "mean_vibration_s", "birth_per_s")
     )
 
 

@@ -235,7 +235,7 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
 
 
 def test_motion_without_stick_slip_is_not_called_a_cycle():
-    for cycles, title in ((4, "The cycle, speed"), (0, "Speed against displacement; no cycle")):
+    for cycles, title in ((4, "The cycle, speed"), (0, "Speed against displacement; no stick-slip")):
         motion = {name: curve | {"cycles": cycles} for name, curve in MOTION.items()}
         text = texts(machine_scene(answer=MACHINE | {"motion": motion}))
         assert title in text

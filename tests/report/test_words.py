@@ -5,12 +5,11 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from roughslip.report.budget_words import bars, budget_summary
 from roughslip.report.page import plots
 from roughslip.report.words import (
     amount,
     answer_summary,
-    bars,
-    budget_summary,
     change_rows,
     digits,
     factor,
@@ -25,8 +24,20 @@ def number(value, low=None, high=None, unit="1", **more):
 
 
 def limits(title, value, unit, **sides):
-    found = {side: {"0.05": None, "0.95": None} | sides.get(side, {}) for side in ("below", "above")}
+    ends = {"0.05": None, "0.95": None, "without_scatter": number(None), "steady_without_scatter": number(None)}
+    found = {side: ends | sides.get(side, {}) for side in ("below", "above")}
     return {"title": title, **number(value, unit=unit), **found}
+
+
+def shares(rest, sliding):
+    """Probabilities and shares of three states; rest, sliding : of stick-slip and of vibration from either start"""
+    wide = {0.0: (0.0, 0.037), 0.4: (0.3, 0.5), 0.5: (0.404, 0.596), 0.6: (0.5, 0.7), 1.0: (0.963, 1.0)}
+    seen = {}
+    for name, (stuck, vibrates) in (("from_rest", rest), ("from_sliding", sliding)):
+        parts = {"stick_slip": stuck, "vibration": vibrates, "sliding": 1.0 - stuck - vibrates}
+        seen[name] = {state: number(part, *wide[part]) for state, part in parts.items()}
+    probabilities = {"": seen["from_rest"], "_from_sliding": seen["from_sliding"]}
+    return {f"probability{name}": one["stick_slip"] for name, one in probabilities.items()} | {"shares": seen}
 
 
 MOTION = {
@@ -41,6 +52,7 @@ OTHERS = {
 }
 END_OF_DAMPING = {"0.05": number(0.19923, 0.1904, 0.2103), "0.95": number(0.181, 0.1804, 0.1823)}
 END_OF_MASS = {"0.05": number(0.02, None, unit="kg") | {"interval": [None, 0.03]}}
+BEYOND_IT = {"without_scatter": number(0.19), "steady_without_scatter": number(0.31)}
 LIMITS = {
     "damping": limits("damping ratio D", 0.17, "1", above=END_OF_DAMPING),
     "mass": limits("mass m", 1.0, "kg", below=END_OF_MASS),
@@ -49,12 +61,12 @@ MACHINE = {
     "given": True,
     "runs": 100,
     "periods": number(40.0),
-    "probability": number(1.0, 0.963, 1.0),
-    "probability_from_sliding": number(0.5, 0.404, 0.596),
+    **shares((1.0, 0.0), (0.5, 0.0)),
     "amplitude": number(4.7728e-3, unit="m"),
     "amplitude_scatter": number(8.348e-4, unit="m"),
     "frequency": number(44.893, unit="Hz"),
     "frequency_scatter": number(3.0799, unit="Hz"),
+    "vibration": {"amplitude": number(None), "frequency": number(None)},
     "limits": LIMITS | OTHERS,
     "starts_differ": False,
     "decided": True,
@@ -62,19 +74,40 @@ MACHINE = {
     "states": {
         "share_of_time": [None] * 3,
         "mean_stick_slip_s": [None, 1632, None],
+        "mean_vibration_s": [None] * 3,
         "mean_sliding_s": [None, 2.38, None],
     },
     "smallest_change": {"parameter": "damping"},
-    "decides": {"by": "mean curve", "existence_limit": number(0.19), "band_over_distance": number(0.91)},
+    "decides": {
+        "by": "mean curve",
+        "existence_limit": number(0.19),
+        "vibration_limit": number(None),
+        "band_over_distance": number(0.91),
+    },
     "motion": MOTION,
     "friction_mean": number(0.4),
     "friction_deviation": number(0.08),
     "windows": number(1),
 }
-AT_TIMES = {"probability": number(0.4, 0.3, 0.5), "probability_from_sliding": number(0.4, 0.3, 0.5)}
-NEVER = {"probability": number(0.0, 0.0, 0.037), "probability_from_sliding": number(0.0, 0.0, 0.037)}
-NOTHING = {"existence_limit": number(None), "band_over_distance": number(None)}
-DURATIONS = {"mean_stick_slip_s": [0.5, 0.4, 0.7], "mean_sliding_s": [None, 7200.0, None]}
+AT_TIMES, NEVER = shares((0.4, 0.0), (0.4, 0.0)), shares((0.0, 0.0), (0.0, 0.0))
+NOTHING = dict.fromkeys(("existence_limit", "vibration_limit", "band_over_distance"), number(None))
+DURATIONS = {
+    "mean_stick_slip_s": [0.5, 0.4, 0.7],
+    "mean_vibration_s": [None] * 3,
+    "mean_sliding_s": [None, 7200.0, None],
+}
+VIBRATION = {"amplitude": number(1.25e-4, unit="m"), "amplitude_scatter": number(4.2e-6, unit="m")}
+VIBRATION |= {"frequency": number(49.8, unit="Hz"), "frequency_scatter": number(0.54, unit="Hz")}
+OF_BAND = OTHERS | {"mass": limits("mass m", 1.0, "kg")}
+VIBRATES = MACHINE | {
+    "vibration": VIBRATION,
+    "decides": MACHINE["decides"] | {"vibration_limit": number(0.31)},
+    "limits": {"damping": limits("damping ratio D", 0.25, "1", above={"steady_without_scatter": number(0.31)})}
+    | OF_BAND,
+    "states": {**MACHINE["states"], **dict.fromkeys(("mean_stick_slip_s", "mean_sliding_s"), [None] * 3)}
+    | {"mean_vibration_s": [None, 60.0, None]},
+}
+NO_CYCLE = {"amplitude": number(None)}
 PAD = {"friction_deviation": number(0.04), "friction_pad_deviation": number(4e-4), "windows": number(1600)}
 BEYOND = copy.deepcopy(MACHINE) | {"outside_measured_speeds": True}
 BEYOND["limits"]["damping"]["above"]["0.05"]["outside_measured_speeds"] = True
@@ -82,13 +115,24 @@ RISING = {"0.05": number(2.0, unit="kg"), "0.95": number(3.0, 2.5, 3.5, unit="kg
 ANSWERS = {
     "certain": MACHINE,
     "at times, of a pad": MACHINE | AT_TIMES | PAD | {"states": {"share_of_time": [0.4, 0.3, 0.52], **DURATIONS}},
-    "the start decides": MACHINE | {"starts_differ": True, "probability_from_sliding": number(0.0, 0.0, 0.04)},
+    "the start decides": MACHINE | {"starts_differ": True} | shares((1.0, 0.0), (0.0, 0.0)),
     "too short": MACHINE | {"starts_differ": True, "decided": False},
     "outside the measured speeds": BEYOND,
     "nothing found": MACHINE
     | NEVER
     | {"smallest_change": None, "amplitude": number(None, unit="m"), "decides": {"by": "scatter", **NOTHING}}
     | {"limits": OTHERS | {"mass": limits("mass m", 1.0, "kg")}},
+    "vibrates": VIBRATES | NO_CYCLE | shares((0.0, 1.0), (0.0, 1.0)),
+    "vibrates at times": VIBRATES | NO_CYCLE | shares((0.0, 0.4), (0.0, 0.6)),
+    "vibrates after a stop": VIBRATES | NO_CYCLE | {"starts_differ": True} | shares((0.0, 1.0), (0.0, 0.0)),
+    "sticks after a stop and else vibrates": VIBRATES | {"starts_differ": True} | shares((1.0, 0.0), (0.0, 1.0)),
+    "vibrates beyond stick-slip": VIBRATES
+    | {"vibration": MACHINE["vibration"]}
+    | {"limits": {"damping": limits("damping ratio D", 0.17, "1", above=END_OF_DAMPING | BEYOND_IT)} | OF_BAND},
+    "vibrates before stick-slip begins": VIBRATES
+    | NEVER
+    | NO_CYCLE
+    | {"limits": {"damping": limits("damping ratio D", 0.35, "1", below=END_OF_DAMPING | BEYOND_IT)} | OF_BAND},
     "begins": MACHINE
     | NEVER
     | {"smallest_change": {"parameter": "mass"}}

@@ -11,7 +11,8 @@
 - grazing_response, durations_by_theory: how scatter moves the limit, and how long stick-slip and sliding last
 - answer: whether it stick-slips, where that ends or begins, and why, by runs
 - uncertainty_budget: how sure that is, and which uncertain input decides it
-- run_until_known, states_of, durations: when it is in stick-slip and when in steady sliding, and how long
+- attractors_of: where it ends without scatter, in stick-slip, in a vibration without sticking or in steady sliding
+- run_until_known, states_of, durations: when it is in stick-slip and when it slides, and how long
 - reattachment_statistics, count_difference: statistics of ensembles
 
 `__init__.pyi` lists all public names and their modules.

@@ -1,4 +1,5 @@
 from roughslip.oscillator.answers import answer as answer
+from roughslip.oscillator.attractors import attractors_of as attractors_of
 from roughslip.oscillator.budget import uncertainty_budget as uncertainty_budget
 from roughslip.oscillator.cycles import count_difference as count_difference
 from roughslip.oscillator.cycles import ensemble as ensemble

@@ -24,11 +24,12 @@ DIGITS = 5  # of the numbers of a picture
 
 @dataclass(frozen=True)
 class Run:
-    """A run: its motion, its first departure, its states, and whether it stick-slips when it is looked at."""
+    """A run: its motion, first departure and states, when it is looked at, and whether it stick-slips then."""
 
     motion: Motion
     first: float
     states: States
+    looked_at: float
     cycles: bool
 
 
@@ -78,7 +79,7 @@ class Runs:
         time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
         path, spacing = self.path(number), self.own.paths.spacing
         motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
-        return Run(motion, first, states, states.is_stick_slip(first + time))
+        return Run(motion, first, states, first + time, states.is_stick_slip(first + time))
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
         """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""
@@ -86,11 +87,11 @@ class Runs:
         periods = self.periods(machine)
         return np.array([self.one(machine, number, periods, False).cycles for number in numbers], dtype=bool)
 
-    def drawn(self, path: FrictionPath, periods: float) -> Trajectory:
-        """The motion of the own machine from rest, sampled as finely as so long a run allows."""
+    def drawn(self, path: FrictionPath, periods: float, start: float | tuple[float, float] = 0.0) -> Trajectory:
+        """The motion of the own machine, sampled as finely as so long a run allows. start : as in `trajectory`"""
         own = self.own
         options = replace(own.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
-        return trajectory(own.oscillator, own.law, path, own.paths.spacing, periods, options)
+        return trajectory(own.oscillator, own.law, path, own.paths.spacing, periods, options, start)
 
     def cycles_of(self, number: int, run: Run) -> np.ndarray:
         """The whole cycles of a run of the own machine, as `whole_cycles` gives them."""

@@ -2,26 +2,30 @@
 
 The probability is the share of independent runs from rest that are in stick-slip at random times of their second half.
 Along each parameter the same friction paths are run again, and levels of the probability are searched
-(`probability.search`).
+(`probability.search`). A run that does not stick may vibrate (`vibration`), and where it would end without scatter is
+that of `attractors`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_runs import Curve, Runs
+from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Decision, Ending, Limits, Needed, Quantity
+from roughslip.oscillator.answer_runs import Runs
+from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
-from roughslip.oscillator.states import Durations, durations, time_scales
+from roughslip.oscillator.states import durations, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
+from roughslip.oscillator.vibration import vibrating_runs
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import LevelSearch, first_change
 from roughslip.validation import gate
@@ -30,122 +34,10 @@ REACH = 100.0  # factor of the own value, either way, up to which limits are sea
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damping; as far as it always goes
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
 LEAST_KNOWN = 0.1  # of the belt's velocity, down to which a law has to be measured
+LIKELY = 0.5  # share of the runs from which on a state is to be ended
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
 STARTS = {"from_rest": False, "from_sliding": True}
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A number with its unit in SI.
-
-    value : None where the runs do not show it
-    interval : of 95 %, or None; None for an end that reaches the end of the search
-    """
-
-    value: float | None
-    interval: tuple[float | None, float | None] | None
-    unit: str
-
-
-@dataclass(frozen=True)
-class Crossing(Quantity):
-    """Where the probability crosses a level.
-
-    change : outwards, `falls below` or `rises above`
-    outside_measured_speeds : whether sliding there leaves the speeds at which the friction law was measured
-    """
-
-    change: str
-    outside_measured_speeds: bool
-
-
-@dataclass(frozen=True)
-class Limits(Quantity):
-    """Limits of stick-slip along one parameter; its own value is `value`.
-
-    below, above : crossings by level, and `without_scatter`, where the cycle without scatter ceases or begins
-    searched : the ends of the search, as its interval
-    """
-
-    title: str
-    below: Mapping[str, Quantity | None]
-    above: Mapping[str, Quantity | None]
-    searched: Quantity
-
-
-@dataclass(frozen=True)
-class Change(Quantity):
-    """A relative change of a parameter to its limit, below or above (side), that will end or begin stick-slip (aim)."""
-
-    parameter: str
-    side: str
-    aim: str
-
-
-@dataclass(frozen=True)
-class Needed(Quantity):
-    """Natural periods that a run has to last, and the time scale that asks for them."""
-
-    scale: str
-
-
-@dataclass(frozen=True)
-class Decision:
-    """What decides: `mean curve`, `scatter` or `both`.
-
-    cycle_exists_without_scatter : None where that is unknown
-    existence_limit, hopf_damping : [-] without scatter
-    band_over_distance : [-] width of the band between the levels, in damping, over the distance to the existence limit
-    """
-
-    by: str
-    cycle_exists_without_scatter: bool | None
-    existence_limit: Quantity
-    hopf_damping: Quantity
-    band_over_distance: Quantity
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What `answer` finds.
-
-    runs, periods : how many there are from either start, and their natural periods after the first departure
-    probability, probability_from_sliding : of stick-slip, of runs from rest and from steady sliding
-    starts_differ : whether these differ by more than chance
-    decided : false where they do because the runs are shorter than they need to be
-    needs : natural periods that a run needs
-    durations : of the states, with their rates and the share of time, from all runs
-    durations_by_theory : the same by `trough_chain`
-    amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
-        deviation
-    limits : by names of `machine.PARAMETERS`
-    smallest_change : relative, that ends stick-slip where it is likely, or begins it; None where no limit is found
-    decides : mean curve or scatter
-    outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
-    motion : a few periods to draw, with_scatter and without_scatter
-    trials : runs in all
-    """
-
-    runs: int
-    periods: Quantity
-    probability: Quantity
-    probability_from_sliding: Quantity
-    starts_differ: bool
-    decided: bool
-    needs: Needed
-    durations: Durations
-    durations_by_theory: Durations
-    amplitude: Quantity
-    amplitude_scatter: Quantity
-    frequency: Quantity
-    frequency_scatter: Quantity
-    limits: Mapping[str, Limits]
-    smallest_change: Change | None
-    decides: Decision
-    outside_measured_speeds: bool
-    motion: Mapping[str, Curve]
-    trials: int
 
 
 @gate
@@ -178,7 +70,10 @@ def answer(
     cycles = {name: np.array([run.cycles for run in started], dtype=bool) for name, started in of.items()}
     at_start = cycles["from_rest"]
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
-    cycle = cycle_statistics(drawn, oscillator.natural_frequency_rad_per_s, np.random.default_rng([*seed]))
+    omega = oscillator.natural_frequency_rad_per_s
+    cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
+    vibrating = vibrating_runs(runs, of, STARTS)
+    seen = {name: states_seen(cycles[name], vibrating.seen[name]) for name in STARTS}
     limits, trials = {}, 2 * count
     progress(1, 1 + len(parameters))
     for done, name in enumerate(parameters, start=2):
@@ -191,12 +86,15 @@ def answer(
         periods=Quantity(periods, None, "1"),
         probability=probability(at_start),
         probability_from_sliding=probability(cycles["from_sliding"]),
-        **memory_of_the_start(runs, periods, cycles),
-        durations=durations([run.states for each in of.values() for run in each], np.random.default_rng([*seed, 1])),
+        shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
+        without_scatter=endings(machine),
+        **memory_of_the_start(runs, periods, seen),
+        durations=durations(list(chain(*vibrating.states.values())), np.random.default_rng([*seed, 1])),
         durations_by_theory=durations_by_theory(machine),
         **cycle,
+        vibration=cycle_statistics(vibrating.cycles, omega, np.random.default_rng([*seed, 2])),
         limits=limits,
-        smallest_change=smallest_change(limits, share > 0.5),
+        smallest_change=smallest_change(limits, share, float(np.mean(seen["from_rest"][State.VIBRATION]))),
         decides=deciding(machine, share, limits.get("damping")),
         outside_measured_speeds=leaves_known_speeds(machine),
         motion=runs.curves(of["from_rest"]),
@@ -236,13 +134,37 @@ def probability(cycles: np.ndarray) -> Quantity:
     return Quantity(float(np.mean(cycles)), (float(low), float(high)), "1")
 
 
+def states_seen(cycles: np.ndarray, vibrates: np.ndarray) -> dict[State, np.ndarray]:
+    """(runs,) whether each run is in a state. cycles, vibrates : (runs,) whether it stick-slips, or vibrates in slip"""
+    return {
+        State.STICK_SLIP: cycles,
+        State.VIBRATION: ~cycles & vibrates,
+        State.SLIDING: ~cycles & ~vibrates,
+    }
+
+
+def endings(machine: Machine) -> dict[str, Ending]:
+    """Where the motion without scatter ends, by start."""
+    found = attractors_of(machine.oscillator, machine.law)
+    omega, ends = machine.oscillator.natural_frequency_rad_per_s, {}
+    for name, one in zip(STARTS, (found.from_rest, found.from_sliding), strict=True):
+        is_cycle = one.state is not State.SLIDING
+        frequency = omega / one.period if is_cycle else None
+        ends[name] = Ending(
+            one.state,
+            Quantity(one.amplitude if is_cycle else None, None, "m"),
+            Quantity(frequency, None, "Hz"),
+        )
+    return ends
+
+
 def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.random.Generator) -> dict[str, Any]:
     """Amplitude [m] and frequency [Hz] of the cycles of all runs: mean and standard deviation, by resampled runs.
 
     cycles : of each run, as `whole_cycles` gives them
     """
     run = np.repeat(np.arange(len(cycles)), [len(one) for one in cycles])
-    amplitude, duration = np.concatenate(cycles).T
+    amplitude, duration = np.concatenate([np.empty((0, 2)), *cycles]).T
     quantities: dict[str, Any] = {}
     for name, values, unit in (("amplitude", amplitude, "m"), ("frequency", omega / duration, "Hz")):
         try:
@@ -280,6 +202,7 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
             outside = leaves_known_speeds(runs.own.changed({name: crossing.value}))
             sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
         sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
+        sides[side]["steady_without_scatter"] = Quantity(steady_end(runs, name, start, ends[side]), None, unit)
     return Limits(
         own, None, unit, parameter.title, **sides, searched=Quantity(None, search.searched, unit)
     ), search.trials
@@ -294,16 +217,35 @@ def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float 
     return None if exists(start) is None else first_change(exists, start, reach)[1]
 
 
-def smallest_change(limits: Mapping[str, Limits], is_likely: bool) -> Change | None:
-    """The parameter with the relatively nearest limit that ends stick-slip where it is likely, else begins it."""
-    aim, changes = "end" if is_likely else "begin", []
+def steady_end(runs: Runs, name: str, start: float, reach: float) -> float | None:
+    """The value at which steady sliding without scatter, from rest, ceases or begins, if the search holds one."""
+
+    def slides(value: float) -> bool | None:
+        state = state_from_rest(runs.own.changed({name: value}))
+        return None if state is None else state is State.SLIDING
+
+    return None if slides(start) is None else first_change(slides, start, reach)[1]
+
+
+def smallest_change(limits: Mapping[str, Limits], stick_slip: float, vibration: float) -> Change | None:
+    """The parameter with the relatively nearest limit that ends the state that is likely, or else begins stick-slip.
+
+    stick_slip, vibration : [-] shares of the runs from rest
+    """
+    state, aim, label = State.STICK_SLIP, "begin", "0.95"
+    if stick_slip > LIKELY:
+        aim, label = "end", "0.05"
+    elif vibration > LIKELY:
+        state, aim, label = State.VIBRATION, "end", "steady_without_scatter"
+    changes = []
     for name, of_parameter in limits.items():
         for side in SIDES:
-            limit = getattr(of_parameter, side)["0.05" if is_likely else "0.95"]
-            if limit is not None and of_parameter.value:
-                low, high = (None if end is None else end / of_parameter.value - 1.0 for end in limit.interval)
-                change = limit.value / of_parameter.value - 1.0
-                changes.append((abs(change), name, Change(change, (low, high), "1", name, side, aim)))
+            limit = getattr(of_parameter, side)[label]
+            if limit is not None and limit.value is not None and of_parameter.value:
+                own = of_parameter.value
+                interval = None if limit.interval is None else tuple(end and end / own - 1.0 for end in limit.interval)
+                change = limit.value / own - 1.0
+                changes.append((abs(change), name, Change(change, interval, "1", name, side, aim, state)))
     return min(changes, key=lambda entry: entry[:2])[2] if changes else None
 
 
@@ -327,18 +269,21 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision
     by = "scatter" if exists is None or not is_certain else "mean curve"
     if by == "mean curve" and width is not None and width > CLEAR:
         by = "both"
-    return Decision(by, exists, *(Quantity(value, None, "1") for value in (limit, hopf, width)))
+    vibration = vibration_limit(machine, limit)
+    return Decision(by, exists, *(Quantity(value, None, "1") for value in (limit, hopf, vibration, width)))
 
 
-def memory_of_the_start(runs: Runs, periods: float, cycles: Mapping[str, np.ndarray]) -> dict[str, Any]:
+def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
 
-    Both starts have the same friction paths. Of the runs in which they differ, as many should stick-slip from one start
-    as from the other, where the start is forgotten.
+    Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one
+    start as from the other, where the start is forgotten.
     """
-    rest, sliding = cycles["from_rest"], cycles["from_sliding"]
-    more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
-    differ = bool(abs(more - less) > 2.0 * np.sqrt(more + less))
+    differ = False
+    for state, rest in seen["from_rest"].items():
+        sliding = seen["from_sliding"][state]
+        more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
+        differ = differ or bool(abs(more - less) > 2.0 * np.sqrt(more + less))
     scale, needed = max(time_scales(runs.own).items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,

@@ -43,6 +43,7 @@ from roughslip.oscillator.slip_orbit import (
     slip_flow,
     turn,
 )
+from roughslip.probability.search import first_change
 from roughslip.validation import gate
 
 LEAST = 1e-4  # of the belt's velocity: a vibration below it is steady sliding
@@ -50,6 +51,7 @@ MESH, NARROW = 1 / 32, 1 / 512  # step of peaks, of their distance from 0 and fr
 NEUTRAL = 1e-9  # relative, of a change of peak that is none
 LAST = 1.0 - 1e-9  # peak next to the belt
 MOST_STEPS = 100_000  # to an extreme of the place
+BEYOND, LEAST_DAMPING, REACH = 1e-6, 1e-3, 100.0  # the existence limit, of a search in damping for the vibration's end
 LOOPS, MOST_LOOPS, SETTLED = 50.0, 12_800.0, 1e-7  # natural periods of runs beyond the belt; change of a loop then
 
 
@@ -89,17 +91,17 @@ class Attractors:
 
 
 @gate
-def attractors(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
+def attractors_of(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
     """Where the motion without scatter ends, from rest and from sliding.
 
     Raises ConvergenceError where slip is too stiff to follow, or a run does not settle; ParameterError with excitation
     or a belt at rest.
     """
-    return _attractors(oscillator, law)
+    return _found(oscillator, law)
 
 
 @lru_cache(maxsize=256)
-def _attractors(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
+def _found(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
     flow = slip_flow(oscillator, law)
     starts = peak_from_rest(oscillator, law), settled_peak(flow, LEAST, rises=True)
     from_rest, from_sliding = (_attractor(oscillator, law, flow, peak) for peak in starts)
@@ -115,6 +117,19 @@ def state_from_rest(machine: Machine) -> State | None:
         return beyond_the_belt(machine.oscillator, machine.law).state
     except ConvergenceError:
         return None
+
+
+def vibration_limit(machine: Machine, existence: float | None) -> float | None:
+    """The damping ratio beyond which no vibration without sticking follows from rest; None where there is none.
+
+    existence : [-] existence limit of the stick-slip cycle, above which the search begins; None without one
+    """
+
+    def state(ratio: float) -> State | None:
+        return state_from_rest(machine.changed({"damping": ratio}))
+
+    start = (existence or LEAST_DAMPING) * (1.0 + BEYOND)
+    return first_change(state, start, REACH * max(start, 1.0))[1] if state(start) is State.VIBRATION else None
 
 
 def peak_from_rest(oscillator: Oscillator, law: FrictionLaw) -> float:

@@ -1,9 +1,10 @@
-"""The two states of a mass on a belt, stick-slip and steady sliding, and runs that last until the state is known.
+"""States of a mass on a belt, stick-slip and slip without sticking, and runs that last until the state is known.
 
-A slip phase longer than any slip of the stick-slip cycle is steady sliding. Stick-slip is a sequence of shorter slip
-phases, at least one with backward motion. It begins with the departure of the first one and ends with the departure of
-a long one, or with the last reattachment. All other time belongs to neither state. That is the time before the first
-departure, which the spring takes mu N / (k v0) to reach, after the last reattachment, and in sticks between long slips.
+A slip phase longer than any slip of the stick-slip cycle is sliding, steady or a vibration (`vibration`). Stick-slip is
+a sequence of shorter slip phases, at least one with backward motion. It begins with the departure of the first one and
+ends with the departure of a long one, or with the last reattachment. All other time belongs to neither state. That is
+the time before the first departure, which the spring takes mu N / (k v0) to reach, after the last reattachment, and in
+sticks between long slips.
 
 The longest slip of a cycle follows from the loop of slip without scatter, from departure back to the largest velocity.
 After LOOPS of them the mass has missed the belt at least twice.
@@ -22,7 +23,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -52,9 +54,15 @@ class States:
     """When a motion is in which state, in natural periods."""
 
     stick_slip: np.ndarray = described("beginning and end of each time in stick-slip", "1", "times ends")
-    sliding: np.ndarray = described("beginning and end of each time in steady sliding", "1", "times ends")
+    sliding: np.ndarray = described("beginning and end of each slip without sticking", "1", "times ends")
     stick_slip_ended: np.ndarray = described("false where the run was over before the end of stick-slip", "1", "times")
     sliding_ended: np.ndarray = described("false where the run was over before the end of sliding", "1", "times")
+    vibration: np.ndarray = described(
+        "beginning and end of each time of sliding that vibrates",
+        "1",
+        "times ends",
+        default_factory=lambda: np.empty((0, 2)),
+    )
 
     @gate
     def share(self, begin: float = 0.0, end: float = math.inf) -> float:
@@ -68,7 +76,23 @@ class States:
     @gate
     def is_stick_slip(self, periods: float) -> bool:
         """Whether a time [natural periods] lies in stick-slip; of random times of a state, the mean is `share`."""
-        return bool(np.any((self.stick_slip[:, 0] <= periods) & (periods < self.stick_slip[:, 1])))
+        return is_within(self.stick_slip, periods)
+
+
+def is_within(times: np.ndarray, periods: float) -> bool:
+    """Whether a time lies in one of the times : (times, 2) from beginning to end."""
+    return bool(np.any((times[:, 0] <= periods) & (periods < times[:, 1])))
+
+
+def _parts_of_slip(run: States) -> tuple[np.ndarray, np.ndarray]:
+    """(times, 2) durations in steady sliding and in vibration, and whether each ended before the run was over."""
+    rows: tuple[list[tuple[float, bool]], ...] = ([], [])
+    for (begin, end), ended in zip(run.sliding, run.sliding_ended, strict=True):
+        inside = run.vibration[(begin <= run.vibration[:, 0]) & (run.vibration[:, 0] < end)]
+        for place, (first, last) in enumerate(pairwise([begin, *inside.ravel(), end])):
+            if last > first:
+                rows[place % 2].append((last - first, ended if last == end else True))
+    return np.reshape(rows[0], (-1, 2)), np.reshape(rows[1], (-1, 2))
 
 
 def slip_phases(motion: Motion) -> tuple[np.ndarray, bool]:
@@ -191,15 +215,17 @@ def time_scales(machine: Machine) -> dict[str, float]:
 class Durations:
     """How long the states last and how often they end, each (value, low, high); by theory without interval.
 
-    stick_slip, sliding : (3,) [natural periods] mean duration; infinite where none ends
-    birth : (3,) [1 / natural period] rate at which stick-slip begins in the time of sliding
-    share : (3,) [-] of the time in either state that is stick-slip, in the long run
+    stick_slip, sliding, vibration : (3,) [natural periods] mean duration, that of sliding without vibration; infinite
+        where none ends
+    birth : (3,) [1 / natural period] rate at which stick-slip begins in the time of slip without sticking
+    share : (3,) [-] of the time in any state that is stick-slip, in the long run
     """
 
     stick_slip: np.ndarray
     sliding: np.ndarray
     birth: np.ndarray
     share: np.ndarray
+    vibration: np.ndarray = field(default_factory=lambda: np.full(3, math.nan))
 
     @property
     def death(self) -> np.ndarray:
@@ -216,13 +242,13 @@ def durations(runs: Sequence[States], generator: np.random.Generator) -> Duratio
     (`exponential_mean`). The mean of a state that no run shows is NaN.
     """
     stuck, slid = (np.concatenate([np.diff(getattr(run, state))[:, 0] for run in runs]) for state in STATES)
-    stuck_ended, slid_ended = (np.concatenate([getattr(run, f"{state}_ended") for run in runs]) for state in STATES)
+    stuck_ended = np.concatenate([run.stick_slip_ended for run in runs])
+    steady, vibrating = (np.concatenate(part).T for part in zip(*map(_parts_of_slip, runs), strict=True))
     births = np.concatenate([_births(run) for run in runs])
-    stick_slip, sliding, until_birth = (
-        _mean(*one, generator) for one in ((stuck, stuck_ended), (slid, slid_ended), (slid, births))
-    )
+    stick_slip, sliding = _mean(stuck, stuck_ended, generator), _mean(steady[0], steady[1], generator)
+    until_birth, vibration = _mean(slid, births, generator), _mean(vibrating[0], vibrating[1], generator)
     birth = 1.0 / until_birth[[0, 2, 1]]
-    return Durations(stick_slip, sliding, birth, stationary_share(1.0 / stick_slip[[0, 2, 1]], birth))
+    return Durations(stick_slip, sliding, birth, stationary_share(1.0 / stick_slip[[0, 2, 1]], birth), vibration)
 
 
 def _births(run: States) -> np.ndarray:
@@ -299,6 +325,7 @@ def states_of_answer(measured: Durations, theory: Durations | None, omega: float
             "share_of_time": found.share,
             "mean_stick_slip_s": period * found.stick_slip,
             "mean_sliding_s": period * found.sliding,
+            "mean_vibration_s": period * found.vibration,
             "death_per_s": found.death / period,
             "birth_per_s": found.birth / period,
         }

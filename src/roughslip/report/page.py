@@ -14,7 +14,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from roughslip.report import words
+from roughslip.report import budget_words, words
 from roughslip.report.sections import (
     MARKS,
     SECTIONS,
@@ -120,7 +120,8 @@ def environment() -> Environment:
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "amount": words.amount,
         "aim": words.aim,
-        "bars": words.bars,
+        "changed_state": words.changed_state,
+        "bars": budget_words.bars,
         "chance": words.chance,
         "change_rows": words.change_rows,
         "curve": lambda scene: words.friction_curve(json.loads(scene.configuration)),

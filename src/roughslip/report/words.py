@@ -1,4 +1,4 @@
-"""Answer and budget in words, in units and digits that a reader takes in: one set for the page and the terminal."""
+"""An answer in words, in units and digits that a reader takes in: one set for the page and the terminal."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
-
-from roughslip.probability.estimate import TAILS
 
 Number = Mapping[str, Any]
 # Units for readers, the largest first, by the SI unit. One below 1 is taken from a tenth of it on: 0.13 mm, not 130 µm.
@@ -22,9 +20,11 @@ SCALES = {
     "s": ((86400.0, " days"), (3600.0, " h"), (60.0, " min"), (1.0, " s"), (1e-3, " ms")),
 }
 SIDES = ("below", "above")
-CERTAIN, EXCLUDED = 0.95, 0.05  # probabilities from which stick-slip is said to occur, or not to
+CERTAIN, EXCLUDED = 0.95, 0.05  # probabilities from which a state is said to occur, or not to
+VIBRATES = "No, but it vibrates"
 DECIDES = {"mean curve": "The mean friction curve decides", "scatter": "The scatter of friction decides"}
-STATES = {"stick-slip": "stick_slip", "steady sliding": "sliding"}
+DOES = {"stick_slip": "stick-slips", "vibration": "vibrates without sticking", "sliding": "slides steadily"}
+GOES_ON = {"stick_slip": "begins to stick-slip", "vibration": "vibrates without sticking", "sliding": "goes on sliding"}
 SURE = 2  # digits of amplitude, frequency and times, which are as sure as the inputs
 CHANGES = {  # downwards, upwards
     "damping": ("less damping, D", "more damping, D"),
@@ -33,10 +33,9 @@ CHANGES = {  # downwards, upwards
     "stiffness": ("softer spring", "stiffer spring"),
     "load": ("less normal force", "more normal force"),
 }
+SAME = 1e-3  # relative, of two limits that are one
 REACH = 100.0  # factor up to which limits are searched: the full length of a bar
 WIDE = 1.5  # factor from which a change is given as one, not in per cent
-SCATTER = "scatter of friction"  # as a source in the budget
-NEVER = 1e-12  # [1/s] of a rate: once in thirty thousand years
 
 
 def digits(value: float, places: int = 3) -> str:
@@ -87,24 +86,50 @@ def answer_summary(answer: Mapping[str, Any]) -> list[str]:
 
 
 def chance(answer: Mapping[str, Any]) -> str:
-    """The probability of stick-slip, of both starts where they differ."""
-    text = percent(answer["probability"])
+    """The probability of stick-slip, and of vibration where runs show it; of both starts where they differ."""
+    vibrates = has_vibration(answer)
+
+    def of_start(start: str) -> str:
+        shares = answer["shares"][start]
+        more = f", vibration {percent(shares['vibration'])}" if vibrates else ""
+        return percent(shares["stick_slip"]) + more
+
+    text = of_start("from_rest")
     if answer["starts_differ"]:
-        text += f" from rest, {percent(answer['probability_from_sliding'])} from sliding"
+        text += f" from rest, {of_start('from_sliding')} from sliding"
     return f"{text}, outside the measured speeds" if answer.get("outside_measured_speeds") else text
 
 
+def has_vibration(answer: Mapping[str, Any]) -> bool:
+    """Whether a run, from either start, vibrates without sticking."""
+    return any(shares["vibration"]["value"] > 0.0 for shares in answer["shares"].values())
+
+
+def usual(shares: Mapping[str, Number]) -> str:
+    """The state of most runs."""
+    return max(shares, key=lambda state: float(shares[state]["value"]))
+
+
 def aim(answer: Mapping[str, Any]) -> str:
-    """What a change would do to stick-slip: end it where it is likely, or else begin it."""
-    return "ends" if answer["probability"]["value"] > 0.5 else "begins"
+    """What a change would do to stick-slip or vibration: end it where it is likely, or else begin stick-slip."""
+    shares = answer["shares"]["from_rest"]
+    return "ends" if max(shares["stick_slip"]["value"], shares["vibration"]["value"]) > 0.5 else "begins"
+
+
+def changed_state(answer: Mapping[str, Any]) -> str:
+    """The state that a change would end or begin."""
+    return "vibration" if answer["shares"]["from_rest"]["vibration"]["value"] > 0.5 else "stick-slip"
 
 
 def smallest_change(answer: Mapping[str, Any]) -> str:
-    """The smallest change of one parameter that ends stick-slip or begins it."""
-    row = change_rows(answer)[0]
+    """The smallest change of one parameter that ends stick-slip or the vibration, or begins stick-slip."""
+    row, does = (
+        change_rows(answer)[0],
+        f"{aim(answer)} {'the vibration' if changed_state(answer) == 'vibration' else 'it'}",
+    )
     if not row.needed:
-        return f"No change of one parameter within a factor of 100 {aim(answer)} it."
-    return f"The smallest change that {aim(answer)} it: {row.name}, {row.change}, from {row.now} to {row.there}."
+        return f"No change of one parameter within a factor of 100 {does}."
+    return f"The smallest change that {does}: {row.name}, {row.change}, from {row.now} to {row.there}."
 
 
 def decision(decides: Mapping[str, Any]) -> str:
@@ -112,8 +137,13 @@ def decision(decides: Mapping[str, Any]) -> str:
     line = DECIDES.get(decides["by"], "The mean friction curve and its scatter decide together")
     limit, width = decides["existence_limit"]["value"], decides["band_over_distance"]["value"]
     if limit is None:
-        return f"{line}: without scatter no existence limit is found."
+        line += ": without scatter no existence limit is found"
+        vibration = decides["vibration_limit"]["value"]
+        vibrates = f"; the mass vibrates without sticking up to D = {digits(vibration)}" if vibration else ""
+        return f"{line}{vibrates}."
     line += f": without scatter the cycle exists up to D = {digits(limit)}"
+    if (vibration := decides["vibration_limit"]["value"]) is not None:
+        line += f", and above that the mass vibrates without sticking up to D = {digits(vibration)}"
     return f"{line}." if width is None else f"{line}. Scatter blurs the limit by {digits(100 * width, SURE)} %."
 
 
@@ -132,6 +162,7 @@ class Row:
     far : logarithm of the change [% of the search]
     is_smallest : of all relative changes
     outside : whether the limit lies beyond the measured speeds
+    vibrates : where the mass vibrates without sticking on the way, in words
     """
 
     name: str
@@ -142,20 +173,45 @@ class Row:
     far: float = 0.0
     is_smallest: bool = False
     outside: bool = False
+    vibrates: str = ""
 
     @property
     def there(self) -> str:
         """The needed value with its interval."""
-        notes = [part for part in (self.interval, "beyond the measured speeds" if self.outside else "") if part]
+        beyond = "beyond the measured speeds" if self.outside else ""
+        notes = [part for part in (self.interval, beyond, self.vibrates) if part]
         return f"{self.needed} ({', '.join(notes)})" if notes else self.needed
 
 
 def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Where along a parameter stick-slip ends, where it is likely, or else begins, nearest to the scene's value."""
+    """Where along a parameter the likely state ends, or else stick-slip begins, nearest to the scene's value."""
     label = "0.05" if aim(answer) == "ends" else "0.95"
-    near = [parameter[side][label] for side in SIDES if parameter[side][label] is not None]
+    if changed_state(answer) == "vibration":
+        label = "steady_without_scatter"
+    near = [
+        parameter[side][label] for side in SIDES if (parameter[side][label] or {"value": None})["value"] is not None
+    ]
     own = parameter["value"] or 1.0
     return min(near, key=lambda limit: abs(math.log(limit["value"] / own)), default=None)
+
+
+def vibrates_on_the_way(answer: Mapping[str, Any], parameter: Mapping[str, Any], way: float) -> str:
+    """Where the mass vibrates without sticking after stick-slip ends, or before it begins; empty where it does not.
+
+    way : positive upwards
+    """
+    side = parameter[SIDES[way > 0.0]]
+    cycle, steady = (side[name]["value"] for name in ("without_scatter", "steady_without_scatter"))
+    if changed_state(answer) == "vibration" or cycle is None:
+        return ""
+    if steady is None:
+        return "then it vibrates without sticking" if aim(answer) == "ends" else ""
+    if abs(math.log(steady / cycle)) < SAME:
+        return ""
+    shown = amount(steady, parameter["unit"], like=parameter["value"] or steady)
+    if aim(answer) == "ends":
+        return f"then it vibrates without sticking {'up' if way > 0.0 else 'down'} to {shown}"
+    return f"it vibrates without sticking from {shown} on"
 
 
 def change_rows(answer: Mapping[str, Any]) -> list[Row]:
@@ -178,6 +234,7 @@ def change_rows(answer: Mapping[str, Any]) -> list[Row]:
             100.0 * min(abs(way) / math.log(REACH), 1.0),
             name == smallest["parameter"],
             bool(limit.get("outside_measured_speeds")),
+            vibrates_on_the_way(answer, parameter, way),
         )
         ranked.append((0.0 if row.is_smallest else abs(way), row))
     return [row for _, row in sorted(ranked, key=lambda pair: pair[0])]
@@ -192,7 +249,9 @@ def factor(ratio: float) -> str:
 
 def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     """The verdict as a word, its kind (bad, good or odd), and a sentence."""
-    rest, sliding = (answer[name]["value"] for name in ("probability", "probability_from_sliding"))
+    shares = answer["shares"]
+    rest, sliding = usual(shares["from_rest"]), usual(shares["from_sliding"])
+    stuck, vibrating, steady = (shares["from_rest"][state]["value"] for state in DOES)
     if answer["starts_differ"] and not answer["decided"]:
         needed = answer["needs"]["value"]
         text = "The runs are too short to tell: they still depend on how they start. " + (
@@ -201,17 +260,21 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
             else "No damping ends its transients."
         )
         return {"word": "Not decided", "kind": "odd", "text": text}
-    if answer["starts_differ"]:
-        text = "It stick-slips once it has been at rest, and goes on sliding where it slides at first."
-        return {"word": "After a stop", "kind": "bad" if rest >= CERTAIN else "odd", "text": text}
-    if rest >= CERTAIN:
-        text = "It stick-slips, whether it starts from rest or from sliding."
-        return {"word": "Yes", "kind": "bad", "text": text}
-    if rest <= EXCLUDED:
-        text = "It slides steadily, whether it starts from rest or from sliding."
-        return {"word": "No", "kind": "good", "text": text}
-    share = "more" if min(rest, sliding) > 0.5 else "less"
+    if answer["starts_differ"] and rest != sliding:
+        text = f"It {DOES[rest]} once it has been at rest, and {GOES_ON[sliding]} where it slides at first."
+        return {"word": "After a stop", "kind": "bad" if stuck >= CERTAIN else "odd", "text": text}
+    if max(stuck, vibrating, steady) >= CERTAIN and not answer["starts_differ"]:
+        text = f"It {DOES[rest]}, whether it starts from rest or from sliding."
+        word, kind = {"stick_slip": ("Yes", "bad"), "vibration": (VIBRATES, "odd"), "sliding": ("No", "good")}[rest]
+        return {"word": word, "kind": kind, "text": text}
+    if stuck <= EXCLUDED and vibrating > EXCLUDED:
+        share = "more" if vibrating > 0.5 else "less"
+        text = f"It slides without sticking, and vibrates {share} than half of the time."
+        return {"word": f"{VIBRATES} at times", "kind": "odd", "text": text}
+    share = "more" if min(stuck, shares["from_sliding"]["stick_slip"]["value"]) > 0.5 else "less"
     text = f"Stick-slip ends and begins again: it takes {share} than half of the time."
+    if vibrating > EXCLUDED:
+        text += f" Without sticking it vibrates {100 * vibrating:.0f} % of the time."
     return {"word": "At times", "kind": "odd", "text": text}
 
 
@@ -220,13 +283,15 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))
     own = amount(math.sqrt(stiffness / mass) / (2 * math.pi), "Hz", SURE)
     lines = []
-    if answer["amplitude"]["value"] is not None:
+    for of_state, found in (("", answer), ("vibration, ", answer["vibration"])):
+        if found["amplitude"]["value"] is None:
+            continue
         for title, name in (("half of peak to peak", "amplitude"), ("frequency", "frequency")):
-            size, part = answer[name], answer[f"{name}_scatter"]["value"] / answer[name]["value"]
+            size, part = found[name], found[f"{name}_scatter"]["value"] / found[name]["value"]
             more = f"; own frequency {own}" if name == "frequency" else ""
             note = f"scatters by {digits(100 * part, 1)} %{more}"
-            lines.append((title, amount(size["value"], size["unit"], SURE), note))
-    else:
+            lines.append((f"{of_state}{title}", amount(size["value"], size["unit"], SURE), note))
+    if not lines:
         lines.append(("own frequency", own, "there is no cycle of stick-slip"))
     return [*lines, _states(answer), ("mean friction", *_friction(answer))]
 
@@ -243,8 +308,8 @@ def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
 def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
     """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
     states, durations = answer["states"], []
-    for word, name in (("stick-slip", "mean_stick_slip_s"), ("sliding", "mean_sliding_s")):
-        mean, minimum, _ = states[name]
+    for word, name in (("stick-slip", "stick_slip"), ("vibration", "vibration"), ("sliding", "sliding")):
+        mean, minimum, _ = states[f"mean_{name}_s"]
         if mean is not None or minimum is not None:
             known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
             durations.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
@@ -270,64 +335,3 @@ def friction_curve(scene: Mapping[str, Any]) -> str:
         speed, last = oscillator["friction_table"][-1]
         return f"The curve is the friction_table of the scene: {static}, {digits(last)} at {amount(speed, 'm s-1')}."
     return f"The curve is the law {oscillator['law']}: {static}."
-
-
-def budget_summary(budget: Mapping[str, Any]) -> list[str]:
-    """Sentences: the averaged probability, limits with their intervals, rates, what to measure next."""
-    given, mean = budget["answer"]["value"], budget["probability"]["mean"]
-    first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
-    limits, symbols = [], {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
-    for name, limit in budget["limits"].items():
-        number = {**limit, "unit": budget["units"][name]}
-        beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
-        value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
-        limits.append(f"{symbols[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
-    second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
-    return [
-        f"{first}averaged over what is uncertain.",
-        second,
-        rates_in_words(budget["rates"]),
-        next_to_measure(budget),
-    ]
-
-
-def rates_in_words(rates: Mapping[str, Any]) -> str:
-    """How often stick-slip ends and begins."""
-    if not rates:
-        return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
-    words = {"death": ("ends", "a second"), "birth": ("begins", "a second of sliding")}
-    shown = []
-    for name, (verb, unit) in words.items():
-        mean, (low, high) = rates[name]["mean"], rates[name]["interval"]
-        often = f"{mean:.2g} times ({low:.2g} to {high:.2g}) {unit}" if mean > NEVER else "practically never"
-        shown.append(f"{verb} {often}")
-    return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
-
-
-def is_sure(budget: Mapping[str, Any]) -> bool:
-    """Whether the averaged probability is so near 0 or 1 that the margin is what is left to know."""
-    mean = float(budget["probability"]["mean"])
-    return max(mean, 1.0 - mean) > CERTAIN
-
-
-def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
-    if is_sure(budget):
-        parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
-    else:
-        parts = {**budget["outcome"], SCATTER: budget["scatter"]}
-    return sorted(((name, 100.0 * min(part, 1.0)) for name, part in parts.items()), key=lambda one: -one[1])
-
-
-def next_to_measure(budget: Mapping[str, Any]) -> str:
-    """The source whose exact knowledge takes away most, and how much."""
-    rows: Sequence[tuple[str, float]] = bars(budget)
-    known = [row for row in rows if row[0] != SCATTER and row[1] > 0.0]
-    if not known:
-        return "No number that the scene gives with an uncertainty matters here."
-    (name, part), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
-    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
-    if is_sure(budget):
-        return f"That is sure enough. {sentence}."
-    kept = digits(100 * budget["scatter"], SURE)
-    return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

@@ -6,7 +6,8 @@ from dataclasses import asdict
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.answers import Quantity, answer, check_has_answer
+from roughslip.oscillator.answer_parts import Quantity
+from roughslip.oscillator.answers import answer, check_has_answer
 from roughslip.oscillator.machine import OF_OSCILLATOR
 from roughslip.oscillator.states import states_of_answer
 from roughslip.report.words import answer_summary

@@ -26,7 +26,7 @@ from roughslip.oscillator.machine import PARAMETERS, Machine
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
-from roughslip.report.words import budget_summary
+from roughslip.report.budget_words import budget_summary
 from roughslip.scene.schema import source_of
 from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream, elastic

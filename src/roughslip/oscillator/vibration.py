@@ -1,0 +1,137 @@
+"""When a mass that slips without sticking vibrates, under scattering friction.
+
+A long slip vibrates in a natural period in which half of peak to peak of X is nearer to that of the vibration without
+scatter, A, than to that of the linear response to the noise. With as much noise in both, the amplitude R has the
+densities of Rayleigh and Rice. They are equal at R = A / 2 up to a term of the noise (S. O. Rice, Bell Syst. Tech. J.
+24 (1945) 46), so that the middle is the arithmetic one.
+
+Linear response: about stable sliding X'' + 2 d X' + X = F g mu_S with d = D - D_Hopf, g being 1, or mu_D(v0) where
+scatter multiplies. For mu_S of deviation sigma and correlation exp(-a tau), a = V / L, its variance is
+
+    (F g sigma)^2 (2 d + a) / (2 d (1 + 2 d a + a^2)),
+
+that of slow noise for a -> 0 and of white noise for a -> infinity. A sine of that variance has the amplitude sqrt(2)
+times its root. Where sliding is unstable there is no such response, and its amplitude is 0: a slip vibrates once it has
+grown to A / 2. Without a vibration of the motion without scatter there are two states.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from roughslip.oscillator.answer_runs import Run, Runs
+from roughslip.oscillator.attractors import attractors_of
+from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import Trajectory
+from roughslip.oscillator.slip_orbit import equilibrium
+from roughslip.oscillator.states import States, is_within
+from roughslip.validation import gate
+
+TURN = 2.0 * math.pi
+
+
+@gate
+def linear_response(machine: Machine) -> float:
+    """Amplitude [m] of the response of stable steady sliding to the scatter of friction; 0 where it is unstable."""
+    oscillator, friction = machine.oscillator, machine.scattering
+    margin = oscillator.damping_ratio - hopf_damping(oscillator, machine.law)
+    if margin <= 0.0:
+        return 0.0
+    multiplies = machine.options.scatter == "multiplicative"
+    gain = float(machine.law.mu(oscillator.belt_velocity_m_per_s)) if multiplies else 1.0
+    rate = oscillator.V / friction.correlation_length_m
+    part = (2.0 * margin + rate) / (2.0 * margin * (1.0 + 2.0 * margin * rate + rate**2))
+    return math.sqrt(2.0 * part) * oscillator.F * gain * friction.path_deviation
+
+
+@gate
+def least_amplitude(machine: Machine) -> float | None:
+    """Half of peak to peak [m] from which slip without sticking is a vibration; None where nothing vibrates.
+
+    Raises as `attractors_of` does.
+    """
+    found = attractors_of(machine.oscillator, machine.law).least_vibration
+    return None if found is None else 0.5 * (found.amplitude + min(linear_response(machine), found.amplitude))
+
+
+@gate
+def vibrations(drawn: Trajectory, states: States, least: float) -> np.ndarray:
+    """(times, 2) [natural periods] beginning and end of each time of vibration in slips without sticking.
+
+    least : [m] as `least_amplitude` gives it; each natural period of a slip is judged, and the rest after the last
+    """
+    times: list[tuple[float, float]] = []
+    for begin, end in states.sliding:
+        marks = [*np.arange(begin, max(end - 1.0, begin + 0.5)), end]
+        for first, last in pairwise(marks):
+            inside = slice(*np.searchsorted(drawn.time, (TURN * first, TURN * last)))
+            if drawn.position[inside].size and 0.5 * np.ptp(drawn.position[inside]) > least:
+                if first > begin and times and times[-1][1] == first:
+                    first = times.pop()[0]
+                times.append((float(first), float(last)))
+    return np.reshape(times, (-1, 2))
+
+
+@gate
+def vibration_cycles(drawn: Trajectory, times: np.ndarray, machine: Machine) -> np.ndarray:
+    """(cycles, 2) half of peak to peak [m] and duration [tau] of each cycle of a vibration, as `whole_cycles` has them.
+
+    times : of the vibration; a cycle lasts from one upward passage of the place of steady sliding to the next
+    """
+    place, rows = drawn.position - equilibrium(machine.oscillator, machine.law), []
+    for begin, end in TURN * times:
+        first, last = np.searchsorted(drawn.time, (begin, end))
+        ups = first + np.flatnonzero((place[first : last - 1] < 0.0) & (place[first + 1 : last] >= 0.0))
+        part = place[ups] / (place[ups] - place[ups + 1])
+        passed = drawn.time[ups] + part * (drawn.time[ups + 1] - drawn.time[ups])
+        for (a, b), duration in zip(pairwise(ups), np.diff(passed), strict=True):
+            rows.append((0.5 * float(np.ptp(place[a : b + 1])), float(duration)))
+    return np.reshape(rows, (-1, 2))
+
+
+@dataclass(frozen=True)
+class VibratingRuns:
+    """Vibration without sticking in runs by their starts.
+
+    seen : (runs,) whether each vibrates when it is looked at
+    states : of each run, with its times of vibration
+    cycles : of each run that begins at rest, as `vibration_cycles` gives them
+    """
+
+    seen: Mapping[str, np.ndarray]
+    states: Mapping[str, Sequence[States]]
+    cycles: Sequence[np.ndarray]
+
+
+def vibrating_runs(runs: Runs, of: Mapping[str, Sequence[Run]], starts: Mapping[str, bool]) -> VibratingRuns:
+    """Vibration in runs of the own machine. starts : whether those of a name begin in sliding
+
+    Runs that slip for long are drawn again, where the motion without scatter has a vibration.
+    """
+    own, cycles = runs.own, list[np.ndarray]()
+    states = {name: [run.states for run in started] for name, started in of.items()}
+    if (least := least_amplitude(own)) is not None:
+        place = equilibrium(own.oscillator, own.law)
+        for name, started in of.items():
+            for number, run in enumerate(started):
+                if not run.states.sliding.size:
+                    continue
+                start = (place, 0.0) if starts[name] else 0.0
+                drawn = runs.drawn(runs.path(number), run.motion.duration / TURN, start)
+                times = vibrations(drawn, run.states, least)
+                states[name][number] = replace(run.states, vibration=times)
+                if not starts[name]:
+                    cycles.append(vibration_cycles(drawn, times, own))
+    seen = {
+        name: np.array(
+            [is_within(one.vibration, run.looked_at) for one, run in zip(states[name], started, strict=True)]
+        )
+        for name, started in of.items()
+    }
+    return VibratingRuns(seen, states, cycles)

@@ -1,0 +1,73 @@
+"""A budget in words, as `words` has an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from roughslip.probability.estimate import TAILS
+from roughslip.report.words import CERTAIN, SURE, amount, digits, ends, joined
+
+SCATTER = "scatter of friction"  # as a source in the budget
+NEVER = 1e-12  # [1/s] of a rate: once in thirty thousand years
+
+
+def budget_summary(budget: Mapping[str, Any]) -> list[str]:
+    """Sentences: the averaged probability, limits with their intervals, rates, what to measure next."""
+    given, mean = budget["answer"]["value"], budget["probability"]["mean"]
+    first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
+    limits, symbols = [], {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
+    for name, limit in budget["limits"].items():
+        number = {**limit, "unit": budget["units"][name]}
+        beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
+        value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
+        limits.append(f"{symbols[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
+    second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
+    return [
+        f"{first}averaged over what is uncertain.",
+        second,
+        rates_in_words(budget["rates"]),
+        next_to_measure(budget),
+    ]
+
+
+def rates_in_words(rates: Mapping[str, Any]) -> str:
+    """How often stick-slip ends and begins."""
+    if not rates:
+        return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
+    words = {"death": ("ends", "a second"), "birth": ("begins", "a second of sliding")}
+    shown = []
+    for name, (verb, unit) in words.items():
+        mean, (low, high) = rates[name]["mean"], rates[name]["interval"]
+        often = f"{mean:.2g} times ({low:.2g} to {high:.2g}) {unit}" if mean > NEVER else "practically never"
+        shown.append(f"{verb} {often}")
+    return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
+
+
+def is_sure(budget: Mapping[str, Any]) -> bool:
+    """Whether the averaged probability is so near 0 or 1 that the margin is what is left to know."""
+    mean = float(budget["probability"]["mean"])
+    return max(mean, 1.0 - mean) > CERTAIN
+
+
+def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
+    if is_sure(budget):
+        parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
+    else:
+        parts = {**budget["outcome"], SCATTER: budget["scatter"]}
+    return sorted(((name, 100.0 * min(part, 1.0)) for name, part in parts.items()), key=lambda one: -one[1])
+
+
+def next_to_measure(budget: Mapping[str, Any]) -> str:
+    """The source whose exact knowledge takes away most, and how much."""
+    rows: Sequence[tuple[str, float]] = bars(budget)
+    known = [row for row in rows if row[0] != SCATTER and row[1] > 0.0]
+    if not known:
+        return "No number that the scene gives with an uncertainty matters here."
+    (name, part), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
+    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
+    if is_sure(budget):
+        return f"That is sure enough. {sentence}."
+    kept = digits(100 * budget["scatter"], SURE)
+    return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

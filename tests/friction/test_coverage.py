@@ -8,7 +8,7 @@ from scipy import special, stats
 
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
-from roughslip.friction.table import POSITIVE, combine
+from roughslip.friction.table import POSITIVE, bootstrap, combine
 from roughslip.friction.windows import estimate_of, strip_weights, window_statistics
 from roughslip.probability import beta_moments
 from tests.friction.test_windows import autoregressive
@@ -30,7 +30,7 @@ def with_control(rng):
     mu = 0.3 + 0.03 * (rho * control[:80] + math.sqrt(1 - rho**2) * own)
     valid = np.ones(control.shape, bool)
     weights = strip_weights(80, 200, rng), strip_weights(800, 200, rng)
-    rows, _ = combine((mu, valid[:80]), (0.29 + 0.027 * control, valid), weights)
+    rows, _ = combine(bootstrap(mu, valid[:80], weights[0]), (0.29 + 0.027 * control, valid), weights)
     return {name: estimate_of(name, np.exp(rows[name]), 80) for name in POSITIVE}
 
 

@@ -5,10 +5,20 @@ import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import window_lengths
-from roughslip.friction.table import WindowLayout, combine, controlled, curve_over_penetration, friction_table, trend
+from roughslip.friction.table import (
+    WindowLayout,
+    bootstrap,
+    combine,
+    controlled,
+    curve_over_penetration,
+    friction_table,
+    monotone_cubic,
+    trend,
+)
 from roughslip.friction.table_variables import BINS, missing_warnings, summary, table_variables
 from roughslip.friction.windows import strip_weights
 from roughslip.probability import Estimate
@@ -27,18 +37,19 @@ def test_the_truth_as_control_returns_the_pooled_sample() -> None:
     control = 2.5 + 0.3 * rng.standard_normal((STRIPS + MANY, WINDOWS))
     weights = strip_weights(STRIPS, 100, rng), strip_weights(MANY, 100, rng)
     same, many = control[:STRIPS], control[STRIPS:]
-    rows, alone = combine(windows(same), windows(control), weights)
+    rows, alone = combine(bootstrap(*windows(same), weights[0]), windows(control), weights)
     share = MANY / (STRIPS + MANY)
     for name, one in (("mean", np.mean), ("std", np.std)):
         assert math.exp(rows[name][0]) == pytest.approx(one(same) ** (1 - share) * one(many) ** share, rel=1e-12)
         assert math.exp(alone[name][0]) == pytest.approx(one(many), rel=1e-12)
     assert rows["autocorrelation"][0, 0] == 1.0
     same[:] = same[0]  # a control that scatters within strips and not between them says nothing
-    rows, _ = combine(windows(one := rng.random(same.shape)), windows(control), weights)
+    solved = bootstrap(*windows(one := rng.random(same.shape)), weights[0])
+    rows, _ = combine(solved, windows(control), weights)
     assert math.exp(rows["mean"][0]) == pytest.approx(one.mean(), rel=1e-12)
     for few in (control[:STRIPS], control[:, 1:]):
         with pytest.raises(ParameterError, match="windows must be equal, and of more strips"):
-            combine(windows(same), windows(few), weights)
+            combine(solved, windows(few), weights)
 
 
 def test_the_scatter_of_the_other_strips_lowers_the_weight_of_the_control() -> None:
@@ -53,8 +64,8 @@ MEAN, REPLICATES, SEED = 0.3, 60, [5, 1]
 
 
 def sums(mu):
-    """Area and force, at a shear strength of 1 Pa."""
-    return np.full(mu.shape, 2.0), 2.0 / mu
+    """Area and force of each level, at a shear strength of 1 Pa."""
+    return [(np.full(level.shape, 2.0), 2.0 / level) for level in mu]
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +88,8 @@ def test_the_mean_at_the_median_is_as_given_and_the_others_follow(table):
     assert (combined[1].value, combined[1].low, combined[1].high) == (pytest.approx(MEAN),) * 3
     assert [float(each.value) for each in combined] == pytest.approx([MEAN * m for m in MEANS], rel=0.01)
     assert float(estimates.shear.value) == pytest.approx(MEAN, rel=0.01)
-    np.testing.assert_allclose(estimates.mu[0], float(estimates.shear.value) * mu, rtol=1e-14)
+    own = [values for values, _ in estimates.mu]
+    np.testing.assert_allclose(own, float(estimates.shear.value) * mu, rtol=1e-14)
     for name, one in (("mean", np.mean), ("std", np.std)):  # of the expansion alone, in the same units
         alone = [float(each.value) for each in estimates.solved[name][3:]]
         assert alone == pytest.approx([float(estimates.shear.value) * one(level[ROWS:]) for level in control])
@@ -108,8 +120,7 @@ def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
     assert [fit[20.0], fit[80.0]] == pytest.approx(variables["combined_mean"].values[[0, 2]])
     lines = summary(variables).splitlines()
     assert [line.split(",")[0] for line in lines if not line.startswith("#")] == ["percentile", "20", "50", "80"]
-    mu = statistics.mu[0]
-    for values, density in zip(mu, variables["standard_histogram"].values, strict=True):
+    for (values, _), density in zip(statistics.mu, variables["standard_histogram"].values, strict=True):
         standard = (values - values.mean()) / values.std()
         counts = [np.count_nonzero((low <= standard) & (standard < high)) for low, high in itertools.pairwise(BINS)]
         np.testing.assert_allclose(density, np.array(counts) / values.size / 0.25)
@@ -135,8 +146,8 @@ def test_without_an_expansion_statistics_are_those_of_the_solved_windows(table):
     """Its own are NaN. An expansion that never touches is none."""
     mu = table[1]
     for none in (None, sums(np.full((3, 4 * ROWS, COLUMNS), 1.0))):
-        if none is not None:
-            none[0][:] = 0.0
+        for area, _ in none or ():
+            area[:] = 0.0
         found = friction_table(sums(mu), none, 1.0, LAYOUT, MEAN, REPLICATES, SEED)
         means = [float(each.value) for each in found.combined["mean"]]
         assert means == pytest.approx([MEAN * level.mean() / mu[1].mean() for level in mu], rel=1e-12)
@@ -154,6 +165,11 @@ def test_a_straight_line_stays_one_with_its_band_and_has_its_change():
     np.testing.assert_allclose(curve.high, (0.4 - 0.002 * at) * (1 + 0.05 * 0.95), rtol=1e-12)
     for change in trend(q, levels):
         np.testing.assert_allclose([change.value, change.low], [-0.16, -0.16 * (1 + 0.05 * 0.95)], rtol=1e-12)
+    rows = np.random.default_rng(4).standard_normal((300, 4))  # rows that rise and fall, and steep ends
+    for x, values in ((q, rows), (q[:3], rows[:, :3]), (q[:2], rows[:, :2])):
+        inside = at[at <= x[-1]]
+        wanted = PchipInterpolator(x, values, axis=1)(inside)
+        np.testing.assert_allclose(monotone_cubic(x, values, inside), wanted, atol=1e-13)
     levels = [Estimate.from_rows(np.full(50, value)) for value in (0.5, 0.0, 1.0, 0.4)]
     line, change = trend(q, levels)
     assert float(line.value) == pytest.approx(80 * 6.0 / 3400.0, rel=1e-12)

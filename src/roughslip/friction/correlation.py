@@ -12,7 +12,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from roughslip.compilation.cache import compiled
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.windows import check_windows, require_scatter, resampled
 from roughslip.probability import Estimate
@@ -32,7 +31,7 @@ log_line : straight line through log r to lags of 0.9 of the window, see `log_li
 """
 _SHORTEST_PER_SPACING = 1.0 / 20.0
 _LONGEST_PER_SPAN = 100.0
-_BISECTIONS = 50
+_NEWTON_STEPS = 40  # five are enough; bisection, where one leaves its bracket, takes the rest
 
 
 @result
@@ -71,8 +70,12 @@ def autocorrelation(mu: np.ndarray, valid: np.ndarray, lags: int, weights: np.nd
     if not 2 <= lags <= windows:
         raise IllPosedError(f"{lags} lags of {windows} windows a strip: take 2 to {windows}, or longer strips")
     centre = float(np.mean(mu[valid]))
-    sums = pair_sums(np.ascontiguousarray(np.where(valid, mu - centre, 0.0)), valid.astype(np.float64), lags)
-    return Estimate.from_rows(curves_of([resampled(weights, part) for part in sums], centre))
+    are_all = bool(valid.all())
+    one_or_each = (valid[:1] if are_all else valid).astype(np.float64)
+    pairs, products, ends = pair_sums(np.where(valid, mu - centre, 0.0), one_or_each, lags)
+    counted = resampled(weights.sum(axis=1, keepdims=True) if are_all else weights, pairs)
+    totals = np.split(resampled(weights, np.hstack((products, ends))), 2, axis=1)
+    return Estimate.from_rows(curves_of((counted, *totals), centre))
 
 
 def lags_with_pairs(valid: np.ndarray, weights: np.ndarray, most: int) -> int:
@@ -82,21 +85,19 @@ def lags_with_pairs(valid: np.ndarray, weights: np.ndarray, most: int) -> int:
     return most if have.all() else int(np.argmin(have))
 
 
-@compiled()
 def pair_sums(x: np.ndarray, valid: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Three sums (S, lags) of each strip: pairs of valid windows, their products, and their ends.
 
-    x, valid : (S, W) windows less their common mean, 0 where not valid; 1 where valid, else 0
+    x : (S, W) windows less their common mean, 0 where not valid
+    valid : (S, W) 1 where valid, else 0; or (1, W) of all strips, and then pairs are of one
+
+    By transforms, padded so that nothing wraps round. Counts of pairs are whole numbers, and exact.
     """
-    strips, windows = x.shape
-    pairs, products, ends = np.zeros((strips, lags)), np.zeros((strips, lags)), np.zeros((strips, lags))
-    for s in range(strips):
-        for i in range(windows):  # and within it the lags, whose sums are independent: several at once
-            for k in range(min(lags, windows - i)):
-                pairs[s, k] += valid[s, i] * valid[s, i + k]
-                products[s, k] += x[s, i] * x[s, i + k]
-                ends[s, k] += x[s, i] * valid[s, i + k] + x[s, i + k] * valid[s, i]
-    return pairs, products, ends
+    size = 2 ** math.ceil(math.log2(x.shape[1] + lags - 1))
+    of_x, of_valid = (np.fft.rfft(each, size, axis=1) for each in (x, valid))
+    powers = np.abs(of_valid) ** 2, np.abs(of_x) ** 2, 2.0 * (of_x * of_valid.conj()).real
+    pairs, products, ends = (np.fft.irfft(each, size, axis=1)[:, :lags] for each in powers)
+    return np.rint(pairs), products, ends
 
 
 def curves_of(totals: Sequence[np.ndarray], centre: float) -> np.ndarray:
@@ -124,17 +125,23 @@ def exponential_length(lags: np.ndarray, curves: np.ndarray) -> np.ndarray:
     low, high = lags[1] * _SHORTEST_PER_SPACING, lags[-1] * _LONGEST_PER_SPAN
     trial = np.linspace(math.log(low), math.log(high), 160)
     models = np.exp(-lags / np.exp(trial)[:, None])
-    loss = np.sum(models**2, axis=1) - 2.0 * np.einsum("nk,gk->ng", curves, models)
+    loss = np.sum(models**2, axis=1) - 2.0 * curves @ models.T
     best = np.argmin(loss, axis=1)
     at_end = (best == 0) | (best == len(trial) - 1)
     left, right = trial[np.maximum(best - 1, 0)], trial[np.minimum(best + 1, len(trial) - 1)]
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (left + right)
-        scaled = lags / np.exp(middle)[:, None]
+    point = 0.5 * (left + right)
+    for _ in range(_NEWTON_STEPS):
+        scaled = lags / np.exp(point)[:, None]
         model = np.exp(-scaled)
-        falls = np.sum((model - curves) * model * scaled, axis=1) < 0.0
-        left, right = np.where(falls, middle, left), np.where(falls, right, middle)
-    return np.exp(np.where(at_end, trial[best], 0.5 * (left + right)))
+        rise = model * scaled
+        slope = np.einsum("nk,nk->n", model - curves, rise)
+        bend = np.einsum("nk,nk->n", rise + (model - curves) * (scaled - 1.0), rise)
+        left, right = np.where(slope < 0.0, point, left), np.where(slope < 0.0, right, point)
+        last, point = point, point - np.divide(slope, bend, out=np.full_like(slope, np.inf), where=bend > 0.0)
+        point = np.where((left <= point) & (point <= right), point, 0.5 * (left + right))
+        if np.max(np.abs(point - last), where=~at_end, initial=0.0) < 1e-13:
+            break
+    return np.exp(np.where(at_end, trial[best], point))
 
 
 def one_over_e_length(lags: np.ndarray, curves: np.ndarray) -> np.ndarray:

@@ -19,9 +19,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from itertools import product
 
 import numpy as np
-import scipy
 from numpy.polynomial.legendre import legvander
 
 from roughslip.errors import IllPosedError
@@ -118,13 +119,13 @@ class Blocks:
         """Blocks of a window."""
         return round(self.window_m / self.block_m)
 
-    @property
+    @cached_property
     def rows(self) -> Windows:
         """Area and force (S Y, X) of the blocks one behind the other."""
         area, force = (part.transpose(0, 2, 1).reshape(-1, part.shape[1]) for part in (self.area, self.force))
         return area, force
 
-    @property
+    @cached_property
     def windows(self) -> Windows:
         """Area and force (S Y, W) of the windows that begin at each block, across the period too where there is one."""
         around = self.window - 1 if self.periodic else 0
@@ -180,13 +181,42 @@ def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width
     block_m, width_m : length of a block, width of the strip
     """
     blocks = covariance.shape[1]
-    lags = mean_powers(surface, block_m, width_m, block_m * np.arange(blocks))
-    table = np.column_stack((lags, np.arange(blocks) == 0))
+    table = np.column_stack((means_of_blocks(surface, block_m, width_m, blocks), np.arange(blocks) == 0))
     noise = np.sqrt(blocks - np.arange(blocks))  # C_g of a lag is known as from so many pairs
     q, r = np.linalg.qr(table * noise[:, None])
     seen = (covariance * noise) @ q
-    scale = float(np.linalg.norm(seen[0])) or 1.0
-    return np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
+    return non_negative(r, seen / (float(np.linalg.norm(seen[0])) or 1.0))
+
+
+def non_negative(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Least squares of few unknowns >= 0 : (n, M), from a table (K, M) and right sides (n, K): the best of all subsets.
+
+    The solution is the plain one of the unknowns that are positive in it.
+    """
+    best, least = np.zeros((len(rows), table.shape[1])), np.sum(rows**2, axis=1)
+    for kept in product((False, True), repeat=table.shape[1]):
+        columns = np.flatnonzero(kept)
+        found = rows @ np.linalg.pinv(table[:, columns]).T
+        misfit = np.sum((rows - found @ table[:, columns].T) ** 2, axis=1)
+        better = (found >= 0.0).all(axis=1) & (misfit < least)
+        best[better], least = 0.0, np.where(better, misfit, least)
+        best[np.ix_(better, columns)] = found[better]
+    return best
+
+
+@lru_cache(maxsize=4)
+def means_of_blocks(surface: Surface, block_m: float, width_m: float, blocks: int) -> np.ndarray:
+    """Means (blocks, POWERS) of rho^m over pairs of points of two blocks at each distance, as of `mean_powers`."""
+    return mean_powers(surface, block_m, width_m, block_m * np.arange(blocks))
+
+
+@lru_cache(maxsize=4)
+def means_of_pads(
+    surface: Surface, block_m: float, width_m: float, window_m: float, length_m: float | None
+) -> np.ndarray:
+    """Means (1 + WINDOWS, M) as of `pad_means` without a lag: of a window, and of pads."""
+    pads = [(window_m, width_m), *(pad_edges(count, window_m, width_m, length_m) for count in WINDOWS)]
+    return np.array([pad_means(surface, block_m, width_m, pad, np.zeros(1))[0] for pad in pads])
 
 
 def pad_edges(windows: float, window_m: float, width_m: float, length_m: float | None = None) -> tuple[float, float]:
@@ -215,8 +245,7 @@ def pad_scatter(
     A window has its own variance; that of pads differs from it as sum_m a_m mean(rho^m) does. a_m are those of each
     replicate; where blocks show none, windows are independent. Raises IllPosedError where nothing scatters.
     """
-    pads = [(window_m, width_m), *(pad_edges(count, window_m, width_m, length_m) for count in WINDOWS)]
-    modelled = parts @ np.array([pad_means(surface, block_m, width_m, pad, np.zeros(1))[0] for pad in pads]).T
+    modelled = parts @ means_of_pads(surface, block_m, width_m, window_m, length_m).T
     if not adjacent[0] > 0.0:
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
     modelled = np.where(modelled[:, :1] > 0.0, modelled, np.append(1.0, 1.0 / WINDOWS))

@@ -20,12 +20,10 @@ SIAM J. Sci. Stat. Comput. 5 (1984) 300).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
-import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
@@ -45,7 +43,7 @@ POSITIVE = ("mean", "std")
 PLAIN = ("skewness", "kurtosis", "autocorrelation")
 BY_SOURCE = ("mean", "std")  # also given of the expansion alone
 
-Found = TypeVar("Found")
+LevelSums = Sequence[Windows]
 Replicates = dict[str, np.ndarray]  # by statistic (1 + R, ...): the value of the sample, then of each replicate
 
 
@@ -79,9 +77,12 @@ def bootstrap(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Replica
     weights : (1 + R, S) counts from `strip_weights`
     """
     curve = {"autocorrelation": autocorrelation(mu, valid, mu.shape[1], weights)}
-    statistics = vars(window_statistics(mu, valid, weights)) | curve
-    logarithms = {name: np.log(statistics[name].rows) for name in POSITIVE}
-    return logarithms | {name: statistics[name].rows for name in PLAIN}
+    return of_estimates(vars(window_statistics(mu, valid, weights)) | curve)
+
+
+def of_estimates(found: dict[str, Estimate]) -> Replicates:
+    """The same of estimates by name."""
+    return {name: np.log(found[name].rows) for name in POSITIVE} | {name: found[name].rows for name in PLAIN}
 
 
 def controlled(rows: Replicates, same: Replicates, many: Replicates, strips: float) -> Replicates:
@@ -102,33 +103,33 @@ def controlled(rows: Replicates, same: Replicates, many: Replicates, strips: flo
 
 
 def combine(
-    solved: Windows, expansion: Windows | None, weights: tuple[np.ndarray, np.ndarray]
+    solved: Replicates, expansion: Windows | None, weights: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Replicates, Replicates]:
     """Statistics of one penetration from all strips, and of the expansion alone on its own strips, as of `bootstrap`.
 
     Without an expansion, or where too few of its windows touch, they are of the solved strips, and NaN.
 
-    solved, expansion : mu and valid, each (strips, W); the expansion has the solved strips first, and then more
+    solved : `bootstrap` of the solved strips
+    expansion : mu and valid, each (strips, W), of the solved strips first, and then of more
     weights : counts from `strip_weights` of the solved strips, and of those that the expansion has alone
 
     All replicates share one alpha, so that intervals lack its own error, a part 1 / S of the variance.
     """
-    own = bootstrap(*solved, weights[0])
-    none = {name: np.full_like(own[name], np.nan) for name in BY_SOURCE}
+    none = {name: np.full_like(solved[name], np.nan) for name in BY_SOURCE}
     if expansion is None:
-        return own, none
-    (mu, valid), strips = expansion, len(solved[0])
+        return solved, none
+    (mu, valid), strips, windows = expansion, weights[0].shape[1], solved["autocorrelation"].shape[1]
     others = len(mu) - strips
-    if solved[0].shape[1:] != mu.shape[1:] or others < 1:
+    if windows != mu.shape[1] or others < 1:
         raise ParameterError(
-            f"windows must be equal, and of more strips than are solved, not {solved[0].shape} and {mu.shape}"
+            f"windows must be equal, and of more strips than are solved, not {(strips, windows)} and {mu.shape}"
         )
     try:
         same = bootstrap(mu[:strips], valid[:strips], weights[0])
         alone = bootstrap(mu[strips:], valid[strips:], weights[1])
     except IllPosedError:
-        return own, none
-    return controlled(own, same, alone, strips / others), alone
+        return solved, none
+    return controlled(solved, same, alone, strips / others), alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +163,7 @@ class FrictionTable:
 
     layout : penetrations and windows
     missing : why other penetrations have no statistics, by percentile
-    mu : (levels, S, W) friction coefficient of the solved windows, and whether they have one
+    mu : by level (S, W) friction coefficient of the solved windows, and whether they have one
     weights : (1 + R, S) how often each solved strip counts, in the sample and in each resampled set
     shear : () [Pa] shear strength, with what few strips leave open of it
     solved : by name the estimates of the solved windows at each level; for those of BY_SOURCE then of the expansion
@@ -172,7 +173,7 @@ class FrictionTable:
 
     layout: WindowLayout
     missing: dict[float, str]
-    mu: Windows
+    mu: list[Windows]
     weights: np.ndarray
     shear: Estimate
     solved: dict[str, list[Estimate]]
@@ -181,8 +182,8 @@ class FrictionTable:
 
 
 def friction_table(
-    solved: Windows,
-    expansion: Windows | None,
+    solved: LevelSums,
+    expansion: LevelSums | None,
     least_area_m2: float,
     layout: WindowLayout,
     mean: float,
@@ -192,7 +193,7 @@ def friction_table(
 ) -> FrictionTable:
     """Calibrate the shear strength at the median, and estimate every statistic.
 
-    solved, expansion : area [m2] and force [N] of the windows, each (levels, strips, W), as of `combine`; no expansion
+    solved, expansion : by level area [m2] and force [N] of the windows, each (strips, W), as of `combine`; no expansion
         where there is none
     least_area_m2 : below it a window has no friction coefficient
     mean : friction coefficient at median penetration
@@ -201,52 +202,38 @@ def friction_table(
 
     A penetration at which windows are too few or do not scatter has no statistics. Raises IllPosedError at the median.
     """
-    rng, strips, missing = np.random.default_rng(seed), solved[0].shape[1], dict[float, str]()
-    others = expansion[0].shape[1] - strips if expansion else 2
+    rng, strips, missing = np.random.default_rng(seed), len(solved[0][0]), dict[float, str]()
+    others = len(expansion[0][0]) - strips if expansion else 2
     weights = strip_weights(strips, replicates, rng), strip_weights(others, replicates, rng)
-    mu, valid = friction_coefficient(*solved, 1.0, least_area_m2)
-    more = friction_coefficient(*expansion, 1.0, least_area_m2) if expansion else None
-
-    def combined_at(k: int) -> tuple[Replicates, Replicates]:
-        return combine((mu[k], valid[k]), None if more is None else (more[0][k], more[1][k]), weights)
-
-    def solved_at(k: int) -> dict[str, Estimate]:
-        found = describe((mu[k], valid[k]), weights[0], layout.lags, layout.window_m)
-        found["set_beta_a"], found["set_beta_b"] = set_beta(
-            mu[k], valid[k], np.random.default_rng([*seed, SET_WINDOWS])
-        )
-        progress(k + 1, len(layout.percentiles))
-        return found | {"ratio_of_sums": ratio_of_sums(solved[0][k], solved[1][k], float(shear.value), weights[0])}
-
-    both = _at_levels(range(len(mu)), combined_at, layout, missing)
-    reference = both[layout.median][0]["mean"]
-    shear = estimate_of("mean", mean / np.exp(reference), strips)
-    mu = float(shear.value) * mu
-    own = _at_levels(both, solved_at, layout, missing)
-    kept, alone = list(own), [both[k][1] for k in own]
-    layout = replace(layout, percentiles=layout.percentiles[kept])
-    of_solved = {name: [found[name] for found in own.values()] for name in own[kept[0]]}
-    for name in BY_SOURCE:
-        of_solved[name] += [estimate_of(name, shear.value * np.exp(one[name]), others) for one in alone]
-    calibrated = [_calibrated(both[k][0], math.log(mean) - reference, layout, strips) for k in kept]
-    combined = {name: [one[name] for one in calibrated] for name in calibrated[0]}
-    beta = [fit_beta(mu[k][valid[k]]) for k in kept]
-    return FrictionTable(layout, missing, (mu[kept], valid[kept]), weights[0], shear, of_solved, combined, beta)
-
-
-def _at_levels(
-    levels: Iterable[int], task: Callable[[int], Found], layout: WindowLayout, missing: dict[float, str]
-) -> dict[int, Found]:
-    """What a task finds at levels; else the reason goes to `missing`, by percentile. The median must have it."""
-    found = {}
-    for k in levels:
+    own, mu, both = [], [], {}
+    for k, (percentile, sums) in enumerate(zip(layout.percentiles, solved, strict=True)):
+        windows = friction_coefficient(*sums, 1.0, least_area_m2)
+        control = friction_coefficient(*expansion[k], 1.0, least_area_m2) if expansion else None
         try:
-            found[k] = task(k)
+            found = describe(windows, weights[0], layout.lags, layout.window_m)
+            found["set_beta_a"], found["set_beta_b"] = set_beta(*windows, np.random.default_rng([*seed, SET_WINDOWS]))
+            both[k] = combine(of_estimates(found), control, weights)
         except IllPosedError as error:
             if k == layout.median:
-                raise IllPosedError(f"percentile {layout.percentiles[k]:g}: {error}") from error
-            missing[float(layout.percentiles[k])] = str(error)
-    return found
+                raise IllPosedError(f"percentile {percentile:g}: {error}") from error
+            missing[float(percentile)] = str(error)
+            continue
+        own.append(found | {"ratio_of_sums": ratio_of_sums(*sums, 1.0, weights[0])})
+        mu.append(windows)
+        progress(k + 1, len(solved))
+    reference = both[layout.median][0]["mean"]
+    shear = estimate_of("mean", mean / np.exp(reference), strips)
+    of_solved = {name: [found[name] for found in own] for name in own[0]}
+    for name, kind in {"mean": "mean", "std": "std", "ratio_of_sums": "mean"}.items():
+        of_solved[name] = [estimate_of(kind, shear.value * found.rows, strips) for found in of_solved[name]]
+    for name in BY_SOURCE:
+        of_solved[name] += [estimate_of(name, shear.value * np.exp(one[name]), others) for _, one in both.values()]
+    calibrated = [_calibrated(rows, math.log(mean) - reference, layout, strips) for rows, _ in both.values()]
+    combined = {name: [one[name] for one in calibrated] for name in calibrated[0]}
+    mu = [(float(shear.value) * values, valid) for values, valid in mu]
+    beta = [fit_beta(values[valid]) for values, valid in mu]
+    layout = replace(layout, percentiles=layout.percentiles[list(both)])
+    return FrictionTable(layout, missing, mu, weights[0], shear, of_solved, combined, beta)
 
 
 def _calibrated(rows: Replicates, scale: np.ndarray, layout: WindowLayout, strips: int) -> dict[str, Estimate]:
@@ -263,8 +250,30 @@ def curve_over_penetration(percentiles: np.ndarray, estimates: Sequence[Estimate
     percentiles : (L,) [%] of the levels, increasing, at least two
     estimates : L of (), which share their replicates
     """
-    rows = np.stack([estimate.rows for estimate in estimates], axis=1)
-    return Estimate.from_rows(scipy.interpolate.PchipInterpolator(percentiles, rows, axis=1)(points))
+    return Estimate.from_rows(monotone_cubic(percentiles, np.stack([each.rows for each in estimates], axis=1), points))
+
+
+def monotone_cubic(x: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Cubics (n, points) through rows (n, K) at x : (K,), as those of `scipy.interpolate.PchipInterpolator`.
+
+    That needs all of `scipy.optimize`, whose import takes longer than these tables.
+    """
+    h, rise = np.diff(x), np.diff(rows, axis=1) / np.diff(x)
+    slopes = np.repeat(rise[:, :1], len(x), axis=1)
+    if len(x) > 2:
+        before, after, mean = rise[:, :-1], rise[:, 1:], 3.0 * (h[:-1] + h[1:])
+        weighed = (h[:-1] + 2.0 * h[1:]) * after + (2.0 * h[:-1] + h[1:]) * before
+        flat = np.zeros_like(before)
+        slopes[:, 1:-1] = np.divide(mean * before * after, weighed, out=flat, where=before * after > 0.0)
+        for end, far in ((0, 1), (-1, -2)):
+            own, next_one = rise[:, end], rise[:, far]
+            slope = own + (own - next_one) * h[end] / (h[end] + h[far])  # of the parabola through three
+            slope = np.where(slope * own > 0.0, slope, 0.0)
+            slopes[:, end] = np.where((own * next_one < 0.0) & (np.abs(slope) > 3.0 * np.abs(own)), 3.0 * own, slope)
+    k = np.clip(np.searchsorted(x, points, side="right") - 1, 0, len(h) - 1)
+    t, straight, first, last = (points - x[k]) / h[k], rise[:, k], slopes[:, k], slopes[:, k + 1]
+    bent = 3.0 * straight - 2.0 * first - last + t * (first + last - 2.0 * straight)
+    return np.asarray(rows[:, k] + h[k] * t * (first + t * bent))
 
 
 def trend(percentiles: np.ndarray, estimates: Sequence[Estimate]) -> tuple[Estimate, Estimate]:

@@ -95,7 +95,7 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
         ("length",), np.array(LENGTHS), "1", "how a length follows from the curve"
     )
     variables["triangle_length"] = store.Variable(("length",), shorter, "m", f"length of {title}")
-    levels = [values[valid] for values, valid in zip(*table.mu, strict=True)]
+    levels = [values[valid] for values, valid in table.mu]
     standard = [(values - values.mean()) / values.std() for values in levels]
     density = np.array([np.histogram(values, BINS)[0] / len(values) / np.diff(BINS) for values in standard])
     title = "density of solved windows, less their mean, over their standard deviation"

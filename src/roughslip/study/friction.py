@@ -6,7 +6,7 @@ from roughslip import store
 from roughslip.friction.pad import WINDOWS, Blocks, between_pads, pads
 from roughslip.friction.table import FrictionTable, WindowLayout, friction_table
 from roughslip.friction.table_variables import missing_warnings, summary, table_variables
-from roughslip.friction.windows import Windows, estimate_of, resampled
+from roughslip.friction.windows import estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.types import Scene
@@ -56,21 +56,16 @@ def over_loads(scene: Scene, solved: list[store.Result]) -> dict[float, Blocks]:
     return found
 
 
-def window_sums_of(levels: list[Blocks]) -> Windows:
-    """Area [m2] and force [N] (levels, strips, windows)."""
-    area, force = (np.stack(parts) for parts in zip(*(blocks.windows for blocks in levels), strict=True))
-    return area, force
-
-
 def over_penetration(
     job: Job, solved: list[store.Result], expanded: list[store.Result]
 ) -> tuple[dict[str, store.Variable], str]:
     """Calibrate the shear strength at the median; statistics of every penetration, and the text of summary.csv."""
     scene, strip, seed = job.scene, job.scene.strip, job.scene.seed
     blocks = blocks_of(scene, solved)
-    sums, others = window_sums_of(blocks), window_sums_of(blocks_of(scene, expanded)) if expanded else None
+    sums = [each.windows for each in blocks]
+    others = [each.windows for each in blocks_of(scene, expanded)] if expanded else None
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
-    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0].shape[2])
+    layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0][0].shape[1])
     least, draws, mean = geometry.least_contact_area(scene), [seed, Stream.BOOTSTRAP], scene.friction.mean
     table = friction_table(sums, others, least, layout, mean, REPLICATES, draws, job.progress)
     known = table.layout.percentiles

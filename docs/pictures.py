@@ -5,12 +5,12 @@ Other pages than tutorials start with `from pictures import panel`. Pictures are
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib_inline.backend_inline import set_matplotlib_formats
 
-sns.set_theme(context="paper", style="ticks", palette="colorblind", font_scale=1.1)  # as roughslip.figures.style
-mpl.rcParams.update({"legend.frameon": False, "svg.hashsalt": "roughslip", "figure.constrained_layout.use": True})
+from roughslip.figures.style import STYLE
+
+mpl.rcParams.update(STYLE | {"figure.constrained_layout.use": True})
 set_matplotlib_formats("svg", bbox_inches=None, metadata={"Date": None})
 
 

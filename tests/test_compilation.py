@@ -124,7 +124,7 @@ def test_a_closure_is_what_an_import_can_execute_and_its_hash_changes_where_an_e
 # Libraries are imported once, and each stage then in a child, so that no stage sees the imports of another.
 ASK = """
 import json, os, sys
-import numpy, numba, xarray, netCDF4, scipy.optimize, scipy.special, scipy.stats, seaborn
+import numpy, numba, xarray, netCDF4, scipy.optimize, scipy.special, scipy.stats, matplotlib.figure
 found = {}
 for modules in sys.argv[1:]:
     reading, writing = os.pipe()

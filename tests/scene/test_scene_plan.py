@@ -9,11 +9,10 @@ from functools import reduce
 import pytest
 import yaml
 from jsonschema import Draft202012Validator
-from pydantic import ValidationError
 
 from roughslip.scene import schema
-from roughslip.scene.section import as_tuples
-from roughslip.scene.types import get, scene_of, without_nulls
+from roughslip.scene.part import as_tuples, without_nulls
+from roughslip.scene.types import get, scene_of
 from roughslip.study.graph import STAGES
 from roughslip.study.plan import figures, stages_needed
 from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene, slice_for
@@ -93,11 +92,14 @@ def test_a_key_that_was_not_read_is_named():
     scene = scene_of({"strip": {"cell_m": 1e-6, "samples": 8}}, ["strip.cell_m", "strip.expansion_spacing_m"])
     assert scene.strip.cell_m == 1e-6
     assert scene.strip.expansion_spacing_m is None
-    with pytest.raises(AttributeError, match=r"^samples of Strip is not among the keys that this stage reads;"):
+    with pytest.raises(
+        AttributeError,
+        match=r"^samples is not among the keys that this stage reads;.*cell_m, expansion_spacing_m here$",
+    ):
         _ = scene.strip.samples
-    with pytest.raises(AttributeError, match=r"^seed of Scene is not among"):
+    with pytest.raises(AttributeError, match=r"^seed is not among"):
         _ = scene.seed
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(AttributeError, match="frozen"):
         scene.strip.cell_m = 2e-6
 
 

@@ -182,7 +182,7 @@ ALL_FRICTION = {*STRIP, "cycles"} | OF_POINT
 OVERLAYS = {
     "oscillator: {damping_ratio: 0.2}": {"cycles"} | OF_POINT,
     "ensemble: {damping_ratios: [0.17, 0.3]}": {"cycles"},
-    "jobs: 2": ALL_FRICTION | OF_SQUARE,  # other batches
+    "jobs: 4": ALL_FRICTION | OF_SQUARE,  # other batches
     "strip: {expansion_samples: 24}": {"expansion_strip", "friction", "cycles"} | OF_POINT,
     "seed: 7": ALL_FRICTION | OF_SQUARE,
     "description: Another": set(),

@@ -113,7 +113,7 @@ class Square:
         pressure, gap = np.empty((2, len(xi), len(self.planes), len(self.nodes.x)))
         start = time.perf_counter()
         for row, sample in enumerate(xi):
-            z = self.model.heights(heights(self.modes, sample))
+            z = self.model.heights(heights(self.modes, sample[None])[0])
             for level, solution in enumerate(sweep(self.influence, z, self.planes, TOLERANCE)):
                 pressure[row, level] = solution.pressure[self.nodes.x, self.nodes.y]
                 gap[row, level] = solution.gap[self.nodes.x, self.nodes.y]

@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
@@ -180,7 +179,6 @@ def _finished(canvas: Figure, *titles: str) -> Figure:
     named = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in canvas.axes]
     handles = {label: handle for pairs in named for label, handle in pairs}
     canvas.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize="small")
-    sns.despine(canvas)
     return canvas
 
 

@@ -176,10 +176,9 @@ class Scenes:
             return []
         if not (batches := STAGES[stage].batches):
             return [{}]
-        jobs = []
-        for design, key in batches.items():
-            count = get(self[name], key)
-            step = -(-count // get(self[name], "jobs"))
+        jobs, counts = [], {design: get(self[name], key) for design, key in batches.items()}
+        for design, count in counts.items():
+            step = -(-count // max(1, round(get(self[name], "jobs") * count / sum(counts.values()))))
             jobs += [
                 {"design": design, "first": first, "last": min(first + step, count)} for first in range(0, count, step)
             ]

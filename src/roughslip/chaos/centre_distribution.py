@@ -18,7 +18,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.stats import ks_2samp
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
@@ -196,7 +195,15 @@ class Reference:
 
 def distance_given_contact(first: np.ndarray, second: np.ndarray) -> float:
     """Kolmogorov distance of the positive ones of two samples of pressures."""
-    return float(ks_2samp(first[first > 0], second[second > 0], method="asymp").statistic)
+    return kolmogorov_distance(first[first > 0], second[second > 0])
+
+
+def kolmogorov_distance(first: np.ndarray, second: np.ndarray) -> float:
+    """Largest difference [-] of the shares of two samples (n,) and (m,) up to any value."""
+    first, second = np.sort(first), np.sort(second)
+    values = np.concatenate((first, second))
+    shares = (np.searchsorted(sample, values, side="right") / len(sample) for sample in (first, second))
+    return float(np.max(np.abs(np.subtract(*shares))))
 
 
 def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:

@@ -22,8 +22,8 @@ import math
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.contact import conjugate_gradients, kernels
-from roughslip.contact.edge import point_pressures
+from roughslip.contact import conjugate_gradients, dense_solver, kernels
+from roughslip.contact.edge import at_points
 from roughslip.contact.influence import Influence
 from roughslip.contact.problem import Problem
 from roughslip.contact.solve import dense_pays, solve
@@ -36,22 +36,24 @@ LARGER_MESH = 1.02
 
 @result
 class NodePressures:
-    """Pressures at some nodes."""
+    """Pressures at n nodes of k surfaces."""
 
-    pressure: np.ndarray = described("contact pressure, exactly zero off contact", "Pa", "n")
+    pressure: np.ndarray = described("contact pressure, exactly zero off contact", "Pa", "k n")
     low: np.ndarray = described(
-        "lower bound of the pressures of the cells, positive at every cell in contact", "Pa", "n"
+        "lower bound of the pressures of the cells, positive at every cell in contact", "Pa", "k n"
     )
-    high: np.ndarray = described("upper bound of the pressures of the cells", "Pa", "n")
-    work: int = described("products with B, or Cholesky factors")
-    method: str = described(
-        '"none" (the nodes lie below the plane), "dense", "fft", or "bounded" where the bounds ended the solve'
+    high: np.ndarray = described("upper bound of the pressures of the cells", "Pa", "k n")
+    work: np.ndarray = described("products with B, or Cholesky factors", "1", "k")
+    method: np.ndarray = described(
+        '"none" (the nodes lie below the plane), "dense", "fft", or "bounded" where the bounds ended the solve',
+        "1",
+        "k",
     )
 
 
 def solve_at(
     influence: Influence,
-    interference: np.ndarray,
+    interferences: np.ndarray,
     nodes: tuple[np.ndarray, np.ndarray],
     precision: float = 1e-3,
     tolerance: float = 1e-10,
@@ -59,39 +61,62 @@ def solve_at(
     *,
     points: bool = False,
 ) -> NodePressures:
-    """Solve the contact of a surface with a plane at a given height, for the pressures at some nodes.
+    """Solve the contact of surfaces with a plane at a given height, for the pressures at some nodes.
 
     influence : B of the mesh, a free half-space
-    interference : (nx, ny) [m] u_bar, height of the surface over the plane
+    interferences : (k, nx, ny) [m] u_bar, heights of each surface over the plane
     nodes : indices (n,), (n,) of the nodes
     precision : [-] width of the bounds of a pressure over the pressure
     tolerance, hardness_pa : as in `solve`, where the bounds cannot decide
     points : the pressures of `point_pressures` at the nodes, in place of the means of their cells
 
-    Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Raises
-    as `solve`.
+    Returns pressures that differ from those of `solve` by less than the bounds, with the same nodes in contact. Those
+    of a surface do not depend on the others. Raises as `solve`.
     """
-    if not (interference[nodes] > 0).any():
-        nothing = np.zeros(len(nodes[0]))
-        return NodePressures(nothing, nothing, nothing, 0, "none")
+    pressure, low, high = np.zeros((3, len(interferences), len(nodes[0])))
+    work, method = np.zeros(len(interferences), dtype=np.int64), np.full(len(interferences), "none", dtype="U7")
+    left = np.flatnonzero((interferences[:, *nodes] > 0).any(axis=1))
+    if influence.grid.size <= dense_solver.SMALL and not influence.periodic:
+        fields, residuals, factors = dense_solver.solve_each(influence, interferences[left])
+        solved = (residuals <= tolerance) & (fields.max(axis=(1, 2)) <= hardness_pa)
+        done, left = left[solved], left[~solved]
+        low[done] = high[done] = pressure[done] = fields[solved][:, *nodes]
+        work[done], method[done] = factors[solved], "dense"
+        for row, field in zip(done, fields[solved] if points else (), strict=points):
+            pressure[row] = at_points(field, nodes)
+    for row in left:
+        bounds = low[row], high[row]
+        fields, work[row], method[row] = _solved(
+            influence, interferences[row], nodes, precision, tolerance, hardness_pa, bounds
+        )
+        pressure[row] = np.where(high[row] > 0, at_points(fields, nodes) if points else fields[nodes], 0.0)
+    return NodePressures(pressure, low, high, work, method)
+
+
+def _solved(
+    influence: Influence,
+    interference: np.ndarray,
+    nodes: tuple[np.ndarray, np.ndarray],
+    precision: float,
+    tolerance: float,
+    hardness_pa: float,
+    bounds: tuple[np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, int, str]:
+    """Pressures (nx, ny) of one surface, work and method; writes the bounds at the nodes, two arrays (n,)."""
     if influence.periodic or dense_pays(int(np.count_nonzero(interference > 0)), interference.size):
         solution = solve(influence, interference, tolerance, hardness_pa=hardness_pa)
-        cells = solution.pressure[nodes]
-        pressure = point_pressures(solution.pressure, nodes) if points else cells
-        return NodePressures(pressure, cells, cells, solution.work, solution.method)
+        bounds[0][:] = bounds[1][:] = solution.pressure[nodes]
+        return solution.pressure, solution.work, solution.method
     stiffness = LARGER_MESH * influence.approximate_inverse.max()
     at = np.ravel_multi_index(nodes, influence.grid.shape)
-    low, high = np.empty((2, at.size))
 
     def enough(pressure: np.ndarray, gap: np.ndarray) -> bool:
-        return _bounded(pressure, gap, hardness_pa, stiffness, at, precision, low, high)
+        return _bounded(pressure, gap, hardness_pa, stiffness, at, precision, *bounds)
 
     problem = Problem(influence, interference, hardness_pa)
     iterate = conjugate_gradients.solve(problem, tolerance, conjugate_gradients.guess(problem), enough)
     decided = enough(iterate.pressure, iterate.gap)
-    pressure = point_pressures(iterate.pressure, nodes) if points else iterate.pressure[nodes]
-    pressure = np.where(high > 0, pressure, 0.0)
-    return NodePressures(pressure, low, high, iterate.products, "bounded" if decided else "fft")
+    return iterate.pressure, iterate.products, "bounded" if decided else "fft"
 
 
 @compiled()

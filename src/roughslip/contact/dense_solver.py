@@ -41,13 +41,50 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, n
         gap = influence.apply(pressure) - interference
         square = square_ratio(gap, pressure, influence.diagonal, interference, math.inf)
     if not is_solved:
-        raise ConvergenceError(
-            "no set of pressed nodes has pressures and gaps of the right sign: try other heights, such as these with a "
-            "rounding error added; scene key: seed",
-            math.sqrt(square),
-            factors,
-        )
+        raise _failure(square, factors)
     return pressure, gap, math.sqrt(square), factors
+
+
+def solve_each(influence: Influence, interferences: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pressures of many surfaces on a mesh of at most SMALL nodes, each as by `solve`.
+
+    interferences : (k, nx, ny) [m], each positive somewhere
+
+    Returns pressures (k, nx, ny) [Pa], residuals (k,) and numbers of factors (k,). Raises as `solve`.
+    """
+    pressures = np.empty(interferences.shape)
+    squares, factors = np.empty(len(pressures)), np.empty(len(pressures), dtype=np.int64)
+    end = _each(influence.mirrored, influence.coefficients, interferences, pressures, squares, factors)
+    if end < len(pressures):
+        raise _failure(squares[end], int(factors[end]))
+    return pressures, np.sqrt(squares), factors
+
+
+def _failure(square: float, factors: int) -> ConvergenceError:
+    return ConvergenceError(
+        "no set of pressed nodes has pressures and gaps of the right sign: try other heights, such as these with a "
+        "rounding error added; scene key: seed",
+        math.sqrt(square),
+        factors,
+    )
+
+
+@compiled()
+def _each(
+    mirrored: np.ndarray,
+    coefficients: np.ndarray,
+    interferences: np.ndarray,
+    pressures: np.ndarray,
+    squares: np.ndarray,
+    factors: np.ndarray,
+) -> int:
+    """Write what `_small` finds of each surface. Returns the first that is not solved, their number where all are."""
+    for k in range(len(interferences)):
+        pressure, _, squares[k], factors[k], is_solved = _small(mirrored, coefficients, interferences[k])
+        if not is_solved:
+            return k
+        pressures[k] = pressure
+    return len(interferences)
 
 
 @compiled(error_model="numpy")

@@ -84,12 +84,23 @@ def point_pressures(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) 
         raise ParameterError(f"nodes must be two rows of whole numbers, not {x.shape} and {y.shape} of {x.dtype}")
     if x.size and not (min(x.min(), y.min()) >= 0 and x.max() < pressure.shape[0] and y.max() < pressure.shape[1]):
         raise ParameterError(f"nodes must lie on the mesh of {pressure.shape} nodes, with indices from 0 on")
-    squared = np.pad(pressure, 1) ** 2
-    own = squared[x + 1, y + 1]
-    rise_x = np.maximum(squared[x + 2, y + 1], squared[x, y + 1]) - own  # towards the inside, where the field is smooth
-    rise_y = np.maximum(squared[x + 1, y + 2], squared[x + 1, y]) - own
+    return at_points(pressure, nodes)
+
+
+def at_points(pressure: np.ndarray, nodes: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """`point_pressures` for valid arguments."""
+    (x, y), (nx, ny) = nodes, pressure.shape
+
+    def squared(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        inside = (i >= 0) & (i < nx) & (j >= 0) & (j < ny)
+        return np.where(inside, pressure[np.minimum(i, nx - 1), np.minimum(j, ny - 1)], 0.0) ** 2
+
+    own, at_nodes = squared(x, y), pressure[x, y].astype(np.float64)
+    if not own.any():
+        return at_nodes
+    rise_x = np.maximum(squared(x + 1, y), squared(x - 1, y)) - own  # towards the inside, where the field is smooth
+    rise_y = np.maximum(squared(x, y + 1), squared(x, y - 1)) - own
     rise = np.hypot(np.maximum(rise_x, 0.0), np.maximum(rise_y, 0.0))
-    at_nodes = pressure[x, y].astype(np.float64)
     near = own < ROOT[-1] ** 2 * rise
     at_nodes[near] = np.sqrt(rise[near] * np.interp(np.sqrt(own[near] / rise[near]), ROOT, DISTANCE))
     return at_nodes

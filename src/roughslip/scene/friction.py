@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
 from roughslip.scene.mistakes import Mistake, Values, given, missing, not_together, refused
 from roughslip.scene.section import EachOnce, Line, Section, key, many
@@ -41,7 +41,6 @@ class Record(Section):
 
 
 Scatter = Literal["additive", "multiplicative"]
-SCATTERS = get_args(Scatter)
 
 
 class Friction(Section):

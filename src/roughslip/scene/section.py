@@ -7,33 +7,21 @@ schema, the check of scene files and the words of their mistakes follow from the
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
 T = TypeVar("T")
-S = TypeVar("S", bound="Section")
 FILE_AND_CLASS = r"[^:\s][^:]*\.py:[A-Za-z_]\w*"  # of a user's own law or covariance
 
 
 class Section(BaseModel):
-    """Base class of the sections: closed and frozen. A section of a stage holds only the keys that the stage reads."""
+    """Base class of the sections: closed and frozen."""
 
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
     )
-
-    if not TYPE_CHECKING:  # which knows the fields
-
-        def __getattr__(self, name: str) -> Any:
-            """Called for a missing attribute alone."""
-            if name.startswith("_"):
-                return super().__getattr__(name)
-            section = type(self).__name__
-            raise AttributeError(
-                f"{name} of {section} is not among the keys that this stage reads; add it to `reads` of its row"
-            )
 
 
 def key(unit: str = "", *, default: Any = ..., uncertain: str = "", **limits: Any) -> Any:
@@ -90,19 +78,3 @@ def completed(kind: type[Section], values: Mapping[str, Any]) -> dict[str, Any]:
         elif name not in values and not field.is_required():
             whole[name] = field.get_default()
     return whole
-
-
-def build(kind: type[S], values: Mapping[str, Any]) -> S:
-    """A section from its keys in `values`, which are valid; reading any other key raises AttributeError."""
-    made, held = kind.model_construct(), {}
-    for name, value in ((name, values[name]) for name in kind.model_fields if name in values):
-        inner = kind_of(kind.model_fields[name])
-        held[name] = build(inner, value) if inner and isinstance(value, Mapping) else as_tuples(value)
-    made.__dict__.clear()
-    made.__dict__.update(held)
-    return made
-
-
-def as_tuples(value: Any) -> Any:
-    """Lists, and those in them, as tuples."""
-    return tuple(map(as_tuples, value)) if isinstance(value, list) else value

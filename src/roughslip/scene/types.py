@@ -10,8 +10,9 @@ from roughslip.scene.contact import Expansion, Material, Numerics, Square, Strip
 from roughslip.scene.friction import Friction, Load
 from roughslip.scene.mistakes import Values
 from roughslip.scene.oscillator import Answer, Ensemble, Oscillator, StickSlipMap
+from roughslip.scene.part import part
 from roughslip.scene.roughness import Roughness
-from roughslip.scene.section import EachOnce, Line, Section, build, completed, key, kind_of, many, word
+from roughslip.scene.section import EachOnce, Line, Section, completed, key, kind_of, many, word
 from roughslip.study.graph import targets
 
 Target = Annotated[str, word(targets())]
@@ -41,7 +42,7 @@ class File(Section):
     answer: Answer = key(default=None)
     numerics: Numerics = key(default=None)
     jobs: int = key(default=2, ge=1, le=2000)
-    """Jobs that take equal parts of the samples of a stage, or of one of its designs; no result depends on it."""
+    """Jobs that share the samples of a stage, at least one for each of its designs; no result depends on it."""
 
 
 class Scene(File):
@@ -62,23 +63,16 @@ def part_of(scene: Values, names: Iterable[str]) -> Values:
     return whole
 
 
-def without_nulls(values: Any) -> Any:
-    """Nested dicts without the keys that have no value."""
-    if not isinstance(values, dict):
-        return values
-    return {key: without_nulls(value) for key, value in values.items() if value is not None}
-
-
 def scene_of(values: Values, reads: Iterable[str] | None = None) -> Scene:
     """The scene as an object, from nested dicts; absent optional keys and sections get their defaults.
 
     reads : dotted keys that a stage declares; the object then holds these alone
     """
     if reads is not None:
-        return build(Scene, part_of(values, reads))
+        return part(part_of(values, reads))
     sections: Values = {name: {} for name, field in Scene.model_fields.items() if kind_of(field) is not None}
     del sections["load"]  # without numbers there is none
-    return build(Scene, completed(Scene, sections | values))
+    return part(completed(Scene, sections | values))
 
 
 def get(scene: Values, path: str) -> Any:

@@ -11,7 +11,7 @@ from roughslip.oscillator.answers import answer, check_has_answer
 from roughslip.oscillator.machine import OF_OSCILLATOR
 from roughslip.oscillator.states import states_of_answer
 from roughslip.report.words import answer_summary
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import friction_of, machine_of
 from roughslip.study.job import Job

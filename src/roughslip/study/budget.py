@@ -27,8 +27,8 @@ from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.budget_words import budget_summary
+from roughslip.scene.part import Scene
 from roughslip.scene.schema import source_of
-from roughslip.scene.types import Scene
 from roughslip.study.from_scene import Stream, elastic
 from roughslip.study.from_scene.machine import friction_of, machine_of, oscillator_of, own_windows
 from roughslip.study.from_scene.surface_model import gaussian_model

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.stats import ks_2samp
 
 from roughslip import store
 from roughslip.chaos.centre_distribution import (
@@ -20,6 +19,7 @@ from roughslip.chaos.centre_distribution import (
     expanded_rows,
     fit_equation,
     given_rows,
+    kolmogorov_distance,
     quantile_levels,
     resolved_by_designs,
     sampled_rows,
@@ -28,7 +28,7 @@ from roughslip.chaos.local import LocalExpansion, Samples, fit_local
 from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS, designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic, expansion, geometry, surface_model
 from roughslip.study.from_scene.geometry import latin_hypercubes, training_design, variables_of
 from roughslip.study.job import Job
@@ -111,7 +111,7 @@ def work(scene: Scene, job: Job) -> None:
         {"roughslip": local.fit} if local else {}
     )
     job.count(fits=(1 + len(local.without) if local else 0) + len(equations) * len(designs), draws=draws)
-    apart = {name: ks_2samp(own, pressure["monte_carlo"], method="asymp").statistic for name, own in pressure.items()}
+    apart = {name: kolmogorov_distance(own, pressure["monte_carlo"]) for name, own in pressure.items()}
     columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in OF_ROWS}
     values: dict[str, Any] = (
         columns
@@ -192,7 +192,7 @@ def given_contact(
     nodes : (surfaces, nodes) [Pa] pressure of the Monte Carlo samples; directions : (variables, modes)
     """
     in_contact = np.flatnonzero(nodes[:, 0] > 0)[:KNOWN]
-    known = np.array([directions @ variables_of(seed, int(n), directions.shape[1]) for n in in_contact])
+    known = variables_of(seed, in_contact, directions.shape[1]) @ directions.T
     pressures = {name: equation.pressure(known) for name, equation in equations.items()}
     tail_from = resolved_by_designs(designs)
     rows = {name: given_rows(each, designs, solved, tail_from) for name, each in pressures.items()}

@@ -13,7 +13,7 @@ from roughslip.chaos.strip import (
 )
 from roughslip.chaos.variables import NAMES, Stencil, local_functionals
 from roughslip.errors import IllPosedError
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.study.job import Job
 

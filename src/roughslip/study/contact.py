@@ -7,7 +7,7 @@ those of the load stand in variables with the number of their size at the end.
 import numpy as np
 
 from roughslip import store
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import geometry
 from roughslip.study.from_scene.domain import Domain, domains, index_of
 from roughslip.study.from_scene.surface_model import gaussian_model

@@ -15,7 +15,7 @@ from roughslip.oscillator.cycles import ensemble as ensemble_counts
 from roughslip.oscillator.motion import Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.estimate import student_95, wilson_interval
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.deterministic import without_scatter
 from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import (

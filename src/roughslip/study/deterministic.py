@@ -12,14 +12,13 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction.paths import Friction
 from roughslip.oscillator.cycles import Counts
 from roughslip.oscillator.cycles import ensemble as ensemble_counts
-from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.equation import SCATTERS, Oscillator
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import LimitCycle, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory, trajectory
 from roughslip.oscillator.slip_orbit import departure_point
-from roughslip.scene.friction import SCATTERS
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene.machine import (
     DISCARDED_PERIODS,
     DRAWN_PERIODS,

@@ -14,7 +14,7 @@ from roughslip import store
 from roughslip.chaos.strip import ConditionalMeans, StripExpansion
 from roughslip.contact.influence import at_displaced_planes, column_influence, displacement
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
 from roughslip.study.job import Job
 

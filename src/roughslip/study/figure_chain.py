@@ -6,7 +6,7 @@ from roughslip import store
 from roughslip.contact.solve import solve
 from roughslip.figures.figure5 import CYCLE
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic, surface_model
 from roughslip.study.from_scene.domain import own_cells
 from roughslip.study.from_scene.machine import MEDIAN, friction_of, friction_paths

@@ -9,7 +9,7 @@ from importlib import import_module
 from roughslip import store
 from roughslip.atomic_write import replacing
 from roughslip.figures.style import Shown, save
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.graph import STAGES
 from roughslip.study.job import Job
 

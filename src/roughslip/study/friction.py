@@ -9,7 +9,7 @@ from roughslip.friction.table_variables import missing_warnings, summary, table_
 from roughslip.friction.windows import estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.friction_under_load import PARTS, correlated, correlation_variables, load_results
 from roughslip.study.from_scene import Stream, geometry
 from roughslip.study.job import Job

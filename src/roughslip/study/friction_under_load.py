@@ -26,7 +26,7 @@ from roughslip.friction.table_variables import beta_variables
 from roughslip.friction.windows import SCALE, SHAPE, estimate_of, friction_coefficient, strip_weights
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic, geometry
 from roughslip.study.from_scene.surface_model import fractal_law, gaussian_model, surface_model
 from roughslip.study.job import Job

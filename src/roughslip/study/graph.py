@@ -29,7 +29,8 @@ class Stage:
     collects : the same, of files that are taken if they exist; they never cause a run
     makes : the result, below the folder of the scene; {first}-{last} are the numbers of the samples of a batch
     also : further files that it makes, by name
-    batches : how its samples are split into jobs: by the name of a design, the scene key of its number of samples
+    batches : how its samples are split into jobs: by the name of a design, the scene key of its number of samples; the
+        jobs of the scene are shared out by these numbers
     target : the target of a scene that needs this stage, or EVERY_SCENE; other stages run for those that take of them
     comes_with : stages that this one accompanies, where its condition holds
     runs_if : condition on the scene for a stage that is not always needed: "key" (given), "not key", or several of them

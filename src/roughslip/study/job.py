@@ -24,7 +24,7 @@ from roughslip import store
 from roughslip.atomic_write import replacing
 from roughslip.compilation.source_hash import FRAME, closure_hash
 from roughslip.errors import RoughslipError, StoreError
-from roughslip.scene.types import Scene, scene_of
+from roughslip.scene.part import Scene, part
 from roughslip.study import checksum, describe
 from roughslip.study.graph import STAGES, Stage, drawing
 
@@ -135,8 +135,7 @@ def job_of(stage: Stage, file: Path, entry: Mapping[str, Any], values: Mapping[s
     outputs |= {name: Path(path) for name, path in entry["outputs"].items()}
     scenes = {scene: {name: Path(path) for name, path in files.items()} for scene, files in entry["files"].items()}
     numbers = range(values.get("first", 0), values.get("last", 0))
-    scene = scene_of(key.configuration, stage.keys)
-    return Job(stage.name, scene, key, inputs, outputs, numbers, values.get("design", ""), scenes)
+    return Job(stage.name, part(key.configuration), key, inputs, outputs, numbers, values.get("design", ""), scenes)
 
 
 def check_sources(stage: Stage, entry: Mapping[str, Any]) -> None:

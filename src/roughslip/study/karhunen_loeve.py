@@ -1,7 +1,7 @@
 """Stage karhunen_loeve: the Karhunen-Loeve modes of the square."""
 
 from roughslip import store
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.job import Job
 from roughslip.surface.modes import karhunen_loeve

@@ -10,7 +10,7 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report.page import SceneReport, page
-from roughslip.scene.types import Scene, scene_of, without_nulls
+from roughslip.scene.part import Scene, without_nulls
 from roughslip.study.job import Job
 from roughslip.surface.plausibility import yielding
 from roughslip.verdicts.statements import claims
@@ -40,7 +40,7 @@ def picture(path: Path) -> bytes:
         raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
-def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list[str]]:
+def represented(files: Files, stages: list[str], targets: list[str]) -> dict[str, list[str]]:
     """How the surfaces of a scene are represented and why, by the figure that they lead to."""
     sentences = {}
     if "chaos_square" in stages:
@@ -68,7 +68,7 @@ def represented(files: Files, stages: list[str], scene: Scene) -> dict[str, list
             lines.append(
                 f"Friction of the pad scatters by {solved:.2%}; the law of scatter, without a solve, has {law:.2%}."
             )
-        sentences["friction_against_load" if "friction_against_load" in scene.targets else "figure5"] = lines
+        sentences["friction_against_load" if "friction_against_load" in targets else "figure5"] = lines
     return sentences
 
 
@@ -87,7 +87,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         description=configuration["description"],
         figures={figure: picture(files[f"{figure}.svg"]) for figure in drawn},
         captions=captions,
-        surfaces=represented(files, stages, scene_of(configuration)),
+        surfaces=represented(files, stages, configuration["targets"]),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,
         budget=store.read_json(files["budget.json"]) if "budget" in stages else None,
         claims=store.read_json(files["claims.json"]),

@@ -14,7 +14,7 @@ from roughslip.record.fit import RecordFit, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
-from roughslip.scene.types import Scene, get
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
@@ -116,7 +116,8 @@ def _step(slid: Sliding) -> int:
 
 def has_surface(configuration: dict[str, Any]) -> bool:
     """Whether a scene also has a Gaussian surface, a material and a window, whose friction has a law of scatter."""
-    return all(get(configuration, key) is not None for key in OF_SURFACE)
+    keys = (key.split(".") for key in OF_SURFACE)
+    return all((configuration.get(section) or {}).get(name) is not None for section, name in keys)
 
 
 def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store.Variable]:

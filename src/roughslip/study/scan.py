@@ -26,7 +26,7 @@ from roughslip.scan.topography import (
     remove_form,
     without_outliers,
 )
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import geometry, surface_model
 from roughslip.study.job import Job
 from roughslip.surface import model as surface

@@ -1,5 +1,7 @@
 """Stage stick_slip_map: the probability of stick-slip over two parameters, with the deterministic limits."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from roughslip import store
@@ -9,11 +11,13 @@ from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import lattice_map
-from roughslip.scene.oscillator import StickSlipMap
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import machine_of
 from roughslip.study.job import Job
+
+if TYPE_CHECKING:
+    from roughslip.scene.oscillator import StickSlipMap
 
 # Points that are run: a tenth of the runs at 24 x 24 points, and the same error of the probability, 0.006; of a coarse
 # map a quarter of its points.
@@ -100,7 +104,7 @@ def own_range(name: str, own: Machine) -> tuple[float, float]:
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 
 
-def box(own: Machine, asked: StickSlipMap) -> dict[str, tuple[float, float]]:
+def box(own: Machine, asked: "StickSlipMap") -> dict[str, tuple[float, float]]:
     """First and last value of the two parameters of a map, in the order of PARAMETERS.
 
     asked : section `map`; where it gives no ranges, those of `own_range` serve

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from roughslip import store
 from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study import checksum
 from roughslip.study.job import Job
 

@@ -14,6 +14,7 @@ import scipy.linalg
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
 from roughslip import fft
+from roughslip.compilation.cache import compiled
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError, whole
 from roughslip.grid import Grid
 from roughslip.results import described, result
@@ -24,6 +25,7 @@ from roughslip.validation import gate
 DENSE_NODES = 1024  # below this a dense eigenproblem costs less than a second
 LARGEST_RESIDUAL = 1e-9  # relative to the largest eigenvalue
 MOST_DENSE_NODES = 4096  # nodes up to which the matrix is formed where many modes are wanted
+NODES_AT_ONCE = 256
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
 MOST_ROUNDS = 20  # of searches for missing modes
@@ -62,11 +64,22 @@ class _Pairs(NamedTuple):
 
 
 def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
-    """z : (nx, ny) [m] of one sample xi : (M,) of the modes : (M, nx, ny) [m].
+    """z : (k, nx, ny) [m] of samples xi : (k, M) of modes : (M, nx, ny) [m]; no bit depends on the other samples."""
+    fields = np.zeros((len(xi), modes[0].size))
+    _add_modes(np.ascontiguousarray(modes).reshape(len(modes), -1), xi, fields)
+    return fields.reshape(len(xi), *modes.shape[1:])
 
-    One sample at a time, so that no bit depends on batches.
-    """
-    return (xi @ modes.reshape(len(modes), -1)).reshape(modes.shape[1:])
+
+@compiled()
+def _add_modes(modes: np.ndarray, xi: np.ndarray, fields: np.ndarray) -> None:
+    """Add xi @ modes to the fields, mode by mode, on so many nodes at a time as stay in the cache."""
+    for first in range(0, modes.shape[1], NODES_AT_ONCE):
+        for row in range(len(xi)):
+            part = fields[row, first : first + NODES_AT_ONCE]
+            for mode in range(len(modes)):
+                factor, values = xi[row, mode], modes[mode, first : first + NODES_AT_ONCE]
+                for node in range(part.size):
+                    part[node] += factor * values[node]
 
 
 @gate

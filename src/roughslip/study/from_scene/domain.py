@@ -26,7 +26,7 @@ from roughslip.contact.periodic import cell_heights
 from roughslip.contact.solve import ContactSolution, solve_loads, sweep
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic, geometry
 from roughslip.study.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings, surface_model
 from roughslip.study.job import Job

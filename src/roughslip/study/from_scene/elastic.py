@@ -4,7 +4,7 @@ import math
 
 from roughslip.contact.influence import Influence, Material
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 
 
 def material(scene: Scene) -> Material:

@@ -13,7 +13,7 @@ from roughslip.chaos.variables import (
     orthonormal_directions,
 )
 from roughslip.grid import Grid
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import elastic
 from roughslip.study.from_scene.geometry import Nodes
 from roughslip.surface.model import GaussianModel, SurfaceModel

@@ -1,6 +1,6 @@
 """From a stage's slice of the scene to meshes, blocks, designs, and nodes at which the pressure is kept."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ import numpy as np
 from roughslip.chaos.variables import latin_hypercube
 from roughslip.grid import Grid
 from roughslip.limits import LEAST_CONTACT, MARGIN, TRAINING_SPACING, WINDOWS, designs_of
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 
 OUTER_NODE_DISTANCE = 0.5  # correlation lengths from the central nodes; of 0.5, 1 and 1.5 it has the least bias
@@ -132,9 +132,10 @@ def _nodes(lengths_m: tuple[float, float], grid: Grid, lines: list[list[int]]) -
     return Nodes(x[order], y[order], (distance2 - distance2[0])[order])
 
 
-def variables_of(seed: int, number: int, modes: int) -> np.ndarray:
-    """xi : (modes,) of a Monte Carlo sample by its number."""
-    return np.random.default_rng([seed, Stream.MONTE_CARLO, number]).standard_normal(modes)
+def variables_of(seed: int, numbers: Iterable[int], modes: int) -> np.ndarray:
+    """xi : (samples, modes) of Monte Carlo samples by their numbers."""
+    words = (np.array([seed, Stream.MONTE_CARLO, number], np.uint32) for number in numbers)  # quicker than integers
+    return np.array([np.random.default_rng(word).standard_normal(modes) for word in words]).reshape(-1, modes)
 
 
 def latin_hypercubes(scene: Scene, modes: int) -> Iterator[np.ndarray]:

@@ -25,7 +25,7 @@ from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 
 DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.probability import BetaDistribution
 from roughslip.probability.distributions import EmpiricalDistribution
-from roughslip.scene.roughness import Roughness, Scan
-from roughslip.scene.types import Scene
+from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 from roughslip.surface import model as surface
 from roughslip.surface import plausibility
@@ -21,6 +21,9 @@ from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.model import GaussianModel, SurfaceModel, endless_lay
 from roughslip.surface.models import MODELS, covariance_of
+
+if TYPE_CHECKING:
+    from roughslip.scene.roughness import Roughness, Scan
 
 OPTIONS = ("correlation_length_across_m", "lay_rad", *{name for model in MODELS.values() for name in model.shapes})
 
@@ -49,7 +52,7 @@ def gaussian_model(scene: Scene, scan: Path | None = None) -> GaussianModel:
     return surface.gaussian_model(field, field.axis_lengths_m, marginal, correct_correlation=correct)
 
 
-def fractal_law(roughness: Roughness) -> WeierstrassMandelbrot:
+def fractal_law(roughness: "Roughness") -> WeierstrassMandelbrot:
     """The waves of a fractal."""
     assert roughness.wavelengths_m is not None
     assert roughness.hurst is not None
@@ -108,7 +111,7 @@ def stored_model(
     return variables, {"model": json.dumps(model, sort_keys=True)}
 
 
-def what_helps(scan: Scan, keys: Sequence[str]) -> str:
+def what_helps(scan: "Scan", keys: Sequence[str]) -> str:
     """What to try where no surface can be sampled like a scan. scan : its scene keys; keys : those that may help"""
     others = [f"roughness.scan.{key}: {HELPS[key]}" for key in keys if getattr(scan, key, None) != HELPS[key]]
     return f"What may help: {' or '.join(others)}" if others else "What helps: a larger scan in roughness.scan.file"

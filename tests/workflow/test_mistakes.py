@@ -91,7 +91,8 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     assert of_gone.startswith("config/scenes/gone.yaml: roughness.scan.file: 'gone.al3d' is not there; a path from")
     assert of_flat.startswith("config/scenes/flat.yaml: roughness.scan: nothing is left of the scan once its")
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
-    assert Scenes(tmp_path, ["flat"], marks=tmp_path / "marks").asked == ["flat"]
+    with pytest.raises(InputError, match=r"flat.yaml: roughness.scan: the autocorrelation .* does not fall to 1/e"):
+        Scenes(tmp_path, ["flat"], marks=tmp_path / "marks")
 
 
 LAW = "def bo_pavelescu(speed):\n    return 0.3\n\n\ndef falling(speed):\n    return 0.3\n"
@@ -146,7 +147,10 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
     A prefix more or less changes it by a thousand, to both sides of what is plausible. Read again from its mark.
     """
     monkeypatch.chdir(tmp_path)
-    folder, words = Path("config/scenes"), "covariance: best, marginal: gaussian, form: mean, file: wave.txt"
+    folder, words = (
+        Path("config/scenes"),
+        "covariance: best, marginal: gaussian, form: mean, file: wave.txt, endless_lay: y",
+    )
     units = {unit: f"spacing_m: [1.0e-6, 1.0e-6], height_unit: {unit}" for unit in ("um", "mm", "nm")}
     scenes_with(folder, words, **units)
     np.savetxt(folder / "wave.txt", np.tile(0.05 * np.cos(2 * np.pi * np.arange(41) / 20), (41, 1)))

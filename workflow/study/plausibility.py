@@ -21,7 +21,7 @@ from roughslip.limits import WINDOWS
 from roughslip.scene.contact import terms
 from roughslip.scene.files import read_chain
 from roughslip.scene.mistakes import given, line
-from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS, STATED
+from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
 from roughslip.study import checksum
@@ -81,12 +81,17 @@ def check_own_law(scene: Scene) -> None:
 
 
 def _scan_warnings(scene: Scene, file: Path) -> list[str]:
-    """Warnings of a scan. Raises InputError where it cannot be read as the scene states, ParameterError for a form."""
-    from roughslip.scan.instrument_file import read_scan  # with SurfaceTopography
-    from roughslip.scan.topography import remove_form, slope_warnings
+    """Warnings of a scan. Raises InputError where it cannot be read as the scene states, ParameterError for a form,
+    IllPosedError where its waves are too long for it.
+    """
+    from roughslip.scan.autocorrelation import sub_areas_for
+    from roughslip.scan.topography import slope_warnings
+    from roughslip.study.scan import endless_axis, prepared  # with SurfaceTopography
 
-    spacing, unit, form = (get(scene, f"roughness.scan.{key}") for key in (*STATED, "form"))
-    return list(slope_warnings(remove_form(read_scan(file, tuple(spacing) if spacing else None, unit), form)))
+    wanted = scene_of(scene).roughness.scan
+    scan, _, _ = prepared(wanted, file)
+    sub_areas_for(scan, endless_axis(wanted))
+    return list(slope_warnings(scan))
 
 
 def cells_of(scene: Scene) -> dict[str, float]:
@@ -115,6 +120,10 @@ def surface_of(scene: Scene) -> tuple[Any, tuple[float, float], str] | None:
         return law, (law.correlation_length(0.0), law.correlation_length(math.pi / 2)), "roughness.wavelengths_m"
     from roughslip.surface.models import covariance_of  # with scipy.special
 
+    if section["correct_correlation"]:
+        from roughslip.study.from_scene.surface_model import gaussian_model  # with scipy
+
+        gaussian_model(scene_of(scene))
     options = {key: section[key] for key in FIELD_OPTIONS if key != BETA and section[key] is not None}
     field = covariance_of(*(section[key] for key in FIELD), **options)
     return field, field.axis_lengths_m, "roughness.correlation_length_m"

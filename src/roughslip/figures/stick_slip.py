@@ -60,8 +60,9 @@ def figure_map(result: Shown) -> Figure:
     ):
         if np.isfinite(result[name]).any():
             axes.plot(result[name], y, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
-    own = float(result["map_x_own"]), float(result["map_y_own"])
-    axes.plot(*own, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
+    own = [float(result[f"map_{name}_own"]) or float(values[0]) for name, values in (("x", x), ("y", y))]  # 0: its edge
+    if all(values[0] <= value <= values[-1] for value, values in zip(own, (x, y), strict=True)):
+        axes.plot(*own, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
     axes.legend(loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
     axes.set_title(
         f"probability of stick-slip, {int(result['map_runs'])} runs at each dot", loc="left", fontsize="medium"

@@ -33,6 +33,7 @@ POWERS = (1, 2, 4, 8)  # of rho; those between are nearly sums of them
 WINDOWS = 4.0 ** np.arange(11)  # of a pad, at which its scatter is given
 NODE, WEIGHT = np.polynomial.legendre.leggauss(8)  # in a panel
 FINEST = 8.0  # panels in a correlation length next to no distance
+ROUNDING = 1e-7  # of the mean of friction, taken for no scatter
 LEAST_SHARE = 1e-6  # of 1 / windows: the variance of a mean without long waves may be zero but for rounding
 
 Correlation = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -177,6 +178,8 @@ def _of_products(products: list[np.ndarray], blocks: Blocks, weights: np.ndarray
 def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width_m: float) -> np.ndarray:
     """a_m and the part without correlation (1 + R, POWERS and one more), relative to each other.
 
+    Where the covariance shows no part, as where nothing scatters, all is without correlation.
+
     covariance : (1 + R, B) from `influence_covariance`
     block_m, width_m : length of a block, width of the strip
     """
@@ -185,7 +188,9 @@ def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width
     noise = np.sqrt(blocks - np.arange(blocks))  # C_g of a lag is known as from so many pairs
     q, r = np.linalg.qr(table * noise[:, None])
     seen = (covariance * noise) @ q
-    return non_negative(r, seen / (float(np.linalg.norm(seen[0])) or 1.0))
+    parts = non_negative(r, seen / (float(np.linalg.norm(seen[0])) or 1.0))
+    parts[~parts.any(axis=1), -1] = 1.0
+    return parts
 
 
 def non_negative(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -243,12 +248,11 @@ def pad_scatter(
     length_m : of the pads, as of `pad_edges`
 
     A window has its own variance; that of pads differs from it as sum_m a_m mean(rho^m) does. a_m are those of each
-    replicate; where blocks show none, windows are independent. Raises IllPosedError where nothing scatters.
+    replicate. Raises IllPosedError where nothing scatters.
     """
     modelled = parts @ means_of_pads(surface, block_m, width_m, window_m, length_m).T
     if not adjacent[0] > 0.0:
         raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
-    modelled = np.where(modelled[:, :1] > 0.0, modelled, np.append(1.0, 1.0 / WINDOWS))
     fallen = np.maximum(modelled[:, 1:] / modelled[:, :1], LEAST_SHARE / WINDOWS)
     return np.asarray(np.maximum(adjacent, LEAST_SHARE * adjacent[0])[:, None] * fallen)
 
@@ -286,11 +290,11 @@ def pads(
     weights : (1 + R, S) counts of strips or cells, from `strip_weights`
     length_m : of pads; None for squares
 
-    Raises IllPosedError as `pad_scatter`.
+    Friction that does not scatter, as of contact that yields everywhere, scatters by the share ROUNDING of its mean.
     """
     counts = blocks.of_rows(weights)
     parts = mehler_parts(influence_covariance(blocks, counts), surface, blocks.block_m, blocks.width_m)
-    adjacent = adjacent_variance(blocks, counts)
+    adjacent = np.maximum(adjacent_variance(blocks, counts), (ROUNDING * blocks.area.sum() / blocks.force.sum()) ** 2)
     return parts, pad_scatter(parts, adjacent, surface, blocks.block_m, blocks.width_m, blocks.window_m, length_m)
 
 

@@ -34,7 +34,7 @@ MOST_NODES = 2**26
 
 @dataclass(frozen=True, eq=False)
 class Spectrum(Paths):
-    """Whole paths, as waves of random phase.
+    """Whole paths, as waves of random phase, which repeat themselves after their period.
 
     nodes : number of nodes of a path
     period_nodes : number of nodes of the period of the Gaussian sum
@@ -47,14 +47,20 @@ class Spectrum(Paths):
     amplitude: np.ndarray
 
     def pieces(self, seed: tuple[int, ...]) -> Iterator[np.ndarray]:
-        """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ...
+        """The path : (nodes,) of a seed, whole: mu_S [-] at the slipped distances 0, spacing, 2 spacing, ... Then the
+        rest of the period, and the period again, for a motion that slips farther.
 
         The Gaussian sum z = sum_k sqrt(2 variance_k) |w_k| cos(2 pi k j / period_nodes + arg w_k) comes by FFT.
         The w_k are exp(i phase) of independent uniform phases. Then mu_S is the quantile of the marginal at the
         probability of z, less the mean of the marginal.
         """
         wave = np.exp(1j * np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, self.amplitude.size))
-        yield self.translation.apply(inverse(self.amplitude * wave, self.period_nodes)[: self.nodes])
+        gaussian = inverse(self.amplitude * wave, self.period_nodes)
+        yield (path := self.translation.apply(gaussian[: self.nodes]))
+        rest = self.translation.apply(gaussian[self.nodes :])
+        while True:
+            yield rest
+            yield path
 
 
 def spectral_representation(process: FrictionProcess, spacing_m: float, length_m: float) -> Spectrum:

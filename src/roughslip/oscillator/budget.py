@@ -25,12 +25,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.machine import Machine, cycle_exists
 from roughslip.oscillator.trough_chain import durations_by_theory
@@ -101,27 +102,32 @@ def uncertainty_budget(
 
     machine : of values of all inputs by name
     band : damping ratios of 95 % and of 5 % stick-slip at the given values, as `answer` finds them
-    limits : of damping, belt_velocity, mass, stiffness, load; damping is always among them
+    limits : of damping, belt_velocity, mass, stiffness, load; damping is among them where it has one
     with_rates : whether to compute the rates; ten chains take some seconds each
     samples : a power of two; the machine is made (sources + 2) samples times
 
-    Raises IllPosedError where no cycle exists without damping at the given values, ParameterError with excitation.
+    Without a limit in damping at the given values, as of a law without a cycle, the probability is 0 or 1, as the cycle
+    without scatter exists. Raises ParameterError with excitation.
     """
     if band is not None and not band[0] < band[1]:
         raise ParameterError(f"band must be damping ratios of 95 % and of 5 % stick-slip, rising, not {band}")
     given = machine({name: value for source in sources for name, value in source.values.items()})
-    response = grazing_response(given)
-    chance = _Chance(given, response, band)
-    searched = {"damping": (response.limit, True)}
+    chance, searched, rates = None, dict[str, tuple[float, bool]](), None
+    with suppress(IllPosedError, ConvergenceError):
+        response = grazing_response(given)
+        chance = _Chance(given, response, band)
+        searched["damping"] = response.limit, True
+        rates = _Rates(given, response.limit, chance.blur(given)) if with_rates else None
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
     beyond = dict.fromkeys(searched, 0)
-    rates = _Rates(given, response.limit, chance.blur(given)) if with_rates else None
     followed = RATES if rates is not None and rates.exist else ()
 
     def of_chance(here: Machine, limit: float) -> tuple[float, list[float]]:
         """The probability and the rates, given the limit in damping."""
+        if chance is None:
+            return float(cycle_exists(here) is True), []
         distance = (limit - here.oscillator.damping_ratio) / chance.blur(here)
         return chance.probability(here, limit), rates.at(here, distance) if followed and rates is not None else []
 
@@ -130,12 +136,12 @@ def uncertainty_budget(
         for name, (near, cycle_below) in searched.items():
             found[name], is_inside = _limit(here, name, near, cycle_below)
             beyond[name] += not is_inside
-        probability, rated = of_chance(here, found["damping"])
+        probability, rated = of_chance(here, found.get("damping", math.nan))
         return [probability, *found.values(), *rated]
 
     split = variance_split(results, sources, samples, seed)
     calls = max(samples * (len(sources) + 2), 1) if sources else 1
-    probability, rated = of_chance(given, response.limit)
+    probability, rated = of_chance(given, searched.get("damping", (math.nan,))[0])
     own = [probability, *(near for near, _ in searched.values()), *rated]
     shares = [0.0, *(beyond[name] / calls for name in searched), *(0.0 for _ in followed)]
     names = [source.name for source in sources]

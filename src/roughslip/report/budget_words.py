@@ -23,6 +23,8 @@ def budget_summary(budget: Mapping[str, Any]) -> list[str]:
         value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
         limits.append(f"{symbols[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
     second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
+    if not limits:
+        second = "The stick-slip cycle without scatter has no limit near the given values."
     return [
         f"{first}averaged over what is uncertain.",
         second,
@@ -52,7 +54,7 @@ def is_sure(budget: Mapping[str, Any]) -> bool:
 
 def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
     """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
-    if is_sure(budget):
+    if is_sure(budget) and "damping" in budget["limits"]:
         parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
     else:
         parts = {**budget["outcome"], SCATTER: budget["scatter"]}

@@ -1,12 +1,14 @@
 """What periodic cells say of friction: of the pad and its windows under the load, and of pads under loads about it."""
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.correlation import lags_with_pairs
+from roughslip.errors import IllPosedError
+from roughslip.friction.correlation import LENGTHS, CorrelationFit, lags_with_pairs, window_lengths
 from roughslip.friction.marginal import BetaFit, fit_beta
 from roughslip.friction.pad import (
     WINDOWS,
@@ -19,11 +21,19 @@ from roughslip.friction.pad import (
     pad_means,
     under_load,
 )
+from roughslip.friction.process import PAPER_SHAPES
 from roughslip.friction.scatter_law import scatter_of_friction
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
 from roughslip.friction.table_variables import beta_variables
-from roughslip.friction.windows import SCALE, SHAPE, estimate_of, friction_coefficient, strip_weights
+from roughslip.friction.windows import (
+    SCALE,
+    SHAPE,
+    WindowStatistics,
+    estimate_of,
+    friction_coefficient,
+    strip_weights,
+)
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.part import Scene
@@ -72,7 +82,14 @@ def load_results(
     weights = weights_of(scene, own, REPLICATES)
     found = pad_estimates(own, surface, weights, windows, length)
     of_load = under_load(found, mean, nominal, own.samples)
-    of_single, beta = of_windows(scene, own, weights, float(of_load["shear_strength"].value))
+    try:
+        of_single, beta = of_windows(scene, own, weights, float(of_load["shear_strength"].value))
+    except IllPosedError as error:
+        job.warn(
+            "the statistics of windows are missing; the scatter of a window is that of a pad of one, its correlation "
+            f"length that of the window alone, its shapes those of the paper: {error}"
+        )
+        of_single, beta = without_windows(own, of_load)
     loads = over_loads(scene, {nominal: own} | others, surface, mean)
     job.count(windows=own.area.size // own.window)
     areas = own.area.sum(axis=(1, 2))
@@ -157,6 +174,20 @@ def of_windows(
     moments = ("mean", *SCALE, *SHAPE)
     found |= {name: estimate_of(name, found[name].rows, blocks.samples) for name in moments}
     return found, fit_beta(mu[valid])
+
+
+def without_windows(blocks: Blocks, of_load: Estimates) -> tuple[dict[str, Estimate], BetaFit]:
+    """What stands in the place of the statistics of windows that do not have them."""
+    lags, unknown = blocks.block_m * np.arange(blocks.area.shape[1] // 2 + 1), Estimate(*[np.array(np.nan)] * 3)
+    names = (field.name for kind in (WindowStatistics, CorrelationFit) for field in fields(kind))
+    found = {f"length_{name}" if name in LENGTHS else name: unknown for name in names}
+    found |= {"autocorrelation": Estimate(*[np.full(lags.size, np.nan)] * 3), "beta_distance_standardised": unknown}
+    ends = [of_load["pad_std"].value, of_load["pad_std"].low, of_load["pad_std"].high]
+    found |= {"mean": of_load["load_mean"], "std": Estimate(*(np.array(end[0]) for end in ends))}
+    found["missing_share"] = of_load["no_contact"]
+    for name, length in window_lengths(lags, blocks.window_m).items():
+        found[f"length_{name}"] = Estimate(*[np.array(length)] * 3)
+    return found, BetaFit(*PAPER_SHAPES, np.nan, np.nan, np.nan, True)
 
 
 def correlation_variables(scene: Scene, scan: Path | None, length_m: float | None = None) -> dict[str, store.Variable]:

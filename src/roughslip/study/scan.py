@@ -6,6 +6,8 @@ The best of the models fitted to a scan whose surfaces can be sampled on the mes
 import math
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -88,19 +90,10 @@ def best_sampled(
 def work(scene: Scene, job: Job) -> None:
     """Read, remove form, describe, fit."""
     wanted = scene.roughness.scan
-    scan = remove_form(read_scan(job.path("scan"), wanted.spacing_m, wanted.height_unit), wanted.form)
+    scan, found_outliers, warnings = prepared(wanted, job.path("scan"))
     print(f"scan: {scan.read}", file=sys.stderr, flush=True)
-    if scan.cut > WIDE_RIM:
-        job.warn(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
-    found_outliers = outliers_of(scan)
-    treatment = wanted.outliers or "keep"
-    job.warn(*outlier_warnings(scan, found_outliers, treatment))
-    if treatment == "missing" and found_outliers.any():
-        scan = without_outliers(scan, found_outliers, wanted.form)
-    if wanted.cutoff_m is not None:
-        scan = high_pass(scan, wanted.cutoff_m)
-    endless = None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
-    statistics = scan_statistics(scan, sub_areas_for(scan, endless))
+    job.warn(*warnings)
+    statistics = scan_statistics(scan, sub_areas_for(scan, endless_axis(wanted)))
     helping = ["outliers", "marginal"]  # where the heights are the reason
     try:
         marginal = translated_marginal(wanted.marginal, scan, float(statistics.rms_height.value))
@@ -117,6 +110,27 @@ def work(scene: Scene, job: Job) -> None:
     variables |= of_scan(scan, statistics, found_outliers)
     variables["model"] = store.Variable((), words, "1", "model of the autocorrelation")
     store.write(job.output, variables, job.key, attributes)
+
+
+def prepared(wanted: Any, file: Path) -> tuple[Topography, np.ndarray, list[str]]:
+    """The scan of a file without form, outliers and waves beyond the cutoff, its outliers, and warnings.
+
+    wanted : the section `roughness.scan`
+    """
+    scan = remove_form(read_scan(file, wanted.spacing_m, wanted.height_unit), wanted.form)
+    warnings = []
+    if scan.cut > WIDE_RIM:
+        warnings.append(f"{scan.cut:.0%} of the scan lies in an empty rim and is cut off: {scan.read}")
+    outliers, treatment = outliers_of(scan), wanted.outliers or "keep"
+    warnings += outlier_warnings(scan, outliers, treatment)
+    if treatment == "missing" and outliers.any():
+        scan = without_outliers(scan, outliers, wanted.form)
+    return scan if wanted.cutoff_m is None else high_pass(scan, wanted.cutoff_m), outliers, warnings
+
+
+def endless_axis(wanted: Any) -> int | None:
+    """The axis of an endless lay."""
+    return None if wanted.endless_lay is None else "xy".index(wanted.endless_lay)
 
 
 def of_scan(scan: Topography, statistics: ScanStatistics, outlying: np.ndarray) -> dict[str, store.Variable]:

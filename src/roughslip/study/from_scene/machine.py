@@ -186,7 +186,7 @@ def path_length(belt: Oscillator, duration_periods: float) -> float:
     """[m] length of a friction path that is enough for a run: the travel of the belt.
 
     It has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
-    ends with an error.
+    takes the path again.
     """
     return belt.V * 2 * np.pi * duration_periods + 10 * belt.F
 

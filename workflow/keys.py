@@ -23,7 +23,6 @@ from roughslip.atomic_write import write_if_changed
 from roughslip.compilation.source_hash import FRAME, closure, closure_hash
 from roughslip.errors import InputError
 from roughslip.scene.schema import own_code
-from roughslip.scene.types import part_of
 from roughslip.study import checksum, plan
 from roughslip.study.graph import STAGES, Stage, drawing
 from workflow.study.scenes import Scenes
@@ -79,7 +78,7 @@ class Names:
     def entry(self, scene: str, stage: str) -> Entry:
         """What the results of a stage of a scene are made of."""
         row, before, whole = self._row(scene, stage), self._before(scene, stage), self.scenes[scene]
-        configuration, awaited, files = part_of(whole, row.keys), self._records(scene, before), {}
+        configuration, awaited, files = plan.slice_of(whole, row, scene), self._records(scene, before), {}
         user = {name: self.scenes.user_files(scene, key) for name, key in row.user_files.items()}
         words = {**row.takes, **row.collects}
         inputs = user | {name: self.results(scene, words[name]) for name in words if name not in user}

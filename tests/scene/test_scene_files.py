@@ -148,20 +148,41 @@ def test_overlays_merge_to_any_depth(mine):
     expected["ensemble"]["damping_ratios"] = [0.0, 1.0]
     expected["targets"].append("figure_map")  # none of the three names its own
     del expected["map"]["ranges"], expected["ensemble"]["damping_ratios"]  # of another oscillator
+    origins, of_paper = scene.pop("origins"), expected.pop("origins")
+    del of_paper["map.ranges"]
+    mine = dict.fromkeys(("strip.samples", "oscillator.mass_kg"), "mine")
+    del of_paper["ensemble.damping_ratios"]
+    assert origins == of_paper | mine | {"strip.training_samples": "a", "seed": "b"}
     assert repr(scene) == repr(expected)
 
 
 FIELD = "roughness: {covariance: exponential, rms_height_m: 1.0e-7, correlation_length_m: 2.0e-5}"
 BY_TABLE = f"oscillator: {{law: table, friction_table: {TABLE}}}"
+COULOMB = "oscillator: {law: coulomb, static_friction: 0.4}"
 SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"
 MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
+LENGTH = "{standard_deviation: 0.02, correlation_length_m: 2.5e-4}"
 STATISTICS = "friction: {statistics: {standard_deviation: 0.02}}"
 
 
 @pytest.mark.parametrize(
     ("base", "overlay", "section", "kept", "replaced"),
     [
-        ("extends: tribometer", "friction: {mean: 0.25}", "friction", "mean", "record"),
+        (
+            "extends: tribometer",
+            f"friction: {{mean: 0.35, statistics: {LENGTH}}}\n{BY_TABLE}",
+            "friction",
+            "mean",
+            "record",
+        ),
+        (
+            "extends: given",
+            "friction: {record: a.csv}",
+            "oscillator",
+            "mass_kg",
+            "static_friction stribeck_decay_s_per_m",
+        ),
+        ("extends: paper", BY_TABLE, "oscillator", "friction_table", "static_friction"),
         ("extends: given", STATISTICS, "friction", "mean statistics", ""),
         ("extends: paper", f"roughness: {{scan: {SCAN}}}", "roughness", "scan", "covariance rms_height_m"),
         ("extends: nongaussian", f"roughness: {{scan: {SCAN}}}", "roughness", "scan", "correct_correlation"),
@@ -169,7 +190,7 @@ STATISTICS = "friction: {statistics: {standard_deviation: 0.02}}"
         (SCANNED, FIELD, "roughness", "covariance rms_height_m correlation_length_m", "scan"),
         (MATERN, "roughness: {covariance: gaussian}", "roughness", "rms_height_m", "smoothness"),
         (f"extends: given\n{BY_TABLE}", "seed: 4", "oscillator", "friction_table", ""),
-        (f"extends: given\n{BY_TABLE}", "oscillator: {law: coulomb}", "oscillator", "law", "friction_table"),
+        (f"extends: given\n{BY_TABLE}", COULOMB, "oscillator", "law", "friction_table"),
         ("extends: paper", "map: {parameters: [mass, load]}", "map", "parameters points", "ranges"),
         ("extends: paper", "friction: {mean: 0.2}", "ensemble", "realisations", "damping_ratios"),
         (
@@ -213,12 +234,13 @@ def test_a_standard_uncertainty_reaches_only_the_stage_that_asks_for_it(mine):
     plain = mine("extends: disc_brake\ntargets: [figure_budget]\noscillator: {mass_kg: 9, static_friction: 0.45}\n")
     other = "extends: disc_brake\noscillator: {mass_kg: {value: 8, standard_uncertainty: 2}}\n"
     table = "friction_table: [[0, {value: 0.45, standard_uncertainty: 0.02}], [0.02, 0.42], [0.1, 0.39], [0.5, 0.38]]"
-    text = f"extends: other\ntargets: [figure_budget]\noscillator: {{mass_kg: {{value: 9}}, {table}}}\n"
+    own = f"mass_kg: {{value: 9}}, static_friction: 0.45, {table}"
+    text = f"extends: other\ntargets: [figure_budget]\noscillator: {{{own}}}\n"
     scene = mine(text, other=other)
     assert ["oscillator.mass_kg", 2.0] in scene["standard_uncertainties"]
     assert ["oscillator.friction_table.0.1", 0.02] in scene["standard_uncertainties"]
     changed = {stage for stage in STAGES if slice_for(plain, stage) != slice_for(scene, stage)}
-    assert changed == {"budget"}
+    assert changed == {"budget", "page"}  # which says where each value comes from
     assert "figure_budget" in mine(other)["targets"]
     exact = mine("extends: other\noscillator: {mass_kg: 8}\n", other=other)
     assert "oscillator.mass_kg" not in dict(exact.get("standard_uncertainties", []))
@@ -265,4 +287,5 @@ def test_scenes_load_or_are_refused(mine, valid, wild):
 @example(text=":\n")
 @given(text=st.text(alphabet=st.sampled_from("ab01.-+e:{}[]&*!|>%@`\"'#?,\n\t \u2028\x85é"), max_size=80))
 def test_any_text_loads_or_is_refused(mine, text):
-    outcome(mine, text.encode())
+    """Text of these few letters holds no scene: the lines say so, and name the file."""
+    assert outcome(mine, text.encode()) is None

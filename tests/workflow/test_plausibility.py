@@ -2,13 +2,13 @@
 
 import copy
 import math
-import shutil
 
 import pytest
 
+from roughslip.scene.loader import load
 from roughslip.surface.plausibility import rms_slope
-from tests.scene.shipped import CONFIG, shipped_scene
-from workflow.study.plausibility import inherited, scene_warnings, surface_mistake, surface_of
+from tests.scene.shipped import shipped_scene
+from workflow.study.plausibility import inherited, motion_warnings, scene_warnings, surface_mistake, surface_of
 
 SQ, LENGTH = 5e-8, 1.416e-5  # of the scene `resolved`, which has no warning
 GAUSSIAN = {"covariance": "gaussian", "hurst": None, "bandwidth": None}
@@ -62,20 +62,34 @@ def test_a_rule_warns_on_one_side_of_its_threshold(key, plausible, implausible, 
 
 
 def test_a_curve_of_another_machine_is_warned_of(tmp_path):
-    """A load or modulus of the scene's own on the paper's friction curve."""
-    shutil.copytree(CONFIG / "scenes", tmp_path, dirs_exist_ok=True)
+    """A load, a modulus or a record of a user on curve, machine and surface of shipped scenes; each stands in the line
+    until the user, or a base of the user, gives it."""
 
-    def warned(text):
-        (tmp_path / "mine.yaml").write_text(f"extends: quick\n{text}", encoding="utf-8")
-        return inherited("mine", tmp_path)
+    def warned(text, name="mine"):
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
+        return inherited(name, load(name, tmp_path))
 
-    own_curve = "{law: table, static_friction: 0.4, friction_table: [[0, 0.4], [1, 0.3]]}"
-    load = "load: {force_n: 2000, nominal_pressure_pa: 2.0e+6}\n"
-    (curve,) = warned(load)
-    assert curve.startswith("oscillator.law: the friction curve is that of scene paper, and load is of this scene.")
-    assert warned(f"{load}oscillator: {own_curve}") == []
-    assert warned(f"{load}oscillator: {{static_friction: 0.35}}") == [curve]  # it says nothing of the fall with speed
-    assert [inherited(name, tmp_path) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4
+    curve, machine, surface = "friction curve (", "machine (oscillator.mass_kg", "surface (roughness)"
+    numbers = "mass_kg: 5, stiffness_n_per_m: 1.0e+5"
+    own_curve = "law: table, friction_table: [[0, 0.4], [1, 0.3]]"
+    loaded = "extends: quick\nload: {force_n: 2000, nominal_pressure_pa: 2.0e+6}\n"
+    for text, said in {
+        loaded: {"paper": [curve, machine], "resolved": []},
+        f"{loaded}roughness: {{rms_height_m: 1.0e-6}}\noscillator: {{{numbers}}}\n": {"paper": [curve]},
+        f"{loaded}roughness: {{rms_height_m: 1.0e-6}}\noscillator: {{{numbers}, {own_curve}}}\n": {},
+        "extends: given\ntargets: [answer]\nfriction: {record: a.csv}\n": {"given": [machine]},
+        "extends: given\noscillator: {damping_ratio: 0.1}\n": {},
+    }.items():
+        lines = warned(text)
+        for base, words in said.items():
+            assert [
+                word for line in lines for word in words if line.startswith(f"of scene {base}, ") and word in line
+            ] == words
+        assert all(surface not in line or text == loaded for line in lines)
+        assert len(lines) == len([words for words in said.values() if words])
+    warned(f"extends: quick\noscillator: {{{numbers}, {own_curve}}}\nroughness: {{rms_height_m: 1.0e-6}}\n", "base")
+    assert warned(loaded.replace("quick", "base")) == []
+    assert [inherited(name, shipped_scene(name)) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4
 
 
 @pytest.mark.parametrize("hardness", [None, 1.0e8])
@@ -140,3 +154,32 @@ def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take(
     strip = {"cell_m": 2.5e-6}
     assert surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8}))[1] == ""
     assert "9.6e+06 nodes" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))[1]
+
+
+@pytest.mark.parametrize(
+    ("key", "usual", "unusual", "text"),
+    [
+        # sqrt(k / 1 kg) / 2 pi with k = 0.395 N/m is 0.1 Hz, with 3.948e+9 N/m 10 kHz
+        ("stiffness_n_per_m", 0.3949, 0.3946, "have a natural frequency of 0.1 Hz; usual are 0.1 to 10000 Hz"),
+        ("stiffness_n_per_m", 3.947e9, 3.949e9, "have a natural frequency of 1e+04 Hz"),
+        # 0.4 N over 9.9856e+4 N/m is 0.1 m with N = 24964 N, 1 nm with 2.496e-4 N
+        (
+            "normal_force_n",
+            24960.0,
+            24970.0,
+            "friction of 9.99e+03 N pulls the spring by 0.1 m; usual are 1e-09 to 0.1",
+        ),
+        ("normal_force_n", 2.497e-4, 2.496e-4, "friction of 9.98e-05 N pulls the spring by 1e-09 m"),
+    ],
+)
+def test_an_unusual_frequency_or_deflection_is_warned_of(key, usual, unusual, text):
+    """A static friction coefficient of 0.4; without one, that of the table, else the mean."""
+    force = {"normal_force_n": 1e-3} if "below" in key else {}
+
+    def warned(value):
+        scene = changed("given", oscillator={**force, key: value})
+        return [line for line in motion_warnings(scene) if text[:9] in line or text in line]
+
+    assert warned(usual) == []
+    (line,) = warned(unusual)
+    assert text in line

@@ -19,45 +19,64 @@ from roughslip.compilation.source_hash import closure_hash
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import WINDOWS
 from roughslip.scene.contact import terms
-from roughslip.scene.files import read_chain
-from roughslip.scene.mistakes import given, line
+from roughslip.scene.mistakes import Mistake
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
 from roughslip.study import checksum
-from roughslip.study.plan import stages_needed
+from roughslip.study.plan import SHIPPED_SCENES, stages_needed
 
 Scene = dict[str, Any]
 SOLIDS = {  # [Pa] the softest and the stiffest or hardest solids; beyond, a unit is wrong
     "young_modulus_pa": (1e5, "soft rubber", 1.3e12, "diamond"),
     "hardness_pa": (1e6, "rubber", 1.5e11, "diamond"),
 }
+SURFACE = ("targets", "material", "roughness", "square", "expansion", "strip", "load", "numerics")  # what contact reads
 SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Balch, AIAA 2007-1939
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 _CHECKS = (
     "roughslip.scene.loader roughslip.oscillator.table_law roughslip.scan.topography roughslip.surface.plausibility"
 )
-_OWN_CURVE = ("law", "friction_table", "stribeck_decay_s_per_m")
+FREQUENCIES, DEFLECTIONS = (0.1, 1e4), (1e-9, 0.1)  # [Hz], [m] of machines; beyond, a number or its unit is wrong
+UNKNOWN_FRICTION = 0.3  # static friction of a record before it is read
+_OF_MOTION = (
+    *("oscillator.mass_kg", "oscillator.stiffness_n_per_m", "oscillator.normal_force_n"),
+    *("oscillator.static_friction", "friction.mean"),
+)
+_OF_A_CASE = ("load", "material.young_modulus_pa", "friction.record")  # what a scene of a machine of one's own gives
+_SUBJECTS = {  # what decides on stick-slip, by the keys that give it
+    "friction curve": (
+        "friction.record",
+        "oscillator.law",
+        "oscillator.friction_table",
+        "oscillator.stribeck_decay_s_per_m",
+    ),
+    "machine": ("oscillator.mass_kg", "oscillator.stiffness_n_per_m"),
+    "surface": ("roughness",),
+}
 
 
-def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[str], list[str]]:
-    """Mistakes of the surface of a scene, a line each with the key, and what is implausible in the scene.
+def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[Mistake], list[str]]:
+    """Mistakes of the surface of a scene, and what is implausible in the scene.
 
     A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone, a law is none.
     marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
-    own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(scene).values()]
+    law = ("oscillator",) if "oscillator.law" in own_code(scene) else ()
+    part = {key: scene[key] for key in (*SURFACE, *law) if key in scene}
+    own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(part).values()]
     checks = [checksum(Path(__file__)), closure_hash(_CHECKS, SOURCE)] if marks else []
-    made_of = [scene, checksum(scan) if scan else "", own, checks]
-    mark = (marks or Path()) / f"{hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()}.json"
+    made_of = json.dumps([part, sorted(stages_needed(scene)), checksum(scan) if scan else "", own, checks])
+    made_of = json.dumps(json.loads(made_of, parse_int=float), sort_keys=True)  # before and after numbers are floats
+    mark = (marks or Path()) / f"{hashlib.sha256(made_of.encode()).hexdigest()}.json"
     if marks and mark.is_file():
         return [], json.loads(mark.read_text(encoding="utf-8"))
     section = "roughness"
     try:
         section, text = surface_mistake(scene)
         if text:
-            return [line(file, tuple(section.split(".")), text)], []
+            return [Mistake((section,), text)], []
         warnings = scene_warnings(scene)
         section = "oscillator.law"
         check_own_law(scene)
@@ -65,7 +84,7 @@ def check_scene(file: Path, scene: Scene, scan: Path | None, marks: Path | None)
         warnings += [] if scan is None else _scan_warnings(scene, scan)
     except RoughslipError as error:
         lines = error.lines if isinstance(error, InputError) else [str(error)]
-        return [line(file, tuple(section.split(".")), text) for text in lines], []
+        return [Mistake((section,), text) for text in lines], []
     if marks:
         with replacing(mark) as temporary:
             temporary.write_text(json.dumps(warnings), encoding="utf-8")
@@ -198,21 +217,42 @@ def _training(scene: Scene) -> Iterator[str]:
         yield f"expansion.samples = {samples} are {few}. Take at least {needed}, or a lower degree"
 
 
-def inherited(name: str, scenes_folder: Path) -> list[str]:
-    """Warnings on what a valid scene inherits and hardly means: a friction curve of another machine.
+def motion_warnings(scene: Scene) -> Iterator[str]:
+    """What is unusual in the machine of a scene: its natural frequency, and how far friction pulls the spring."""
+    mass, stiffness, force, static, mean = (get(scene, key) for key in _OF_MOTION)
+    frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
+    if not FREQUENCIES[0] <= frequency <= FREQUENCIES[1]:
+        yield (
+            f"oscillator: mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g} have a natural frequency of "
+            f"{frequency:.3g} Hz; usual are {FREQUENCIES[0]:g} to {FREQUENCIES[1]:g} Hz: check both and their units"
+        )
+    table = get(scene, "oscillator.friction_table")
+    friction = static or (table[0][1] if table else mean) or UNKNOWN_FRICTION
+    deflection = friction * force / stiffness
+    if not DEFLECTIONS[0] <= deflection <= DEFLECTIONS[1]:
+        yield (
+            f"oscillator: friction of {friction * force:.3g} N pulls the spring by {deflection:.3g} m; usual are "
+            f"{DEFLECTIONS[0]:g} to {DEFLECTIONS[1]:g} m: check stiffness_n_per_m = {stiffness:g} and the normal force"
+        )
 
-    A key counts as the scene's own where the file that gives it stands above the file that gives the other one.
-    """
-    chain, merged = read_chain(scenes_folder / f"{name}.yaml", scenes_folder)
 
-    def height(*keys: str) -> int:
-        """The topmost file that gives one of these keys, counted from the top; beyond the last where none does."""
-        files = (merged.file_of(tuple(key.split("."))) for key in keys if given(merged.values, key) is not None)
-        return min(map(chain.index, files), default=len(chain))
+def inherited(name: str, scene: Scene) -> list[str]:
+    """A warning on what a scene of a user takes from a shipped one and hardly means: surface, curve or machine."""
+    origins, borrowed = scene["origins"], dict[str, list[str]]()
+    if name in SHIPPED_SCENES:
+        return []
 
-    curve = height(*(f"oscillator.{key}" for key in _OWN_CURVE))
-    own = [key for key in ("load", "material.young_modulus_pa") if height(key) < curve < len(chain)]
-    return own and [
-        f"oscillator.law: the friction curve is that of scene {chain[curve].stem}, and {' and '.join(own)} is of "
-        "this scene. The curve decides whether stick-slip occurs: give law, its numbers and static_friction"
+    def scenes_of(*keys: str) -> list[str]:
+        """The scenes that give some keys, or what is in them."""
+        return [origin for one, origin in origins.items() if any(f"{one}.".startswith(f"{key}.") for key in keys)]
+
+    own = [key for key in _OF_A_CASE if {*scenes_of(key)} - SHIPPED_SCENES]
+    for subject, keys in _SUBJECTS.items():
+        given = scenes_of(*keys)
+        if own and given and SHIPPED_SCENES.issuperset(given) and (subject != "surface" or cells_of(scene)):
+            borrowed.setdefault(given[0], []).append(f"{subject} ({', '.join(keys)})")
+    return [
+        f"of scene {base}, not of this one, which gives {' and '.join(own)}, are: {', '.join(subjects)}. What decides "
+        "on stick-slip has to be that of your machine"
+        for base, subjects in borrowed.items()
     ]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import ast
 import difflib
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,12 @@ from typing import Any
 from roughslip.errors import InputError
 from roughslip.scene.files import scene_names
 from roughslip.scene.loader import load
-from roughslip.scene.mistakes import display, guess, line, shown
+from roughslip.scene.mistakes import Mistake, display, given, guess, shown
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get
 from roughslip.study import plan
 from roughslip.study.graph import STAGES
-from workflow.study.plausibility import check_scene, inherited
+from workflow.study.plausibility import SURFACE, check_scene, inherited, motion_warnings
 
 USER_FILES = sorted({key for stage in STAGES.values() for key in stage.user_files.values()})
 KEYS = ("scenes", "scenes_folder", "memory_mb")
@@ -138,8 +138,7 @@ class Scenes:
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
         self.asked = sorted(asked)
-        mistakes, good = self._loaded(self.asked)
-        mistakes += [line for name in good for line in self._surface(name)[0]]
+        mistakes, _ = self._loaded(self.asked)
         mistakes += [f"{folder}: cannot be written to" for name in self.asked for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
@@ -162,8 +161,9 @@ class Scenes:
 
     @cache  # noqa: B019 (one instance lives as long as the run)
     def __getitem__(self, name: str) -> dict[str, Any]:
-        """A scene. Raises InputError with every mistake that it has."""
-        return checked(name, self._folders[name], self.root)
+        """A scene. Raises InputError with every mistake that it has; of one asked for, of its surface too."""
+        of_surface = self._of_surface if name in self.asked else None
+        return checked(name, self._folders[name], self.root, of_surface)
 
     @cache  # noqa: B019
     def stages(self, name: str) -> frozenset[str]:
@@ -189,44 +189,74 @@ class Scenes:
         given = _listed(get(self[name], key))
         return [_user_file(self._folders[name], self.root, file) for file in given]
 
-    @cache  # noqa: B019
-    def _surface(self, name: str) -> tuple[list[str], list[str]]:
+    def _of_surface(self, scene: dict[str, Any], scan: str) -> tuple[list[Mistake], list[str]]:
         """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
-        reads = self._marks and "scan" in self.stages(name) and get(self[name], "roughness.scan.file")
-        scan = Path(self.user_files(name, "roughness.scan.file")[0]) if reads else None
-        return check_scene(self._folders[name] / f"{name}.yaml", self[name], scan, self._marks)
+        reads = self._marks and scan and "scan" in plan.stages_needed(scene)
+        return check_scene(scene, Path(scan) if reads else None, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
-        takes_curve = self.stages(name) & {"answer", "cycles", "stick_slip_map"}
-        return [*(inherited(name, self._folders[name]) if takes_curve else ()), *self._surface(name)[1]]
+        scene, moves = self[name], self.stages(name) & {"answer", "cycles", "stick_slip_map"}
+        scan = next(iter(self.user_files(name, "roughness.scan.file")), "")
+        of_motion = [*inherited(name, scene), *motion_warnings(scene)] if moves else []
+        return of_motion + self._of_surface(scene, scan)[1]
 
 
-def checked(name: str, folder: Path, root: Path) -> dict[str, Any]:
+RADIUS = "friction.record.radius_m"
+OfSurface = Callable[[dict[str, Any], str], tuple[list[Mistake], list[str]]]
+
+
+def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = None) -> dict[str, Any]:
     """The scene of that name as a run takes it, from its folder: its files, too, have to be there, or in the project.
+
+    of_surface : mistakes of the surface of a scene and of the scan that it reads, "" without one, and warnings
 
     Raises InputError with every mistake of the scene.
     """
     if name in RULES:
         file = display(folder / f"{name}.yaml")
         raise InputError(f"{file}: {name!r} is not allowed as the name of a scene; a step of the workflow has it")
-    top = folder / f"{name}.yaml"
-    scene = load(name, folder)
-    files = [(key, file) for key in USER_FILES for file in _listed(get(scene, key))]
-    own = own_code(scene)
-    for key, file in [*files, *((key, code.rpartition(":")[0]) for key, code in own.items())]:
-        if not Path(_user_file(folder, root, file)).is_file():
-            text = f"{shown(file)} is not there; a path from the folder of the scenes or of the project"
-            raise InputError(line(top, tuple(key.split(".")), text))
-    for key, code in own.items():
-        file, _, wanted = code.rpartition(":")
-        section, _, last = key.partition(".")
-        path = _user_file(folder, root, file)
-        if text := _no_such_code(Path(path), wanted):
-            raise InputError(line(top, (section, last), text))
-        scene = {**scene, section: {**scene[section], last: f"{path}:{wanted}"}}
-    return scene
+
+    def path(file: str) -> str:
+        return _user_file(folder, root, file)
+
+    def more(scene: dict[str, Any], is_sound: Callable[[str], bool]) -> Iterator[Mistake]:
+        radius = given(scene, RADIUS) if is_sound(RADIUS) else 1.0
+        yield from (mistake for mistake in _file_mistakes(scene, path, radius) if is_sound(mistake.keys[0]))
+        if of_surface and all(map(is_sound, (*SURFACE, "oscillator.law"))) and scene.get("targets"):
+            scan = given(scene, "roughness.scan.file")
+            yield from of_surface(with_code(scene), path(scan) if scan else "")[0]
+
+    def with_code(scene: dict[str, Any]) -> dict[str, Any]:
+        for key, code in own_code(scene).items():
+            file, _, wanted = code.rpartition(":")
+            section, _, last = key.partition(".")
+            scene = {**scene, section: {**scene[section], last: f"{path(file)}:{wanted}"}}
+        return scene
+
+    return with_code(load(name, folder, more))
+
+
+def _file_mistakes(scene: dict[str, Any], path: Callable[[str], str], radius_m: float | None) -> Iterator[Mistake]:
+    """What is wrong with files of the user: one is not there, code without the name, the head of a record.
+
+    path : of a file, from the working folder; radius_m : of the track of records
+    """
+    own = {key: code.rpartition(":") for key, code in own_code(scene).items()}
+    files = [(key, file) for key in USER_FILES for file in _listed(given(scene, key))]
+    for key, file in [*files, *((key, file) for key, (file, _, _) in own.items())]:
+        if not Path(path(file)).is_file():
+            yield Mistake((key,), f"{shown(file)} is not there; a path from the folder of the scenes or of the project")
+        elif key in own and (text := _no_such_code(Path(path(file)), own[key][2])):
+            yield Mistake((key,), text)
+        elif key == "friction.record.file":
+            from roughslip.record.reading import check_head  # with numpy
+
+            try:
+                check_head(Path(path(file)), radius_m)
+            except InputError as error:
+                yield from (Mistake((key,), text) for text in error.lines)
 
 
 def _no_such_code(file: Path, wanted: str) -> str:

@@ -151,7 +151,7 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     def from_scene(cls, section: Any, mean: float) -> Self:
         """The table of the scene, which takes the place of the mean friction coefficient."""
         speeds, values = zip(*section.friction_table, strict=True)
-        return cls(speeds, values, section.static_friction)
+        return cls(speeds, values, math.nan if section.static_friction is None else section.static_friction)
 
     @lru_cache(maxsize=64)  # noqa: B019 (laws are small; searches of limits ask for the same one again and again)
     def parameters(self) -> TableParameters:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
     "load": {"N": 1.0, "mN": 1e-3, "kN": 1e3},
 }
 MOST_SAMPLES, FEWEST_ROWS, SHOWN = 5_000_000, 100, 5
+HEAD = 1000  # lines that are read before a run
 UNEVEN = 0.2  # of a time step, by which steps of one record may differ
 MOST_FRICTION = 10.0  # on average: more is a force
 COMMENTS = "#%"
@@ -68,9 +70,20 @@ def read_records(paths: Sequence[Path | str], radius_m: float | None = None) -> 
     return traces
 
 
-def _read(path: Path, radius_m: float | None) -> list[Trace]:
+def check_head(path: Path, radius_m: float | None = None) -> None:
+    """Raise InputError where the first lines of a record show a mistake: in its header, or in rows of numbers."""
+    names, _, separator, rows = _headed(path, radius_m, HEAD)
+    if len(rows) >= FEWEST_ROWS:
+        _numbers(path, rows, separator, names)
+
+
+def _headed(
+    path: Path, radius_m: float | None, most: int | None = None
+) -> tuple[list[str], np.ndarray, str | None, list[tuple[int, str]]]:
+    """Names of the columns, factors to SI, separator, and the rows of numbers with their lines. most : lines to read"""
     try:
-        lines = path.read_text(encoding="utf-8-sig").replace('"', "").splitlines()
+        with path.open(encoding="utf-8-sig") as file:
+            lines = "".join(islice(file, most)).replace('"', "").splitlines()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
@@ -90,7 +103,12 @@ def _read(path: Path, radius_m: float | None) -> list[Trace]:
     separator = next((mark for mark in ";\t," if mark in header), None)
     cells = header.split(separator) if separator else re.findall(r"[^\[(]+(?:[\[(][^\])]*[\])]|$)", header)
     names, factors = _header(path, cells[:-1] if len(cells) > 1 and not cells[-1].strip() else cells, radius_m)
-    values = _numbers(path, of_numbers, separator, list(names)) * factors
+    return names, factors, separator, of_numbers
+
+
+def _read(path: Path, radius_m: float | None) -> list[Trace]:
+    names, factors, separator, rows = _headed(path, radius_m)
+    values = _numbers(path, rows, separator, names) * factors
     columns = dict(zip(names, values.T, strict=True))
     if "friction" not in columns:
         if not (columns["load"] > 0.0).all():

@@ -57,29 +57,30 @@ Percentile = Annotated[float, key("%", gt=0, lt=100)]
 
 
 class Strip(Section):
-    """Long strip on whose sliding windows the friction coefficient is evaluated."""
+    """Long strip on whose sliding windows the friction coefficient is evaluated, which takes all keys but
+    expansion_spacing_m."""
 
-    width_m: float = key("m", gt=0, le=1)
+    width_m: float = key("m", gt=0, le=1, default=None)
     """Width of strip and windows across the belt."""
-    cell_m: float = key("m", gt=0)
+    cell_m: float = key("m", gt=0, default=None)
     """Edge of the square cells; width, window and spacing are whole multiples of it, and so is half a window."""
-    window_m: float = key("m", gt=0, le=1)
+    window_m: float = key("m", gt=0, le=1, default=None)
     """Length of a window along the belt. Windows lie on four times this length; half of it is solved beyond either end
     and not used, because the ends of a contact carry more pressure."""
-    window_spacing_m: float = key("m", gt=0)
+    window_spacing_m: float = key("m", gt=0, default=None)
     """Distance between the starts of neighbouring windows, the step of the lags of the autocorrelation."""
-    penetration_percentiles: tuple[Percentile, ...] = many(min_length=1, max_length=99)
+    penetration_percentiles: tuple[Percentile, ...] = many(min_length=1, max_length=99, default=None)
     """Penetrations of figure 3, strictly increasing, each as the percentage of the heights above the plane; 50 sets the
     shear strength."""
-    samples: int = key(ge=8, le=100_000)
+    samples: int = key(ge=8, le=100_000, default=None)
     """Strips that are solved; a bootstrap over strips needs at least 8. With load, periodic cells of 8 windows, or
     fewer of as many in all, at least 16."""
-    training_samples: int = key(ge=1, le=100_000)
+    training_samples: int = key(ge=1, le=100_000, default=None)
     """Number of the first solved strips that also train the expansion."""
     expansion_spacing_m: float | None = key("m", gt=0, le=1, default=None)
     """Distance of the columns at which the expansion is evaluated, for smooth heights a third of the correlation
     length; strip.cell_m where not given."""
-    expansion_samples: int = key(ge=8, le=1_000_000)
+    expansion_samples: int = key(ge=8, le=1_000_000, default=None)
     """Strips that the expansion is evaluated on, the solved ones among them."""
 
 

@@ -15,7 +15,7 @@ import yaml
 from roughslip.errors import InputError
 from roughslip.scene import friction, oscillator, roughness
 from roughslip.scene.mistakes import KeyPath, Values, display, given, guess, line, shown
-from roughslip.scene.schema import FLOAT, INTEGER, NAME, WORD
+from roughslip.scene.schema import AFTER_COMMA, FLOAT, INTEGER, NAME, WORD
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
@@ -41,11 +41,14 @@ def locate(name: str, scenes_folder: Path) -> Path:
     return file
 
 
-def read(file: Path) -> Values:
-    """The mapping that a YAML file in UTF-8 holds. Raises InputError, in one line, where it cannot be read."""
+def read(file: Path) -> tuple[Values, list[str]]:
+    """The mapping that a YAML file in UTF-8 holds, and a line for each key that is repeated.
+
+    Raises InputError, in one line, where it cannot be read.
+    """
     where = display(file)
     try:
-        values = deepcopy(_parsed(file.read_text(encoding="utf-8")))
+        values, repeated = deepcopy(_parsed(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"{where}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -59,30 +62,35 @@ def read(file: Path) -> Values:
         raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
     if not isinstance(values, dict):
         raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
-    return values
+    return values, [f"{where}: {text}" for text in repeated]
 
 
 @lru_cache(maxsize=64)
-def _parsed(text: str) -> Any:
+def _parsed(text: str) -> tuple[Any, list[str]]:
     """The only document of a text as dicts, lists, text, numbers, True, False and None; None where it is empty.
+
+    Returns also what is wrong with keys that are repeated.
 
     Kept, as scenes extend the same few files. libyaml takes a tenth of the time of PyYAML, where it is there.
     """
     events: Iterator[Any] = yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     next(events)  # the start of the stream
     if isinstance(next(events), yaml.StreamEndEvent):
-        return None
-    value = _value(next(events), events)
+        return None, []
+    repeated: list[str] = []
+    value = _value(next(events), events, repeated)
     next(events)  # the end of the document
     if not isinstance(further := next(events), yaml.StreamEndEvent):
         raise _mistake("another document", further)
-    return value
+    return value, repeated
 
 
-def _value(event: Any, events: Iterator[Any]) -> Any:
+def _value(event: Any, events: Iterator[Any], repeated: list[str]) -> Any:
     """The value that an event begins. Each is written out: an alias can make a small file endless.
 
-    PyYAML lets a repeated key win without a word. Raises MarkedYAMLError for it, and for a key that is no plain word.
+    PyYAML lets a repeated key win without a word: here the first one stays, and `repeated` gets a text. A decimal comma
+    makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a number. Raises
+    MarkedYAMLError for a key that is no plain word.
     """
     if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
         raise _mistake("write the value out, without anchor, alias or tag", event)
@@ -91,16 +99,23 @@ def _value(event: Any, events: Iterator[Any]) -> Any:
     if isinstance(event, yaml.SequenceStartEvent):
         items = []
         while not isinstance(item := next(events), yaml.SequenceEndEvent):
-            items.append(_value(item, events))
+            items.append(_value(item, events, repeated))
         return items
     values: dict[str, Any] = {}
+    last = ""
     while not isinstance(key := next(events), yaml.MappingEndEvent):
         if isinstance(key, yaml.CollectionStartEvent):
             raise _mistake("a key is a plain word", key)
-        _value(key, events)  # refuses an alias
-        if key.value in values:
-            raise _mistake(f"{shown(key.value)} is given before; give it once", key)
-        values[key.value] = _value(next(events), events)
+        _value(key, events, repeated)  # refuses an alias
+        value = _value(next(events), events, repeated)
+        if value is None and not key.style and AFTER_COMMA.fullmatch(key.value) and type(values.get(last)) is int:
+            values[last] = f"{values[last]},{key.value}"
+        elif key.value in values:
+            mark = key.start_mark
+            text = f"line {mark.line + 1}, column {mark.column + 1}: {shown(key.value)} is given before; give it once"
+            repeated.append(text)
+        else:
+            values[key.value], last = value, key.value
     return values
 
 
@@ -125,11 +140,17 @@ class Merged:
 
     def __init__(self, top: Path) -> None:
         self.values: Values = {}
+        self.repeated: list[str] = []  # a line for each key that a file repeats
         self._files: dict[KeyPath, Path] = {(): top}
 
     def file_of(self, path: KeyPath) -> Path:
         """The file that gave the value at this path or, where there is none, what is around it."""
         return next(self._files[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self._files)
+
+    def origins(self, values: Values) -> dict[str, str]:
+        """By dotted key, the scene that gives each value."""
+        keys = (key for key in _keys(values) if not isinstance(given(values, key), dict))
+        return {key: self.file_of(tuple(key.split("."))).stem for key in keys}
 
     def overlay(self, file: Path, values: Values) -> None:
         """Mappings merge; numbers, text and lists replace; a key drops those that it takes the place of."""
@@ -165,9 +186,11 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
     known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
     chain = [top]
     documents: list[Values] = []
+    merged = Merged(top)
     while len(documents) < len(chain):
         file = chain[-1]
-        values = read(file)
+        values, repeated = read(file)
+        merged.repeated += repeated
         values |= friction.with_listed_records(values)
         documents.append(values)
         if "extends" not in values:
@@ -181,7 +204,6 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
         if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
             text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
             raise InputError(line(file, ("extends",), text))
-    merged = Merged(top)
     for file, values in zip(reversed(chain), reversed(documents), strict=True):
         merged.overlay(file, values)
     return chain, merged

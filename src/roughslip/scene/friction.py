@@ -74,10 +74,12 @@ STATISTICS, RECORD, MEAN = "friction.statistics", "friction.record", "friction.m
 RIG = ("rig_mass_kg", "rig_stiffness_n_per_m", "rig_damping_n_s_per_m")
 FORCE = "oscillator.normal_force_n"
 NOT_WITH_LOAD = (FORCE, "oscillator.windows_in_parallel", STATISTICS, RECORD, "roughness.wavelengths_m")  # not periodic
+# What a record says of the mean friction curve.
+OF_CURVE = ("law", "friction_table", "static_friction", "stribeck_decay_s_per_m", "stribeck_quadratic_s2_per_m2")
 REPLACES: dict[str, tuple[str, ...]] = {
-    "load": (FORCE, "oscillator.windows_in_parallel"),
+    "load": (FORCE, "oscillator.windows_in_parallel", STATISTICS, RECORD),
     STATISTICS: (RECORD,),
-    RECORD: (MEAN, STATISTICS),
+    RECORD: (MEAN, STATISTICS, *(f"oscillator.{name}" for name in OF_CURVE)),
     MEAN: (RECORD,),
 }
 
@@ -109,9 +111,10 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
 
 
 def _record_mistakes(scene: Values, friction: Values) -> Iterator[Mistake]:
-    for form in ("mean", "statistics"):
-        if form in friction:
-            yield not_together(scene, f"friction.{form}", RECORD)
+    curve = (f"oscillator.{name}" for name in OF_CURVE if name != "static_friction")
+    for form in (MEAN, STATISTICS, *curve):
+        if given(scene, form) is not None:
+            yield not_together(scene, form, RECORD)
     record = friction["record"] if isinstance(friction["record"], dict) else {}
     if any(key in record for key in RIG):
         for key in (key for key in RIG[:2] if key not in record):

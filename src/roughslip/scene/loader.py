@@ -5,7 +5,7 @@ A line reads `file: key: what was given and what is allowed`. No stage imports t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,16 +20,20 @@ from roughslip.scene.types import File, get
 from roughslip.study import plan
 
 _RULES = (*contact.RULES, *roughness.RULES, *oscillator.RULES)
+Check = Callable[[Values, Callable[[str], bool]], Iterator[Mistake]]
 VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 
 
-def load(name: str, scenes_folder: Path) -> Values:
+def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
     """The scene of a name, with its overlays merged and every rule checked.
 
     scenes_folder : folder of the names; a name after `extends` may also be that of a shipped scene
+    more : what else is checked, as files of the user: mistakes of the merged scene, which has None for every value that
+        was refused, and of which the function says whether a key and all in it is without a mistake so far
 
-    Returns the scene as nested dicts, without `extends`, and with what follows from its load; a key that takes a
-    real number holds a float. `types.scene_of` makes an object of it. Raises InputError with a line per mistake.
+    Returns the scene as nested dicts, without `extends`, with what follows from its load and where each value comes
+    from; a key that takes a real number holds a float. `types.scene_of` makes an object of it. Raises InputError with
+    a line per mistake.
     """
     chain, merged = read_chain(locate(name, scenes_folder), scenes_folder)
     values, uncertainties, wrong = _taken_apart(merged.values, scene_schema(), ())
@@ -37,17 +41,26 @@ def load(name: str, scenes_folder: Path) -> Values:
         values["targets"] = plan.default_targets(values, bool(uncertainties))
     if values.get("load") is not None and isinstance(values.get("targets"), list):
         values["targets"] = friction.targets_under_load(values["targets"])
-    found = [(path, text, False) for path, text in wrong] + _refusals(values)
-    faulty = {".".join(map(str, path)) for path, _, is_value in found if is_value}
-    lines = [line(merged.file_of(path), path, text) for path, text, _ in found]
-    for keys, text in _mistakes(_without(faulty, values), faulty, {key for key, _ in uncertainties}):
+    found = [*((path, text, "") for path, text in wrong), *_refusals(values)]
+    faulty = {key for _, _, key in found if key}
+    lines = merged.repeated + [line(merged.file_of(path), path, text) for path, text, _ in found]
+    sound_values, broken = _without(faulty, values), {*faulty}
+
+    def mistakes() -> Iterator[Mistake]:
+        yield from _mistakes(sound_values, faulty, {key for key, _ in uncertainties})
+        yield from more(sound_values, lambda key: _is_sound(key, broken)) if more else ()
+
+    for keys, text in mistakes():
+        broken.add(keys[0])
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
-        topmost = min(map(merged.file_of, paths), key=chain.index)  # the one that the user most likely edits
+        topmost, own = min(map(merged.file_of, paths), key=chain.index), merged.file_of(paths[0])
+        if topmost != own:  # the file that the user most likely edits does not give the value
+            text = text.replace(" is not allowed", f" of scene {own.stem} is not allowed", 1)
         lines.append(line(topmost, paths[0], text))
     if lines:
         raise InputError(list(dict.fromkeys(lines)))
     whole = File.model_validate(values).model_dump(mode="json", exclude_unset=True)
-    whole = friction.with_load(whole)
+    whole = friction.with_load(whole) | {"origins": merged.origins(values)}
     return whole | ({"standard_uncertainties": sorted(uncertainties)} if uncertainties else {})
 
 
@@ -77,8 +90,8 @@ def _taken_apart(value: Any, part: Values, path: KeyPath) -> tuple[Any, list[lis
     )
 
 
-def _refusals(values: Values) -> list[tuple[KeyPath, str, bool]]:
-    """What the sections refuse: the path, the text of its line, and whether there is a value."""
+def _refusals(values: Values) -> list[tuple[KeyPath, str, str]]:
+    """What the sections refuse: the path, the text of its line, and the dotted key whose value is not known."""
     errors: list[Any] = [{"type": "null", "loc": path} for path in _nulls(values)]
     try:
         File.model_validate(values)
@@ -104,7 +117,7 @@ def _mistakes(scene: Values, faulty: set[str], uncertain: set[str]) -> Iterator[
     """
 
     def sound(key: str) -> bool:
-        return not any(f"{bad}.".startswith(f"{key}.") or f"{key}.".startswith(f"{bad}.") for bad in faulty)
+        return _is_sound(key, faulty)
 
     absent = plan.lacking(scene) if sound("targets") else {}
     for key, targets in ((key, targets) for key, targets in absent.items() if sound(key)):
@@ -126,6 +139,11 @@ def _mistakes(scene: Values, faulty: set[str], uncertain: set[str]) -> Iterator[
         if None not in values and not holds(*values):
             words = (shown(value) if isinstance(value, list) else value for value in values)
             yield refused(values[0], allowed.format(*words), *keys)
+
+
+def _is_sound(key: str, faulty: set[str]) -> bool:
+    """Whether neither a key, nor anything in it or around it, is faulty."""
+    return not any(f"{bad}.".startswith(f"{key}.") or f"{key}.".startswith(f"{bad}.") for bad in faulty)
 
 
 def _without(faulty: set[str], value: Any, path: str = "") -> Any:

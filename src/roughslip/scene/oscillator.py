@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
 
 from roughslip.limits import MOST_NUMBERS, PATH_NODES
-from roughslip.scene.friction import MEAN, MOST_WINDOWS, STATISTICS
+from roughslip.scene.friction import MEAN, MOST_WINDOWS, RECORD, STATISTICS
 from roughslip.scene.mistakes import Mistake, Rule, Values, fits, is_increasing, missing, refused
 from roughslip.scene.section import EachOnce, Section, key, many, word
 
@@ -33,22 +33,23 @@ class Oscillator(Section):
     """Velocity of the belt v0."""
     normal_force_n: float = key("N", uncertain="normal force", gt=0, le=1e9, default=None)
     """Normal force N; with load it follows."""
-    excitation_force_n: float = key("N", ge=0, le=1e9)
+    excitation_force_n: float = key("N", ge=0, le=1e9, default=0.0)
     """Amplitude Q of the excitation Q cos(Omega t)."""
-    excitation_frequency_rad_per_s: float = key("rad/s", ge=0, le=1e6)
+    excitation_frequency_rad_per_s: float = key("rad/s", ge=0, le=1e6, default=0.0)
     """Angular frequency Omega of the excitation."""
-    static_friction: float = key(uncertain="friction curve", gt=0, le=10)
-    """Mean friction coefficient at rest, eq. (13) at v_rel = 0."""
+    static_friction: float | None = key(uncertain="friction curve", gt=0, le=10, default=None)
+    """Mean friction coefficient at rest, the limit of stick. The laws stribeck and coulomb need it. With a table or a
+    record it is at least the coefficient at the slowest speed, which it is where not given."""
     law: str = word(("coulomb", "stribeck", "table"), default="stribeck", or_file=True)
     """Mean friction against sliding speed: stribeck, eq. (13) with the mean friction coefficient of the windows as
     mu_fit; coulomb, that coefficient at every speed; table, friction_table; or a law of your own."""
     friction_table: tuple[Row, ...] | None = many(min_length=2, max_length=1000, default=None)
     """With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. The
     last one holds beyond its speed, and the windows give the scatter alone."""
-    stribeck_decay_s_per_m: float = key("s/m", uncertain="friction curve", ge=0, le=1e6)
-    """Decay of the Stribeck law, 1.42 in eq. (13)."""
-    stribeck_quadratic_s2_per_m2: float = key("s^2/m^2", uncertain="friction curve", ge=0, le=1e6)
-    """Quadratic rise of the Stribeck law, 0.01 in eq. (13)."""
+    stribeck_decay_s_per_m: float = key("s/m", uncertain="friction curve", ge=0, le=1e6, default=None)
+    """Decay of the Stribeck law, which needs it; 1.42 in eq. (13)."""
+    stribeck_quadratic_s2_per_m2: float = key("s^2/m^2", uncertain="friction curve", ge=0, le=1e6, default=None)
+    """Quadratic rise of the Stribeck law, which needs it; 0.01 in eq. (13)."""
     windows_in_parallel: int = key(ge=1, le=MOST_WINDOWS, default=1)
     """Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n);
     with load the number follows."""
@@ -107,6 +108,12 @@ _STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscilla
 _FORCE, _PERIODS = "oscillator.excitation_force_n", "ensemble.duration_periods"
 _LENGTH = f"{STATISTICS}.correlation_length_m"
 _MOTION = ("oscillator.belt_velocity_m_per_s", "oscillator.stiffness_n_per_m", "oscillator.mass_kg", _PERIODS)
+# What a law needs, where no record gives the curve.
+OF_LAW = {
+    "table": ("friction_table",),
+    "coulomb": ("static_friction",),
+    "stribeck": ("static_friction", "stribeck_decay_s_per_m", "stribeck_quadratic_s2_per_m2"),
+}
 MOST_STEP = 2.0  # of static friction over that at vanishing speed
 FREE = ("figure_budget", "figure_map")  # figures without excitation
 MOST_NODES = 4_000_000  # of the friction path of a run, which takes seconds then
@@ -115,6 +122,7 @@ LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as
 
 REPLACES: dict[str, tuple[str, ...]] = {
     _LAW: (_TABLE,),
+    _TABLE: (_STATIC,),
     # In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
     **dict.fromkeys(("oscillator", "friction"), ("ensemble.damping_ratios", "map.ranges")),
     "map.parameters": ("map.ranges",),
@@ -149,7 +157,7 @@ RULES = (
     ),
     Rule(
         (_STATIC, _TABLE),
-        lambda static, table: table[0][1] <= static <= MOST_STEP * table[0][1],
+        lambda static, table: table[0][0] > 0 or table[0][1] <= static <= MOST_STEP * table[0][1],
         f"from the first coefficient of {_TABLE} = {{1}}, or stick holds less than slip, to {MOST_STEP:g} times it",
     ),
     Rule(
@@ -175,7 +183,7 @@ RULES = (
             (key, *_MOTION),
             _path_is_short(part),
             f"a length that the belt, {{1}} m/s, passes at most {int(MOST_NODES / PATH_NODES * part)} times in {{4}} "
-            f"natural periods, or a run takes more than {MOST_NODES} nodes of friction",
+            f"natural periods of {{3}} kg on {{2}} N/m, or a run takes more than {MOST_NODES} nodes of friction",
         )
         for key, part in ((_LENGTH, 1.0), ("strip.window_m", LENGTH_OF_WINDOW))
     ),
@@ -190,14 +198,15 @@ RULES = (
 
 
 def mistakes(scene: Values) -> Iterator[Mistake]:
-    """A friction table goes with its law alone, and a range of a map rises."""
+    """A law has its numbers, a friction table goes with its law alone, and a range of a map rises."""
     oscillator, asked = scene.get("oscillator"), scene.get("map")
     if isinstance(oscillator, dict):
         law, table = oscillator.get("law", "stribeck"), oscillator.get("friction_table")
-        if law == "table" and "friction_table" not in oscillator:
-            yield missing(f"{_LAW} = table needs it", _TABLE, _LAW)
-        elif law not in ("table", None) and table is not None:
+        if law not in ("table", None) and table is not None:
             yield refused(table, f"{_LAW} = {law}, and only table takes it", _TABLE, _LAW)
+        elif "record" not in (scene.get("friction") or {}):
+            for name in (name for name in OF_LAW.get(str(law), ()) if name not in oscillator):
+                yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD)
     for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
         if not {"damping": 0.0, "windows": 1.0}.get(parameter, 1e-15) <= low < high:
             least = {"damping": "from 0 on", "windows": "from 1 on"}.get(parameter, "above 0")

@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import re
 from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -21,9 +23,17 @@ FILE, PAGE = Path("config/scene.schema.json"), Path("docs/reference/keys.md")
 WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 NAME = "a small letter, then at most 39 small letters, digits, _ or -"  # the same in words
 # Numbers as a scene file writes them
+AFTER_COMMA = re.compile(r"[0-9]+(?:[eE][-+]?[0-9]+)?")  # of a number with a decimal comma
 INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,30})")
 FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?")
 _BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+# What follows from other keys, by the beginning of a key that a scene has not.
+FOLLOWS = {
+    "natural_frequency": "it follows from oscillator.mass_kg and oscillator.stiffness_n_per_m = m (2 pi f)^2",
+    "apparent_area": "it is load.force_n over load.nominal_pressure_pa",
+    "damping_": "oscillator.damping_ratio is the damper over 2 sqrt(k m)",
+    "mean_friction": "friction.mean has it",
+}
 _UNCERTAIN = {
     "description": "A number with its standard uncertainty, in one unit",
     "type": "object",
@@ -129,10 +139,11 @@ def inner(part: Values, key: str | int) -> Values:
     return part.get("properties", {}).get(key, {})
 
 
-def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, str, bool]]:
-    """Of errors of pydantic in a scene: the path, the text of its line, and whether there is a value there.
+def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, str, str]]:
+    """Of errors of pydantic in a scene: the path, the text of its line, and the dotted key whose value is not known.
 
-    A key without a value is an error of type "null". Of a list with a refused item the item alone is told.
+    That is the key of a refused value, and for an unknown key the one that it is near to. A key without a value is an
+    error of type "null". Of a list with a refused item only the item has a line.
     """
     paths = [one["loc"] for one in errors]
     for one in errors:
@@ -146,17 +157,30 @@ def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, st
             around, part = part, inner(part, key)
             value = value.get(str(key)) if isinstance(value, dict) else value[key]
         if one["type"] == "extra_forbidden":
-            yield path, f"unknown key; {_nearest_key(str(key), value, around)}", False
+            near = difflib.get_close_matches(str(key)[:100], around["properties"], 1)
+            meant = ".".join(map(str, (*path[:-1], *near))) if near else ""
+            yield path, f"unknown key; {_nearest_key(str(key), around)}", meant
         elif one["type"] == "missing" and path == one["loc"]:
-            yield path, f"missing; {describe_allowed(part)}", False
+            yield path, f"missing; {describe_allowed(part)}", ""
         elif part:  # known
-            yield path, _refusal(value, part), True
+            yield path, _refusal(value, part), ".".join(map(str, path))
 
 
 def _refusal(value: Any, part: Values) -> str:
     """The text of the line on a value that is not allowed."""
     if isinstance(value, str) and part["type"] in ("integer", "number"):
+        plain = value.strip()
+        if re.fullmatch(rf"[-+]?[0-9]*,{AFTER_COMMA.pattern}", plain):
+            thousands = f" or {plain.replace(',', '')}" if re.fullmatch(r"[-+]?[0-9]{1,3},[0-9]{3}", plain) else ""
+            return f"a comma in {plain}: {_as_number(value, part).replace(',', f'{thousands},', 1)}"
         return f"{shown(value)} is text, not a number; {_as_number(value, part)}"
+    if isinstance(value, list) and part["type"] == "array" and len(value) > part.get("maxItems", len(value)):
+        whole = [
+            f"{one}.{two}" for one, two in pairwise(value) if type(one) is int and re.fullmatch("[0-9]+", str(two))
+        ]
+        if whole:
+            point = f"a decimal comma is a point, as in {whole[-1]}"
+            return f"{shown(value)} is not allowed; {describe_allowed(part)}: {point}"
     near = guess(value, part["enum"]) if isinstance(value, str) and "enum" in part else ""
     return f"{shown(value)} is not allowed; {near}{describe_allowed(part)}"
 
@@ -178,7 +202,8 @@ def describe_allowed(part: Values) -> str:
             least, most = part["minItems"], part.get("maxItems")
             number = f"at least {least}" if not most else f"{least}" if least == most else f"{least} to {most}"
             once = ", each once" if part.get("uniqueItems") else ""
-            return f"a list of {number}{once}, of {describe_allowed(inner(part, 0))}"
+            items = dict.fromkeys(map(describe_allowed, part.get("prefixItems") or [inner(part, 0)]))
+            return f"a list of {number}{once}, of {' and '.join(items)}"
     bounds = " and ".join(f"{sign} {part[key]:.12g}" for key, sign in _BOUNDS.items() if key in part)
     unit = f" [{part['unit']}]" if "unit" in part else ""
     return f"a {'whole ' * (part['type'] == 'integer')}number {bounds}{unit}"
@@ -187,8 +212,7 @@ def describe_allowed(part: Values) -> str:
 def _as_number(text: str, part: Values) -> str:
     """How to write a number that arrived as text: YAML wants a point, and a sign in the exponent."""
     plain = text.strip().replace("_", "")
-    if re.fullmatch(r"[-+]?\d*,\d+", plain):
-        plain = plain.replace(",", ".")
+    plain = plain.replace(",", ".", 1)
     if scientific := re.fullmatch(r"([-+]?)(\d*)\.?(\d*)[eE]([-+]?)(\d+)", plain, re.ASCII):
         sign, whole, fraction, exponent_sign, exponent = scientific.groups()
         plain = f"{sign}{whole or 0}.{fraction or 0}e{exponent_sign or '+'}{exponent}"
@@ -198,11 +222,11 @@ def _as_number(text: str, part: Values) -> str:
     return f"write {plain}, {describe_allowed(part)}" if known else describe_allowed(part)
 
 
-def _nearest_key(key: str, value: Any, part: Values) -> str:
+def _nearest_key(key: str, part: Values) -> str:
     """The allowed keys, the nearest first; a key that belongs to another section is named with its section."""
-    if value is None and key.isdigit():  # {damping_ratio: 0,1} has the keys damping_ratio and 1
-        return f"is it the decimal comma of a number? Write a point, as in 0.{key}"
     allowed = list(part["properties"])
+    if follows := [text for word, text in FOLLOWS.items() if key.startswith(word) and key[:-1] not in allowed]:
+        return follows[0]
     near = guess(key, allowed)
     sections = scene_schema()["properties"].items()
     elsewhere = [f"{section}.{key}" for section, one in sections if key in one.get("properties", {})]

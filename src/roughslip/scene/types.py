@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from copy import deepcopy
 from typing import Annotated, Any
 
+from pydantic import Field
+
 from roughslip.scene.contact import Expansion, Material, Numerics, Square, Strip
 from roughslip.scene.friction import Friction, Load
 from roughslip.scene.mistakes import Values
@@ -49,6 +51,7 @@ class Scene(File):
     """Everything that a study may be asked to do: what a file holds, and what the loader finds in it."""
 
     standard_uncertainties: tuple[tuple[str, float], ...] = ()  # by dotted key, of the numbers that are given with one
+    origins: dict[str, str] = Field({})  # by dotted key, the scene that gives the value: itself or one that it extends
 
 
 def part_of(scene: Values, names: Iterable[str]) -> Values:

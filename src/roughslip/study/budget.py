@@ -243,9 +243,10 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
     section.normal_force_n = values.get(FORCE, section.normal_force_n)
     if (table := scene.oscillator.friction_table) is not None:
         rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]
-        if scene.oscillator.static_friction == table[0][1]:
-            section.static_friction = values.get(f"{TABLE}.0.1", section.static_friction)
+        if scene.oscillator.static_friction in (None, table[0][1]):
+            own = table[0][1] if section.static_friction is None else section.static_friction
+            section.static_friction = values.get(f"{TABLE}.0.1", own)
             rows[0] = rows[0][0], section.static_friction
         section.friction_table, mean = tuple(rows), rows[0][1]
-    section.static_friction = max(section.static_friction, mean)
+    section.static_friction = max(section.static_friction or 0.0, mean)
     return section

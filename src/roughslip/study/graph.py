@@ -24,6 +24,7 @@ class Stage:
     draws : of a figure, the module of roughslip.figures that draws it
     reads : scene keys, separated by spaces, or sections for all their keys; with a question mark those that a scene may
         leave out with their sections
+    own : the same, of which it speaks where the scene itself, or a base of the user, gives them
     takes : files by the name under which the work asks for them: stages whose results they are, or a scene key that
         holds paths; with a question mark where only some scenes have them
     collects : the same, of files that are taken if they exist; they never cause a run
@@ -43,6 +44,7 @@ class Stage:
     module: str = ""
     draws: str = ""
     reads: str = ""
+    own: str = ""
     takes: Mapping[str, str] = field(default_factory=dict)
     collects: Mapping[str, str] = field(default_factory=dict)
     makes: str = ""
@@ -57,7 +59,7 @@ class Stage:
     @property
     def keys(self) -> list[str]:
         """Scene keys that it reads: its slice."""
-        return [key.rstrip("?") for key in self.reads.split()]
+        return [key.rstrip("?") for key in f"{self.reads} {self.own}".split()]
 
     @property
     def modules(self) -> str:
@@ -125,8 +127,8 @@ _ROWS = (
     ),
     Stage(
         name="record",
-        reads="seed friction.record friction.scatter? oscillator.static_friction? oscillator.normal_force_n? "
-        "oscillator.windows_in_parallel? material? roughness? strip.window_m? strip.width_m?",
+        reads="seed friction.record friction.scatter? oscillator.windows_in_parallel?",
+        own="oscillator.static_friction oscillator.normal_force_n material roughness strip.window_m strip.width_m",
         takes={"record": "friction.record.file"},
         makes="friction/record.nc",
         runs_if="friction.record",
@@ -183,7 +185,8 @@ _ROWS = (
     ),
     Stage(
         name="friction",
-        reads=f"{SURFACE} strip friction.mean load? oscillator.normal_force_n? oscillator.windows_in_parallel?",
+        reads=f"{STRIP} strip.window_spacing_m strip.samples strip.expansion_samples strip.expansion_spacing_m? "
+        "friction.mean load? oscillator.normal_force_n? oscillator.windows_in_parallel?",
         takes={"blocks": "contact expansion_strip", "scan": "scan?"},
         makes="friction/statistics.nc",
         also={"summary": "summary.csv"},
@@ -312,7 +315,7 @@ _ROWS = (
     Stage(name="figures", reads="description"),
     Stage(
         name="page",
-        reads="description targets",
+        reads="description targets origins",
         collects={"square": "chaos_square", "friction": "friction", "oscillator": "cycles"},
         makes="report.html",
         also={"claims": "claims.json", "costs": "costs.json"},

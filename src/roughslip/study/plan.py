@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from roughslip.scene.mistakes import Values
-from roughslip.scene.types import get
+from roughslip.scene.types import get, part_of
 from roughslip.study.graph import EVERY_SCENE, STAGES, Stage
 
+# The scenes that come with the project. What they give to a scene of a user is an assumption.
+_SHIPPED = """cam_follower cam_follower_long clutch clutch_long coulomb disc_brake disc_brake_long elastoplastic excited
+excited_away fractal given measured nongaussian paper quick resolved rubber_bearing rubber_bearing_long slideway
+slideway_long smoke tribometer"""
+SHIPPED_SCENES = frozenset(_SHIPPED.split())
+
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
-_KEY_BY_KEY = ("roughness", "friction", "numerics")
+_KEY_BY_KEY = ("roughness", "strip", "friction", "numerics")
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 
 
@@ -17,7 +23,7 @@ def default_targets(scene: Values, is_uncertain: bool = False) -> list[str]:
     Limits are those of the oscillator without excitation.
     """
     inherited, oscillator = list(scene["targets"]), scene.get("oscillator")
-    if "figure5" not in inherited or not isinstance(oscillator, dict) or oscillator.get("excitation_force_n") != 0:
+    if "figure5" not in inherited or not isinstance(oscillator, dict) or oscillator.get("excitation_force_n", 0) != 0:
         return inherited
     more = [*(["figure_map"] if "map" in scene else []), *(["figure_budget"] if is_uncertain else [])]
     return list(dict.fromkeys([*inherited, *more]))
@@ -63,6 +69,19 @@ def sections_not_read(scene: Values) -> set[str]:
     stages = stages_needed(scene)
     unread = set() if "friction" in stages else {"strip"}
     return unread if "chaos_square" in stages else unread | {"square"}
+
+
+def slice_of(scene: Values, stage: Stage, name: str) -> Values:
+    """The part of a scene that a stage reads. name : of the scene
+
+    What a stage reads as the scene's own is absent where a shipped scene gives it, or a part of it, to one of a user.
+    """
+    part, origins = part_of(scene, stage.keys), scene.get("origins", {}) if name not in SHIPPED_SCENES else {}
+    given = [key for key, origin in origins.items() if origin in SHIPPED_SCENES]
+    for key in (key for key in stage.own.split() if any(f"{one}.".startswith(f"{key}.") for one in given)):
+        section, _, last = key.rpartition(".")
+        (part[section] if section else part)[last] = None
+    return part
 
 
 def makers(stage: Stage, stages: frozenset[str]) -> list[str]:

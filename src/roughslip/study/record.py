@@ -22,7 +22,10 @@ from roughslip.study.job import Job
 KINDS = ("additive", "multiplicative")
 MOST_DRAWN = 2000  # samples of the record that are drawn
 TWINS = 2  # synthetic records next to the measured one
-OF_SURFACE = ("roughness.covariance", "material.young_modulus_pa", "strip.width_m", "oscillator.normal_force_n")
+OF_SURFACE = (
+    *("roughness.covariance", "material.young_modulus_pa"),
+    *("strip.width_m", "strip.window_m", "oscillator.normal_force_n"),
+)
 LAW_ERROR = 0.1  # of the law of scatter: two of its rms errors
 LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
 NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
@@ -115,7 +118,7 @@ def _step(slid: Sliding) -> int:
 
 
 def has_surface(configuration: dict[str, Any]) -> bool:
-    """Whether a scene also has a Gaussian surface, a material and a window, whose friction has a law of scatter."""
+    """Whether a scene itself gives a surface, a material, a window and its force: friction with a law of scatter."""
     keys = (key.split(".") for key in OF_SURFACE)
     return all((configuration.get(section) or {}).get(name) is not None for section, name in keys)
 

@@ -57,14 +57,14 @@ def oscillator_of(section: Any) -> Oscillator:
 def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
     """The friction law of a record, or that which the scene names, with the mean friction coefficient.
 
-    Below the slowest speed of a record friction is taken as there. The limit of stick is that of the scene, at least
-    the first value of the curve.
+    Below the slowest speed of a record friction is taken as there. The limit of stick is the first value of the curve,
+    or that of the scene where it is larger.
     """
     result = statistics_of(scene, statistics)
     if result is None or not is_record(result):
         return law_from_scene(scene.oscillator, mean)
     speeds, values = result["curve_speed"], result["curve"]
-    static = max(scene.oscillator.static_friction, values[0])
+    static = max(scene.oscillator.static_friction or 0.0, values[0])
     at_rest = min(float(result["curve_at_rest"]), static)
     return TableLaw((0.0, *speeds), (at_rest, *values), static, measured_from_m_per_s=float(speeds[0]))
 

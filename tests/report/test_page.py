@@ -148,13 +148,40 @@ NASTY = """<script>alert("x")</script> & 'quoted' \u00b5 {braces}"""
 
 
 def test_what_a_user_wrote_is_text():
-    changes = {key: f"{key} {NASTY}" for key in ("description", "configuration")}
+    changes = {"description": f"description {NASTY}"}
     of_claim = {key: f"{key} {NASTY}" for key in ("statement", "paper", "note", "rule")}
-    asked = scene(**changes, claims=[claim(**of_claim)], surfaces={"figure2": [f"surface {NASTY}"]})
+    quoted = json.dumps(changes["description"], ensure_ascii=False)
+    surfaces = {"figure2": [f"surface {NASTY}"]}
+    asked = scene(**changes, configuration=f'{{"a": {quoted}}}', claims=[claim(**of_claim)], surfaces=surfaces)
     content = parsed(asked)
     assert content.all("script") == []
     text = " ".join(content.text)
-    assert [one for one in (*changes.values(), *of_claim.values(), f"surface {NASTY}") if one not in text] == []
+    shown = (*changes.values(), *of_claim.values(), *surfaces["figure2"], quoted)
+    assert [one for one in shown if one not in text] == []
+
+
+def test_the_page_says_which_scene_gives_each_number_that_decides():
+    """Values of the scene itself, defaults, and numbers that its law and its motion do not take, are in no sentence."""
+    oscillator = json.loads(OSCILLATOR)["oscillator"] | {"mass_kg": 8.0, "stribeck_decay_s_per_m": 1.42}
+    oscillator |= {"excitation_force_n": 0.0, "excitation_frequency_rad_per_s": 316.0}
+    configuration = {"oscillator": oscillator, "roughness": {"hurst": 0.5}, "strip": {"samples": 60}}
+    origins = {f"{section}.{key}": "paper" for section, keys in configuration.items() for key in keys}
+    origins |= {
+        "oscillator.mass_kg": "mine",
+        "roughness.hurst": "disc_brake",
+        "oscillator.friction_table": "disc_brake",
+    }
+    del origins["oscillator.law"]
+    answer = MACHINE | {"summary": answer_summary(MACHINE)}
+    text = texts(scene(answer=answer, configuration=json.dumps(configuration), origins=origins))
+    assert (
+        "Not given by this scene, but by scene paper: oscillator.static_friction; by scene disc_brake: "
+        "oscillator.friction_table, roughness.hurst. " in text
+    )
+    for line in ("mass_kg: 8.0 # scene mine", 'law: "table" # default, or follows', "samples: 60 # scene paper"):
+        assert line in text
+    assert "The curve is the friction_table of scene disc_brake: 0.45 at rest" in text
+    assert "Not given by" not in texts(scene(answer=answer, configuration=OSCILLATOR))
 
 
 def test_verdicts_and_readings_of_the_paper():

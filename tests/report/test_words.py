@@ -204,7 +204,7 @@ def test_digits_and_units_are_those_of_readers():
 
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
     of_record = {"oscillator": {}, "friction": {"record": {"file": ["up.csv", "down.csv"]}}}
-    assert friction_curve(of_record) == "The curve is that of the records up.csv, down.csv."
+    assert friction_curve(of_record, {}) == "The curve is that of the records up.csv, down.csv."
 
 
 if __name__ == "__main__":

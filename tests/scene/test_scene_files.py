@@ -91,6 +91,18 @@ ensemble: {damping_ratios: [0.2, 0.1]}
     ]
 
 
+def test_a_list_is_in_order_next_to_a_refused_item(mine):
+    text = """extends: disc_brake
+oscillator: {friction_table: [[0, 0.45], [0.1, "0,39"], [0.02, 0.42]]}
+ensemble: {damping_ratios: [0.3, x, 0.2]}
+strip: {penetration_percentiles: [50, 10]}
+"""
+    assert [line.split(": ")[1] for line in lines_of(mine, text)] == [
+        *("oscillator.friction_table[1][1]", "ensemble.damping_ratios[1]"),
+        *("oscillator.friction_table", "ensemble.damping_ratios", "strip.penetration_percentiles"),
+    ]
+
+
 def test_a_scene_that_lacks_what_its_targets_need(mine):
     needed = {
         "figure2": {"material", "roughness", "square", "expansion"},

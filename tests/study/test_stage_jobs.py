@@ -107,7 +107,7 @@ def test_only_what_this_run_made_is_shown(tmp_path, monkeypatch):
     """A scene that ran one stage for Figure 5, in a folder where Figure 2 was made before. Links lead from the page to
     files of the scene."""
     configurations = {
-        "page": {"description": "Mine", "targets": ["figure5"], "captions": {}},
+        "page": {"description": "Mine", "targets": ["figure5"], "captions": {}, "origins": {"seed": "paper"}},
         "cycles": {"oscillator": {"damping_ratio": 0.17}},
         "answer": {"oscillator": {"mass_kg": 1.0}},
         "contact_square": {"oscillator": {"damping_ratio": 0.4}, "square": {"nodes": 10}},
@@ -126,6 +126,7 @@ def test_only_what_this_run_made_is_shown(tmp_path, monkeypatch):
     own, joint = (read_scene("mine", files, captions, Path(folder)) for folder in ("results/mine", "results"))
     assert (own.name, own.description, own.folder, joint.folder) == ("mine", "Mine", "", "mine/")
     assert joint.file == "../config/scenes/mine.yaml"
+    assert own.origins == {"seed": "paper"}
     assert own.figures == {"figure5": b"<svg>figure5 svg</svg>"}
     machine = {"damping_ratio": 0.17, "mass_kg": 1.0}
     assert json.loads(own.configuration) == {"description": "Mine", "targets": ["figure5"], "oscillator": machine}

@@ -16,6 +16,7 @@ import pytest
 from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from roughslip.errors import InputError
+from roughslip.scene.mistakes import with_origins
 from tests.workflow.project import ROOT
 from workflow.keys import Names
 from workflow.study import terminal
@@ -93,6 +94,45 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
     (folder / "flat.yaml").write_text((folder / "flat.yaml").read_text().replace("form: plane", "form: mean"))
     with pytest.raises(InputError, match=r"flat.yaml: roughness.scan: the autocorrelation .* does not fall to 1/e"):
         Scenes(tmp_path, ["flat"], marks=tmp_path / "marks")
+
+
+HEADS = {  # of records, and what is said of each
+    "unit.csv": ("time [s];speed [rpm];friction [1]\n", "column speed: rpm needs the radius of the track; scene key"),
+    "none.csv": ("0,0.1,0.3\n", "line 1: numbers without a header; write one of `name [unit]`"),
+    "comma.csv": ("time [s],speed [m/s],friction [1]\n" + "1,0.1,0,3\n" * 100, "line 2: 4 values for 3 columns; dec"),
+}
+
+
+def test_files_of_the_user_and_the_surface_come_in_the_wave_of_the_other_mistakes(tmp_path, monkeypatch):
+    """The head of each record is read, and a load is judged, next to a mass that is refused. A radius that is refused
+    hides no unit, and what a record would need is not missed."""
+    monkeypatch.chdir(tmp_path)
+    folder = Path("config/scenes")
+    shutil.copytree(ROOT / "config/scenes", folder)
+    for name, (text, _) in HEADS.items():
+        (folder / name).write_text(text)
+
+    def said(text):
+        (folder / "mine.yaml").write_text(text)
+        with pytest.raises(InputError) as caught:
+            Scenes(tmp_path, ["mine"])
+        return [line.removeprefix("config/scenes/mine.yaml: ") for line in caught.value.lines]
+
+    record = f"friction: {{record: {{file: [gone.csv, {', '.join(HEADS)}]%s}}}}\n"
+    given = "extends: given\ntargets: [answer]\noscillator: {mass_kg: -1}\n"
+    mass, gone, *heads = (line.partition(": ")[2] for line in said(given + record % ""))
+    assert mass.startswith("-1 is not allowed")
+    assert gone.startswith("'gone.csv' is not there")
+    for name, (_, words) in HEADS.items():
+        assert next(line for line in heads if name in line).startswith(f"config/scenes/{name}: {words}")
+    assert not any("rpm" in line for line in said(given + record % ", radius_m: -1"))
+    light = "extends: disc_brake\nload: {force_n: 20, nominal_pressure_pa: 1.0e+3}\noscillator: {mass_kg: -1}\n"
+    assert [line.partition(" ")[0] for line in said(light)] == ["oscillator.mass_kg:", "load:"]
+    half = "extends: paper\nload: {force_n: 20}\nmaterial: {young_modulus_pa: 0}\n"  # no pressure to judge
+    assert [line.partition(" ")[0] for line in said(half)] == [
+        "material.young_modulus_pa:",
+        "load.nominal_pressure_pa:",
+    ]
 
 
 LAW = "def bo_pavelescu(speed):\n    return 0.3\n\n\ndef falling(speed):\n    return 0.3\n"
@@ -219,6 +259,12 @@ def test_progress_has_the_time_to_go(monkeypatch):
     steps = [f"{n} of 4 steps done, about {left} s to go" for n, left in ((1, 6), (2, 5), (3, 0))]
     lines = [*steps, "4 of 4 steps done", "disk is full", "Complete log(s): here"]
     assert handler.stream.getvalue().splitlines() == lines
+
+
+def test_a_warning_names_the_scene_of_a_value_that_is_not_of_the_scene_itself():
+    text = "oscillator.static_friction = 0.4 is less than oscillator.mass_kg = 1"
+    origins = {"oscillator.static_friction": "given", "oscillator.mass_kg": "mine"}
+    assert with_origins(text, origins, "mine") == text.replace("friction =", "friction of scene given =")
 
 
 def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):

@@ -16,7 +16,7 @@ from typing import Any
 from roughslip.errors import InputError
 from roughslip.scene.files import scene_names
 from roughslip.scene.loader import load
-from roughslip.scene.mistakes import Mistake, display, given, guess, shown
+from roughslip.scene.mistakes import Mistake, display, given, guess, shown, with_origins
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get
 from roughslip.study import plan
@@ -200,7 +200,8 @@ class Scenes:
         scene, moves = self[name], self.stages(name) & {"answer", "cycles", "stick_slip_map"}
         scan = next(iter(self.user_files(name, "roughness.scan.file")), "")
         of_motion = [*inherited(name, scene), *motion_warnings(scene)] if moves else []
-        return of_motion + self._of_surface(scene, scan)[1]
+        found = of_motion + self._of_surface(scene, scan)[1]
+        return [with_origins(text, scene["origins"], name) for text in found]
 
 
 RADIUS = "friction.record.radius_m"
@@ -223,7 +224,7 @@ def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = 
 
     def more(scene: dict[str, Any], is_sound: Callable[[str], bool]) -> Iterator[Mistake]:
         radius = given(scene, RADIUS) if is_sound(RADIUS) else 1.0
-        yield from (mistake for mistake in _file_mistakes(scene, path, radius) if is_sound(mistake.keys[0]))
+        yield from [mistake for mistake in _file_mistakes(scene, path, radius) if is_sound(mistake.keys[0])]
         if of_surface and all(map(is_sound, (*SURFACE, "oscillator.law"))) and scene.get("targets"):
             scan = given(scene, "roughness.scan.file")
             yield from of_surface(with_code(scene), path(scan) if scan else "")[0]

@@ -6,8 +6,8 @@ import base64
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from typing import Any
@@ -28,6 +28,7 @@ from roughslip.report.sections import (
 )
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
+DECISIVE = ("material", "roughness", "friction", "load", "oscillator")  # sections with what decides on stick-slip
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -43,7 +44,8 @@ class SceneReport:
     captions : by the name of the figure
     surfaces : how the surface behind a figure is represented and why, in sentences, by the name of the figure
     claims, costs : contents of claims.json and costs.json
-    configuration : what the stages read of the scene
+    configuration : what the stages read of the scene, as JSON
+    origins : by dotted key, the scene that gives the value: itself or one that it extends
     answer, budget : contents of answer.json and budget.json; None where no such stage runs
     folder : of its files, from the folder of the page: empty, or ending in a slash
     file : the scene file, from the folder of the page; empty for a scene without one
@@ -57,6 +59,7 @@ class SceneReport:
     claims: Sequence[Mapping[str, Any]]
     costs: Sequence[Mapping[str, Any]]
     configuration: str
+    origins: Mapping[str, str] = field(default_factory=dict)
     answer: Mapping[str, Any] | None = None
     budget: Mapping[str, Any] | None = None
     folder: str = ""
@@ -124,7 +127,9 @@ def environment() -> Environment:
         "bars": budget_words.bars,
         "chance": words.chance,
         "change_rows": words.change_rows,
-        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration)),
+        "borrowed": borrowed,
+        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration), other_origins(scene)),
+        "numbers": numbers,
         "decision": words.decision,
         "facts": words.facts,
         "smallest_change": words.smallest_change,
@@ -142,6 +147,40 @@ def environment() -> Environment:
         "thumbnail": thumbnail,
     }
     return environment
+
+
+def other_origins(scene: SceneReport) -> dict[str, str]:
+    """By dotted key, the scene that gives the value where the scene itself does not."""
+    return {key: origin for key, origin in scene.origins.items() if origin != scene.name}
+
+
+def numbers(scene: SceneReport) -> str:
+    """A line a key that the stages read: its value, and which scene gives it; others are defaults, or follow."""
+    lines = []
+    for key, value in _leaves(json.loads(scene.configuration)):
+        origin = scene.origins.get(key)
+        source = "default, or follows from others" if origin is None else f"scene {origin}"
+        lines.append(f"{f'{key}: {json.dumps(value, ensure_ascii=False)}':<60}  # {source}")
+    return "\n".join(lines)
+
+
+def _leaves(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Dotted keys with values that are no groups of keys."""
+    for name, value in sorted(values.items()):
+        yield from _leaves(value, f"{before}{name}.") if isinstance(value, Mapping) else [(before + name, value)]
+
+
+def borrowed(scene: SceneReport) -> str:
+    """What other scenes give of material, surface, friction, load and machine, in a sentence; empty without any."""
+    used, keys = dict(_leaves(json.loads(scene.configuration))), dict[str, list[str]]()
+    unused = "excitation" if not used.get("oscillator.excitation_force_n") else " "
+    others = "stribeck" if used.get("oscillator.law") != "stribeck" else " "
+    for key, origin in other_origins(scene).items():
+        section, _, name = key.partition(".")
+        if section in DECISIVE and key in used and not name.startswith((unused, others)):
+            keys.setdefault(origin, []).append(key)
+    parts = [f"by scene {origin}: {', '.join(some)}" for origin, some in keys.items()]
+    return f"Not given by this scene, but {'; '.join(parts)}." if parts else ""
 
 
 def _counts(counts: Mapping[str, int]) -> str:

@@ -15,7 +15,7 @@ import yaml
 from roughslip.errors import InputError
 from roughslip.scene import friction, oscillator, roughness
 from roughslip.scene.mistakes import KeyPath, Values, display, given, guess, line, shown
-from roughslip.scene.schema import AFTER_COMMA, FLOAT, INTEGER, NAME, WORD
+from roughslip.scene.schema import AFTER_COMMA, COMMAS, FLOAT, INTEGER, NAME, WORD
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clone; a wheel has none
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
@@ -108,7 +108,12 @@ def _value(event: Any, events: Iterator[Any], repeated: list[str]) -> Any:
             raise _mistake("a key is a plain word", key)
         _value(key, events, repeated)  # refuses an alias
         value = _value(next(events), events, repeated)
-        if value is None and not key.style and AFTER_COMMA.fullmatch(key.value) and type(values.get(last)) is int:
+        if (
+            value is None
+            and not key.style
+            and AFTER_COMMA.fullmatch(key.value)
+            and COMMAS.match(f"{values.get(last)},")
+        ):
             values[last] = f"{values[last]},{key.value}"
         elif key.value in values:
             mark = key.start_mark

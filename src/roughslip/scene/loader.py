@@ -14,13 +14,14 @@ from pydantic import ValidationError
 from roughslip.errors import InputError
 from roughslip.scene import contact, friction, oscillator, roughness
 from roughslip.scene.files import locate, read_chain
-from roughslip.scene.mistakes import KeyPath, Mistake, Values, given, line, missing, refused, shown
+from roughslip.scene.mistakes import KeyPath, Mistake, Values, given, is_increasing, line, missing, refused, shown
 from roughslip.scene.schema import inner, refusals, scene_schema
 from roughslip.scene.types import File, get
 from roughslip.study import plan
 
 _RULES = (*contact.RULES, *roughness.RULES, *oscillator.RULES)
 Check = Callable[[Values, Callable[[str], bool]], Iterator[Mistake]]
+_ORDERED = (oscillator.TABLE, contact.LEVELS, oscillator.RATIOS)
 VALUE, UNCERTAINTY = "value", "standard_uncertainty"
 
 
@@ -43,11 +44,13 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
         values["targets"] = friction.targets_under_load(values["targets"])
     found = [*((path, text, "") for path, text in wrong), *_refusals(values)]
     faulty = {key for _, _, key in found if key}
+    if any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
+        faulty.add("targets")  # which stages they need is not known
     lines = merged.repeated + [line(merged.file_of(path), path, text) for path, text, _ in found]
-    sound_values, broken = _without(faulty, values), {*faulty}
+    sound_values, broken = _without(faulty, values), faulty | {".".join(map(str, path)) for path, _, _ in found}
 
     def mistakes() -> Iterator[Mistake]:
-        yield from _mistakes(sound_values, faulty, {key for key, _ in uncertainties})
+        yield from _mistakes(sound_values, values, faulty, {key for key, _ in uncertainties})
         yield from more(sound_values, lambda key: _is_sound(key, broken)) if more else ()
 
     for keys, text in mistakes():
@@ -108,10 +111,10 @@ def _nulls(values: Any, path: KeyPath = ()) -> Iterator[KeyPath]:
         yield from _nulls(value, (*path, key))
 
 
-def _mistakes(scene: Values, faulty: set[str], uncertain: set[str]) -> Iterator[Mistake]:
+def _mistakes(scene: Values, whole: Values, faulty: set[str], uncertain: set[str]) -> Iterator[Mistake]:
     """What the targets lack, forms that exclude each other, and every rule across keys that the scene breaks.
 
-    scene : the merged scene, with None for every value that was refused
+    scene, whole : the merged scene, with None for every value that was refused, and with these
     faulty : dotted keys that were refused; rules that read them, or anything in or around them, are left out
     uncertain : dotted keys of the numbers that have a standard uncertainty
     """
@@ -123,6 +126,11 @@ def _mistakes(scene: Values, faulty: set[str], uncertain: set[str]) -> Iterator[
     for key, targets in ((key, targets) for key, targets in absent.items() if sound(key)):
         if key != friction.MEAN or given(scene, friction.RECORD) is not None:  # else the rules of friction report it
             yield missing(f"needed for {', '.join(targets)}", key, "targets")
+    for key in _ORDERED:  # where an item is refused, the others still have to rise
+        items = given(whole, key) if not sound(key) else None
+        firsts = [item[0] if isinstance(item, list) and item else item for item in items or ()]
+        if not is_increasing([first for first in firsts if isinstance(first, int | float)]):
+            yield refused(items, "strictly increasing", key)
     for part in (friction, roughness, oscillator):
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
     is_smooth = scene.get("load") is not None and given(scene, "roughness.covariance") != "exponential"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -79,6 +79,13 @@ def shown(value: Any) -> str:
         case _:
             text = repr(value)
     return text if len(text) <= 80 else f"{text[:76]} ..."
+
+
+def with_origins(text: str, origins: Mapping[str, str], name: str) -> str:
+    """A warning with the scene of each value that it writes as `key = value`, where that is not the scene itself."""
+    for key in (key for key, origin in origins.items() if origin != name and f"{key} =" in text):
+        text = text.replace(f"{key} =", f"{key} of scene {origins[key]} =")
+    return text
 
 
 def guess(word: str, known: Sequence[str]) -> str:

@@ -104,7 +104,8 @@ class Answer(Section):
     given, what the vibration's decay, the cycle and the correlation of friction take, 40 to 400."""
 
 
-_STATIC, _LAW, _TABLE = "oscillator.static_friction", "oscillator.law", "oscillator.friction_table"
+_STATIC, _LAW = "oscillator.static_friction", "oscillator.law"
+TABLE, RATIOS = "oscillator.friction_table", "ensemble.damping_ratios"
 _FORCE, _PERIODS = "oscillator.excitation_force_n", "ensemble.duration_periods"
 _LENGTH = f"{STATISTICS}.correlation_length_m"
 _MOTION = ("oscillator.belt_velocity_m_per_s", "oscillator.stiffness_n_per_m", "oscillator.mass_kg", _PERIODS)
@@ -121,10 +122,10 @@ MOST_PERIODS = 10_000_000  # natural periods of all runs: 2.5 GB of events
 LENGTH_OF_WINDOW = 0.4  # correlation length of the friction over the window, as solved
 
 REPLACES: dict[str, tuple[str, ...]] = {
-    _LAW: (_TABLE,),
-    _TABLE: (_STATIC,),
+    _LAW: (TABLE,),
+    TABLE: (_STATIC,),
     # In an overlay, another oscillator or friction has its own ranges, and so have other parameters.
-    **dict.fromkeys(("oscillator", "friction"), ("ensemble.damping_ratios", "map.ranges")),
+    **dict.fromkeys(("oscillator", "friction"), (RATIOS, "map.ranges")),
     "map.parameters": ("map.ranges",),
 }
 
@@ -156,24 +157,24 @@ RULES = (
         f"at least {MEAN} = {{1}}; below it friction turns negative at high speed, or stick holds less than slip",
     ),
     Rule(
-        (_STATIC, _TABLE),
+        (_STATIC, TABLE),
         lambda static, table: table[0][0] > 0 or table[0][1] <= static <= MOST_STEP * table[0][1],
-        f"from the first coefficient of {_TABLE} = {{1}}, or stick holds less than slip, to {MOST_STEP:g} times it",
+        f"from the first coefficient of {TABLE} = {{1}}, or stick holds less than slip, to {MOST_STEP:g} times it",
     ),
     Rule(
-        (MEAN, _TABLE, "load"),
+        (MEAN, TABLE, "load"),
         lambda mean, table, _: min(row[1] for row in table) <= mean <= max(row[1] for row in table),
-        f"a mean between the smallest and the largest coefficient of {_TABLE} = {{1}}",
+        f"a mean between the smallest and the largest coefficient of {TABLE} = {{1}}",
     ),
     Rule(
-        (_TABLE,),
+        (TABLE,),
         lambda table: table[0][0] == 0 and is_increasing([speed for speed, _ in table]),
         "strictly increasing speeds from 0 on",
     ),
-    Rule(("ensemble.damping_ratios",), is_increasing, "strictly increasing"),
+    Rule((RATIOS,), is_increasing, "strictly increasing"),
     fits(("ensemble.realisations", _PERIODS), operator.mul, f"realisations times {_PERIODS} = {{1}}", MOST_PERIODS),
     fits(
-        ("ensemble.realisations", "ensemble.damping_ratios"),
+        ("ensemble.realisations", RATIOS),
         lambda runs, ratios: runs * len(ratios),
         "realisations times the number of ensemble.damping_ratios",
         MOST_PERIODS,
@@ -203,7 +204,7 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     if isinstance(oscillator, dict):
         law, table = oscillator.get("law", "stribeck"), oscillator.get("friction_table")
         if law not in ("table", None) and table is not None:
-            yield refused(table, f"{_LAW} = {law}, and only table takes it", _TABLE, _LAW)
+            yield refused(table, f"{_LAW} = {law}, and only table takes it", TABLE, _LAW)
         elif "record" not in (scene.get("friction") or {}):
             for name in (name for name in OF_LAW.get(str(law), ()) if name not in oscillator):
                 yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD)

@@ -24,6 +24,7 @@ WORD = "^[a-z][a-z0-9_-]{0,39}$"  # the name of a scene
 NAME = "a small letter, then at most 39 small letters, digits, _ or -"  # the same in words
 # Numbers as a scene file writes them
 AFTER_COMMA = re.compile(r"[0-9]+(?:[eE][-+]?[0-9]+)?")  # of a number with a decimal comma
+COMMAS = re.compile(r"[-+]?[0-9]*,([0-9]+,)*")  # and what stands before it
 INTEGER = re.compile(r"[-+]?(0|[1-9][0-9]{0,30})")
 FLOAT = re.compile(r"[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?")
 _BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
@@ -170,16 +171,16 @@ def _refusal(value: Any, part: Values) -> str:
     """The text of the line on a value that is not allowed."""
     if isinstance(value, str) and part["type"] in ("integer", "number"):
         plain = value.strip()
-        if re.fullmatch(rf"[-+]?[0-9]*,{AFTER_COMMA.pattern}", plain):
-            thousands = f" or {plain.replace(',', '')}" if re.fullmatch(r"[-+]?[0-9]{1,3},[0-9]{3}", plain) else ""
-            return f"a comma in {plain}: {_as_number(value, part).replace(',', f'{thousands},', 1)}"
+        if re.fullmatch(COMMAS.pattern + AFTER_COMMA.pattern, plain):
+            bare = plain.replace(",", "")
+            thousands = f" or {bare}" if re.fullmatch(r"[-+]?[0-9]{1,3},[0-9]{3}", plain) else ""
+            number = _as_number(plain if plain.count(",") == 1 else bare, part)
+            return f"a comma in {plain}: {number.replace(',', f'{thousands},', 1)}"
         return f"{shown(value)} is text, not a number; {_as_number(value, part)}"
     if isinstance(value, list) and part["type"] == "array" and len(value) > part.get("maxItems", len(value)):
-        whole = [
-            f"{one}.{two}" for one, two in pairwise(value) if type(one) is int and re.fullmatch("[0-9]+", str(two))
-        ]
-        if whole:
-            point = f"a decimal comma is a point, as in {whole[-1]}"
+        pairs = zip(value[::2], value[1::2], strict=False) if len(value) == 2 * part["maxItems"] else pairwise(value)
+        if whole := [f"{one}.{two}" for one, two in pairs if type(one) is int and re.fullmatch("[0-9]+", str(two))]:
+            point = f"a decimal comma is a point, as in {' or '.join(whole)}"
             return f"{shown(value)} is not allowed; {describe_allowed(part)}: {point}"
     near = guess(value, part["enum"]) if isinstance(value, str) and "enum" in part else ""
     return f"{shown(value)} is not allowed; {near}{describe_allowed(part)}"

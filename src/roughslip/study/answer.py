@@ -23,7 +23,8 @@ def work(scene: Scene, job: Job) -> None:
     """Write answer.json."""
     friction, machine = friction_of(scene, job.optional("friction")), machine_of(scene, job.optional("friction"))
     runs, periods, seed = scene.answer.realisations, scene.answer.duration_periods, (scene.seed, Stream.ANSWER)
-    if (static := machine.law.static) > (given := scene.oscillator.static_friction):
+    given, static = scene.oscillator.static_friction, machine.law.static
+    if given is not None and static > given:
         job.warn(
             f"oscillator.static_friction = {given:g} is less than friction in slip, {static:.4g}, taken as the "
             "limit of stick: raise it"

@@ -128,7 +128,7 @@ _ROWS = (
     Stage(
         name="record",
         reads="seed friction.record friction.scatter? oscillator.windows_in_parallel?",
-        own="oscillator.static_friction oscillator.normal_force_n material roughness strip.window_m strip.width_m",
+        own="oscillator.normal_force_n material roughness strip.window_m strip.width_m",
         takes={"record": "friction.record.file"},
         makes="friction/record.nc",
         runs_if="friction.record",

@@ -10,6 +10,7 @@ from typing import Any
 from roughslip import store
 from roughslip.errors import StoreError
 from roughslip.report.page import SceneReport, page
+from roughslip.scene.mistakes import with_origins
 from roughslip.scene.part import Scene, without_nulls
 from roughslip.study.job import Job
 from roughslip.surface.plausibility import yielding
@@ -92,6 +93,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
         budget=store.read_json(files["budget.json"]) if "budget" in stages else None,
         claims=store.read_json(files["claims.json"]),
         costs=costs,
+        origins=own["origins"],
         folder="" if folder == "." else f"{folder}/",
         file=os.path.relpath(file, page_folder) if file.is_file() else "",
         configuration=json.dumps(without_nulls(configuration), indent=1, sort_keys=True),
@@ -141,8 +143,10 @@ def work(scene: Scene, job: Job) -> None:
     if "claims" in job.outputs:
         store.write_json(job.outputs["claims"], judged(job))
         records = [store.read_json(path) for path in sorted(job.paths("records"))]
+        ((name, own),) = files.items()
+        for one in records:
+            one["warnings"] = [with_origins(text, part["origins"], name) for text in one["warnings"]]
         store.write_json(job.outputs["costs"], total_costs(records, part["warnings"]))
-        (own,) = files.values()
         own |= {f"{name}.json": job.outputs[name] for name in ("claims", "costs")}
         own["keys/page.json"] = job.output.parent / "key.json"
     scenes = [read_scene(name, own, part["captions"], Path(part["folder"])) for name, own in files.items()]

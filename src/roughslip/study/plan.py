@@ -14,6 +14,7 @@ SHIPPED_SCENES = frozenset(_SHIPPED.split())
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "strip", "friction", "numerics")
+CONDITIONS = {key for stage in STAGES.values() for key in stage.runs_if.split()} - {"not", "and"}
 _ALWAYS_GIVEN = ("seed", "description", "targets")
 
 

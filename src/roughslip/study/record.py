@@ -61,13 +61,7 @@ def work(scene: Scene, job: Job) -> None:
     job.warn(*found.notes, *slid.notes)
     asked = scene.friction.scatter
     if found.kind not in (asked, "cannot tell"):
-        job.warn(f"the record has {found.kind} scatter, and friction.scatter is {asked}")
-    first, limit = float(found.curve.friction[0]), scene.oscillator.static_friction
-    if limit is not None and limit < first:
-        job.warn(
-            f"oscillator.static_friction = {limit:g} is less than the {first:.3g} of the slowest sliding, "
-            "which is taken"
-        )
+        job.warn(f"the record has {found.kind} scatter, and {asked} scatter is taken: give friction.scatter")
     job.count(samples=slid.samples.friction.size)
     variables = of_fit(found, slid) | _drawn(scene.seed, found, slid)
     if has_surface(job.key.configuration):

@@ -38,7 +38,15 @@ from roughslip import store
 from roughslip.errors import RoughslipError
 
 # Problems of a whole campaign; the slow ones first, so that processes end together. An hour on two cores.
-CAMPAIGNS = {"scenes": 300, "oscillator": 2000, "contact": 10_000, "chaos": 2000, "surface": 2000, "friction": 2000}
+CAMPAIGNS = {
+    "scenes": 300,
+    "machines": 400,
+    "oscillator": 2000,
+    "contact": 10_000,
+    "chaos": 2000,
+    "surface": 2000,
+    "friction": 2000,
+}
 SEED = 20261
 CONVERGED, FALSE_CLAIM = "converged", "false claim"
 ADVICE = re.compile(

@@ -4,7 +4,10 @@ import pytest
 
 from tests.properties.campaign import CAMPAIGNS, SEED, row_of
 
-FEW, MORE = {"scenes": 0, "oscillator": 6, "contact": 40, "chaos": 24, "surface": 80, "friction": 6}, {"scenes": 8}
+FEW, MORE = (
+    {"scenes": 0, "machines": 0, "oscillator": 6, "contact": 40, "chaos": 24, "surface": 80, "friction": 6},
+    {"scenes": 8, "machines": 12},
+)
 
 
 def wrong_of(stage: str, numbers: range) -> list[dict]:

@@ -27,14 +27,16 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
+from roughslip.oscillator.limits import SlipLoop, slip_loop
 from roughslip.oscillator.machine import Machine, cycle_exists
-from roughslip.oscillator.trough_chain import durations_by_theory
+from roughslip.oscillator.trough_chain import durations_of, trough_map
 from roughslip.probability.estimate import TAILS, Source, Split, variance_split
 from roughslip.probability.search import first_change
 from roughslip.validation import gate, positive
@@ -42,8 +44,9 @@ from roughslip.validation import gate, positive
 LIMITS = ("damping", "belt_velocity", "load")
 LEVEL = float(scipy.special.ndtri(0.95))  # of the ends of a band
 FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: from the given value, and from its limit
+SECANTS, STEP_ACCURACY = 12, 1e-8  # of a limit at a draw, three of which are usual; relative, of a step of slip
 ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
-RATIOS = np.geomspace(1 / 16, 16.0, 9)  # of L / V at which the blur is computed; power laws between
+POWERS = 4  # of two: of L / V at which the blur is computed, either way; power laws between
 RATES = ("death", "birth")
 DISTANCES = -8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0  # (D* - D) / b of the chains; cubics of logarithms between
 LEAST_RATE = 1e-30  # [1 / natural period] taken for none
@@ -112,12 +115,12 @@ def uncertainty_budget(
     if band is not None and not band[0] < band[1]:
         raise ParameterError(f"band must be damping ratios of 95 % and of 5 % stick-slip, rising, not {band}")
     given = machine({name: value for source in sources for name, value in source.values.items()})
-    chance, searched, rates = None, dict[str, tuple[float, bool]](), None
+    chance, searched, rates, limit = None, dict[str, _Limit](), None, math.nan
     with suppress(IllPosedError, ConvergenceError):
         response = grazing_response(given)
-        chance = _Chance(given, response, band)
-        searched["damping"] = response.limit, True
-        rates = _Rates(given, response.limit, chance.blur(given)) if with_rates else None
+        chance, limit = _Chance(given, response, band), response.limit
+        searched["damping"] = _at_limit(given, "damping", limit, True)
+        rates = _Rates(given, limit, chance.blur(given)) if with_rates else None
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
@@ -133,16 +136,16 @@ def uncertainty_budget(
 
     def results(values: Mapping[str, float]) -> list[float]:
         here, found = machine(values), {}
-        for name, (near, cycle_below) in searched.items():
-            found[name], is_inside = _limit(here, name, near, cycle_below)
+        for name, near in searched.items():
+            found[name], is_inside = _limit(here, near)
             beyond[name] += not is_inside
         probability, rated = of_chance(here, found.get("damping", math.nan))
         return [probability, *found.values(), *rated]
 
     split = variance_split(results, sources, samples, seed)
     calls = max(samples * (len(sources) + 2), 1) if sources else 1
-    probability, rated = of_chance(given, searched.get("damping", (math.nan,))[0])
-    own = [probability, *(near for near, _ in searched.values()), *rated]
+    probability, rated = of_chance(given, limit)
+    own = [probability, *(near.value for near in searched.values()), *rated]
     shares = [0.0, *(beyond[name] / calls for name in searched), *(0.0 for _ in followed)]
     names = [source.name for source in sources]
     found = [_uncertain(split, row, own[row], shares[row], names) for row in range(len(own))]
@@ -162,15 +165,16 @@ class _Chance:
     """The probability of stick-slip at some inputs, from the limit in damping there."""
 
     def __init__(self, given: Machine, response: GrazingResponse, band: tuple[float, float] | None) -> None:
-        def scatter(ratio: float) -> float:
-            """Of the limit for mu_S of unit variance, whose correlation is so much longer."""
-            return response.scatter(lambda lag: given.scattering.autocorrelation(lag / ratio))
+        @cache
+        def scatter(power: int) -> float:
+            """Of the limit for mu_S of unit variance, whose correlation is 2^power times as long."""
+            return response.scatter(lambda lag: given.scattering.autocorrelation(lag / 2.0**power))
 
-        self._given, self._blur, own = given, np.log([scatter(ratio) for ratio in RATIOS]), scatter(1.0)
+        self._given, self._scatter, own = given, scatter, scatter(0)
         self._width = self._own = max(
             positive("the deviation of mu_S", given.scattering.path_deviation) * own, LEAST_BLUR * response.limit
         )
-        self._shift, self._of_unit = 0.0, math.log(own)
+        self._shift = 0.0
         if band is not None:
             self._shift = 0.5 * (band[0] + band[1]) - response.limit
             self._width = (band[1] - band[0]) / (2.0 * LEVEL)
@@ -189,7 +193,10 @@ class _Chance:
         belt, own = here.oscillator, self._given.oscillator
         friction, given = here.scattering, self._given.scattering
         ratio = friction.correlation_length_m / given.correlation_length_m * own.V / belt.V
-        of_length = math.exp(float(np.interp(math.log(ratio), np.log(RATIOS), self._blur)) - self._of_unit)
+        place = min(max(math.log2(ratio), -POWERS), POWERS)
+        low = min(math.floor(place), POWERS - 1)
+        less, more = (self._scatter(power) / self._scatter(0) for power in (low, low + 1))
+        of_length = less ** (low + 1 - place) * more ** (place - low)
         return friction.path_deviation / given.path_deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
 
 
@@ -204,47 +211,109 @@ class _Rates:
         for distance in sorted({*DISTANCES, (limit - belt.damping_ratio) / blur}):
             ratio = limit - distance * blur
             if ratio > 0.0 and DISTANCES[0] <= distance <= DISTANCES[-1]:
-                found = durations_by_theory(given.changed({"damping": ratio}))
-                rows.append((distance, found.death[0], found.birth[0]))
+                rows.append((distance, *_rates_of_chain(given.changed({"damping": ratio}))))
         distances, *rates = np.transpose(rows)
         known = [np.isfinite(rate) for rate in rates]
         self.exist = all(np.count_nonzero(one) > 1 for one in known)
         self._curves = [
-            (distances[one], np.log(np.maximum(rate[one], LEAST_RATE))) for rate, one in zip(rates, known, strict=True)
+            scipy.interpolate.PchipInterpolator(distances[one], np.log(np.maximum(rate[one], LEAST_RATE)))
+            for rate, one in zip(rates, known if self.exist else [], strict=self.exist)
         ]
 
     def at(self, here: Machine, distance: float) -> list[float]:
         """(2,) [1/s] by RATES."""
         periods = here.oscillator.natural_frequency_rad_per_s / (2.0 * math.pi)
-        return [
-            periods * math.exp(float(scipy.interpolate.PchipInterpolator(x, y)(min(max(distance, x[0]), x[-1]))))
-            for x, y in self._curves
-        ]
+        return [periods * math.exp(float(curve(min(max(distance, curve.x[0]), curve.x[-1])))) for curve in self._curves]
+
+
+def _rates_of_chain(machine: Machine) -> tuple[float, float]:
+    """Death and birth [1 / natural period] of a machine near its limit; NaN where slip makes no chain."""
+    try:
+        found = durations_of(trough_map(machine))
+    except (ConvergenceError, IllPosedError, ParameterError):
+        return math.nan, math.nan
+    return float(found.death[0]), float(found.birth[0])
+
+
+def _loop(machine: Machine, name: str, value: float) -> SlipLoop | None:
+    """The first loop of slip with one parameter at another value; None where it is too stiff."""
+    changed = machine.changed({name: value})
+    try:
+        return slip_loop(changed.oscillator, changed.law, STEP_ACCURACY)
+    except ConvergenceError:
+        return None
 
 
 def _existence(machine: Machine, name: str) -> Callable[[float], bool | None]:
     """Whether the cycle exists, as a function of one parameter."""
-    return lambda value: cycle_exists(machine.changed({name: value}))
+
+    def exists(value: float) -> bool | None:
+        loop = _loop(machine, name, value)
+        return None if loop is None else loop.cycle is not None
+
+    return exists
 
 
-def _nearest_limit(given: Machine, name: str) -> tuple[float, bool] | None:
-    """The limit of the cycle nearest to the given value of a parameter, and whether the cycle exists below it."""
+@dataclass(frozen=True)
+class _Limit:
+    """A limit of the cycle along a parameter of the given machine.
+
+    value : its place; cycle_below : whether the cycle exists below it
+    rate : of the excess of the peak of slip over the belt, by the logarithm of the parameter
+    """
+
+    name: str
+    value: float
+    cycle_below: bool
+    rate: float
+
+
+def _nearest_limit(given: Machine, name: str) -> _Limit | None:
+    """The limit of the cycle nearest to the given value of a parameter, if there is one."""
     exists, own = _existence(given, name), given.value(name)
     here = exists(own) if own > 0.0 else None
     if here is None:
         return None
     ends = {up: first_change(exists, own, own * FIRST_REACH**way)[1] for up, way in ((True, 1), (False, -1))}
     found = [(value, here == up) for up, value in ends.items() if value is not None]
-    return min(found, key=lambda one: abs(math.log(one[0] / own)), default=None)
+    nearest = min(found, key=lambda one: abs(math.log(one[0] / own)), default=None)
+    return None if nearest is None else _at_limit(given, name, *nearest)
 
 
-def _limit(machine: Machine, name: str, near: float, cycle_below: bool) -> tuple[float, bool]:
-    """The limit of the cycle along a parameter, searched from a value near it; and whether there is one in reach."""
-    exists = _existence(machine, name)
-    here = exists(near)
+def _at_limit(given: Machine, name: str, value: float, cycle_below: bool) -> _Limit:
+    """A limit with its rate."""
+    loops = [_loop(given, name, value * math.exp(step)) for step in (-ACCURACY, ACCURACY)]
+    less, more = (math.nan if loop is None else loop.excess for loop in loops)
+    return _Limit(name, value, cycle_below, (more - less) / (2.0 * ACCURACY))
+
+
+def _limit(machine: Machine, near: _Limit) -> tuple[float, bool]:
+    """The limit of the cycle of another machine, from that of the given one on; and whether there is one in reach.
+
+    By secants of the excess of the peak. The cycle has to exist on one side and not on the other, half of ACCURACY
+    apart. Else steps outwards and bisection find the limit.
+    """
+    exists, place, rate, before = _existence(machine, near.name), math.log(near.value), near.rate, None
+    for _ in range(SECANTS):
+        loop = _loop(machine, near.name, math.exp(place))
+        if loop is None or (before is not None and loop.excess == before[1]):
+            break
+        if before is not None:
+            rate = (loop.excess - before[1]) / (place - before[0])
+        step = -loop.excess / rate if rate else math.nan
+        if not abs(place + step - math.log(near.value)) < math.log(REACH):
+            break
+        if abs(step) < 0.5 * ACCURACY:
+            beyond = place + step + math.copysign(0.5 * ACCURACY, step)
+            if exists(math.exp(beyond)) == (loop.cycle is None):
+                return math.exp(place + step), True
+            break
+        before, place = (place, loop.excess), place + step
+    here = exists(near.value)
     if here is None:
-        return near, False
-    last, first = first_change(exists, near, near * REACH if here == cycle_below else near / REACH, ACCURACY)
+        return near.value, False
+    reach = near.value * REACH if here == near.cycle_below else near.value / REACH
+    last, first = first_change(exists, near.value, reach, ACCURACY)
     return (last, False) if first is None else (0.5 * (first + last), True)
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -72,6 +73,13 @@ def grazing_response(machine: Machine) -> GrazingResponse:
     the force. Where friction does not jump at the start of slip, as in eq. (13), the first part is zero: an earlier
     departure is on the same orbit.
     """
+    free = replace(machine, oscillator=replace(machine.oscillator, damping_ratio=0.0), friction=None)
+    return _of_limit(free)
+
+
+@lru_cache(maxsize=64)
+def _of_limit(machine: Machine) -> GrazingResponse:
+    """The same, of machines that differ in damping or scatter once."""
     oscillator, law = machine.oscillator, machine.law
     limit = existence_limit(oscillator, law)
     flow = slip_flow(replace(oscillator, damping_ratio=limit), law)

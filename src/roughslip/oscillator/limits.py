@@ -17,7 +17,7 @@ import scipy  # its parts when they are used
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.slip_orbit import SlipFlow, check_free, departure_point, slip_flow, turn
+from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, check_free, departure_point, slip_flow, turn
 from roughslip.results import described, result
 from roughslip.validation import gate
 
@@ -55,25 +55,27 @@ class SlipLoop:
     periods : natural periods of the loop, up to its end on the belt or to its largest velocity; 0 where slip comes to
         steady sliding without a loop
     fastest : [m/s] largest sliding speed of the cycle; v0, that of steady sliding, where there is none
+    excess : [-] of the peak of X' / V over 1, to first order where the belt cuts it; above 0 wherever there is a cycle
     """
 
     cycle: LimitCycle | None
     periods: float
     fastest: float
+    excess: float
 
 
-def _first_loop(flow: SlipFlow) -> tuple[float, float, float, float]:
+def _first_loop(flow: SlipFlow, accuracy: float = TOLERANCE) -> tuple[float, float, float, float]:
     """Trough of slip from the departure point, y and w of the peak after it, up to the belt, and the time until then.
 
     Trough or peak is 0 where slip comes to rest before it.
     """
-    low, trough, down = turn(flow, flow.departure, 1.0)
-    y, peak, up = turn(flow, low, trough, to_belt=True) if trough < 0.0 else (low, 0.0, 0.0)
+    low, trough, down = turn(flow, flow.departure, 1.0, accuracy)
+    y, peak, up = turn(flow, low, trough, accuracy, to_belt=True) if trough < 0.0 else (low, 0.0, 0.0)
     return trough, y, peak, down + up
 
 
 @lru_cache(maxsize=4096)
-def slip_loop(oscillator: Oscillator, law: FrictionLaw) -> SlipLoop:
+def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERANCE) -> SlipLoop:
     """Follow slip from the departure point until it sticks again, or until its first loop has missed the belt.
 
     Every departure is the same point (F static - 2 D V, V), so the first return is the cycle. Where the first loop of
@@ -81,19 +83,22 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw) -> SlipLoop:
     No duration limits the search. Coulomb's law with static = kinetic has no cycle: its loop is a damped oscillation,
     which without damping only grazes the belt.
 
+    accuracy : relative, of a step
+
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
     v0, turns = oscillator.belt_velocity_m_per_s, 2.0 * math.pi
     flow = slip_flow(oscillator, law)
-    trough, y, peak, time = _first_loop(flow)
+    trough, y, peak, time = _first_loop(flow, accuracy)
     departure = departure_point(oscillator, law)
     reattachment, stick = departure + oscillator.V * (y - flow.departure), flow.departure - y
+    excess = peak - 1.0 if peak <= 1.0 else 0.5 * (peak - 1.0) ** 2  # w'' = -1 where w' = 0 at the belt
     holds = reattachment + 2.0 * oscillator.damping_ratio * oscillator.V > -oscillator.F * law.static
     if peak <= 1.0 or not holds or stick <= math.sqrt(GRAZES) * time:  # stick grows with the root of the excess
-        return SlipLoop(None, time / turns if peak > 0.0 else 0.0, v0)
+        return SlipLoop(None, time / turns if peak > 0.0 else 0.0, v0, excess)
     slipped = oscillator.V * (time + stick)
     cycle = LimitCycle(departure, reattachment, time, time + stick, slipped)
-    return SlipLoop(cycle, time / turns, v0 * (1.0 - trough))
+    return SlipLoop(cycle, time / turns, v0 * (1.0 - trough), excess)
 
 
 @gate

@@ -34,7 +34,7 @@ from roughslip.study.from_scene.machine import friction_of, machine_of, oscillat
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
 
-SAMPLES = 128  # the 95 % intervals of the indices then reach some 0.1 to 0.2 either way
+SAMPLES = 64  # the 95 % intervals of the indices then reach some 0.15 to 0.3 either way
 SCAN, SURFACE, SOLVES = "scan", "surface", "contact solves"
 MEAN = "friction.mean"
 SCATTER, LENGTH = "friction.statistics.standard_deviation", "friction.statistics.correlation_length_m"

@@ -1,4 +1,5 @@
-"""Five properties of every figure, drawn from the numbers that runs left in `data`: thinned, with their units.
+"""Five properties of every figure, drawn from the numbers that runs left in `data`: thinned, with their units. Those of
+vibration in the map are made up.
 
 Warnings are errors in every test of this project, so a figure that warns fails here. `python -m
 tests.figures.test_figures` takes the numbers anew from results of smoke, tribometer, disc_brake and measured, the last
@@ -33,7 +34,7 @@ FIGURES = {  # by name the module that draws it, and the scene of its numbers
 NAN = ("deterministic_hopf_damping", "deterministic_existence_limit", "deterministic_reattachment")
 NO_CYCLE = ("reattachment_mean", "reattachment_std", "deterministic_reattachment")
 # Numbers that a figure uses and does not draw as they are: ends of a map, moments, texts.
-UNSHOWN = ("x", "y", "map", "map_x", "map_y", "density_edge", "mean", "std")
+UNSHOWN = ("x", "y", "map", "vibration", "map_x", "map_y", "density_edge", "mean", "std")
 UNSHOWN += tuple(f"beta_{name}" for name in ("a", "b", "lower", "upper", "distance_standardised"))
 SOME = 0.04  # of an array: of several rows a figure may draw one, or their least and largest
 FACTORS = 10.0 ** np.array([0, 2, 3, 6, -3, -6, -9, 24])  # of units
@@ -73,6 +74,7 @@ def cases(name):
     if name == "figure_map":
         yield results.assign(probability=0 * results["probability"] + 1)
         yield without(results, ["hopf_damping", "existence_limit"])
+        yield without(results, ["vibration_limit"]).assign(vibration=0 * results["vibration"])
     if name == "figure_budget":
         yield results.isel(source=[0], result=[0])
     if name == "figure_scan":

@@ -323,6 +323,23 @@ def test_without_scatter_the_answer_is_the_limit_cycle_up_to_its_existence(answe
     assert excited["summary"] == [f"Stick-slip: no answer, because {excited['reason']}."]
 
 
+def test_a_map_has_three_areas_where_friction_falls_in_the_middle(run):
+    """Hardly any scatter: stick-slip up to D = 0.329, vibration up to 0.733 at 50 mm/s, steady sliding beyond."""
+    table = [[0, 0.15], [0.02, 0.147], [0.04, 0.13], [0.06, 0.09], [0.08, 0.065], [0.2, 0.06]]
+    of_hump = {"law": "table", "static_friction": 0.15, "friction_table": table, "belt_velocity_m_per_s": 0.05}
+    of_hump |= {"mass_kg": 10.0, "stiffness_n_per_m": 1e6, "normal_force_n": 2000.0}
+    asked = changed(SCENE, friction={"mean": 0.12, "statistics": SCATTER | {"standard_deviation": 1e-9}})
+    asked = changed(asked, oscillator=of_hump) | {"map": {"ranges": [[0.2, 0.8], [0.04, 0.0625]], "points": 5}}
+    result = run(
+        "stick_slip_map", {key: asked[key] for key in asked if key != "ensemble"}, "hump", {"RUNS": 2, "SHARE": 1.0}
+    )
+    middle = result["map_x"]
+    np.testing.assert_array_equal(result["probability"][:, 2], middle < 0.329)
+    np.testing.assert_array_equal(result["vibration"][:, 2], (middle > 0.329) & (middle < 0.7327))
+    assert result["existence_limit"][2] == pytest.approx(0.32914, rel=1e-4)
+    assert result["vibration_limit"][2] == pytest.approx(0.73274, rel=1e-4)
+
+
 MAP = {"parameters": ["belt_velocity", "damping"], "ranges": [[0.474, 1.896], [0.1, 0.5]], "points": 5}
 
 
@@ -344,6 +361,8 @@ def test_without_scatter_the_map_is_cut_at_the_limit_of_its_velocity(run):
     slope = -0.3 * 1.42 / (1 + 1.42 * v) ** 2 + 0.02 * v
     np.testing.assert_allclose(result["hopf_damping"], -slope * 2500 / (2 * 316), rtol=1e-9)
     assert result["existence_limit"][2] == pytest.approx(EXISTENCE, abs=1e-6)
+    assert not result["vibration"].any()
+    assert np.isnan(result["vibration_limit"]).all()
     own = changed(asked, map={"parameters": ["damping", "mass"], "ranges": None, "points": 8})
     ranges = run("stick_slip_map", own, "own-map", {"RUNS": 2, "PERIODS": 4})
     np.testing.assert_allclose(ranges["map_x"][[0, -1]], [0.17 / 4, 0.17 * 4])  # around the scene's own values

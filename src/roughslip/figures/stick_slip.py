@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
@@ -33,7 +35,7 @@ LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
 
 def figure_map(result: Shown) -> Figure:
-    """The map with its levels 0.05, 0.5 and 0.95, the limits without scatter, and the point of the scene."""
+    """The map with its levels 0.05, 0.5 and 0.95, the area of vibration, limits without scatter, and the scene."""
     figure, _ = panels(1, 1, 6.2)
     axes = figure.axes[0]
     x, y, probability = (result[name].values for name in ("map_x", "map_y", "probability"))
@@ -52,22 +54,34 @@ def figure_map(result: Shown) -> Figure:
     for level, style in LEVELS.items():
         if low < level < high:
             axes.contour(x, y, probability.T, [level], colors="white", linewidths=0.8, linestyles=style)
+    handles = vibration_area(axes, x, y, result["vibration"].values)
     at = np.nonzero(result["is_computed"])
     axes.plot(x[at[0]], y[at[1]], "o", mfc="white", mec="0.2", mew=0.4, ms=2.6)
     for name, style, label in (
         ("existence_limit", "-", "cycle exists, left of it"),
         ("hopf_damping", "--", "sliding unstable, left of it"),
+        ("vibration_limit", "-.", "vibrates or sticks, left of it"),
     ):
         if np.isfinite(result[name]).any():
             axes.plot(result[name], y, color="0.05", lw=1.3, ls=style, label=label, path_effects=OUTLINE)
     own = [float(result[f"map_{name}_own"]) or float(values[0]) for name, values in (("x", x), ("y", y))]  # 0: its edge
     if all(values[0] <= value <= values[-1] for value, values in zip(own, (x, y), strict=True)):
         axes.plot(*own, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
-    axes.legend(loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
+    shown = [*axes.get_legend_handles_labels()[0], *handles]
+    axes.legend(handles=shown, loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
     axes.set_title(
         f"probability of stick-slip, {int(result['map_runs'])} runs at each dot", loc="left", fontsize="medium"
     )
     return figure
+
+
+def vibration_area(axes: Axes, x: np.ndarray, y: np.ndarray, vibration: np.ndarray) -> list[Patch]:
+    """Hatch where vibration without sticking takes more than half of the time; what the legend shows of it."""
+    if not vibration.max() > 0.5:
+        return []
+    axes.contourf(x, y, vibration.T, [0.5, 1.01], colors="none", hatches=["///"])
+    axes.contour(x, y, vibration.T, [0.5], colors="white", linewidths=0.8)
+    return [Patch(facecolor="#00224e", edgecolor="white", hatch="///", label="vibrates without sticking")]
 
 
 def figure_budget(result: Shown) -> Figure:

@@ -86,9 +86,9 @@ class Decision:
 
 @dataclass(frozen=True)
 class Ending:
-    """Where a motion without scatter ends: `attractors.Attractor` in SI units."""
+    """Where a motion without scatter ends: `attractors.Attractor` in SI units; None where slip is too stiff to tell."""
 
-    state: str
+    state: str | None
     amplitude: Quantity
     frequency: Quantity
 
@@ -105,7 +105,7 @@ class Answer:
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
     durations : of the states, with their rates and the share of time, from all runs
-    durations_by_theory : the same by `trough_chain`
+    durations_by_theory : the same by `trough_chain`; None where the mass may vibrate without sticking
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     vibration : the same four of the vibration without sticking
@@ -128,7 +128,7 @@ class Answer:
     decided: bool
     needs: Needed
     durations: Durations
-    durations_by_theory: Durations
+    durations_by_theory: Durations | None
     amplitude: Quantity
     amplitude_scatter: Quantity
     frequency: Quantity

@@ -74,6 +74,8 @@ def answer(
     cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
     vibrating = vibrating_runs(runs, of, STARTS)
     seen = {name: states_seen(cycles[name], vibrating.seen[name]) for name in STARTS}
+    ends = endings(machine)
+    may_vibrate = any(one.state is State.VIBRATION for one in ends.values())
     limits, trials = {}, 2 * count
     progress(1, 1 + len(parameters))
     for done, name in enumerate(parameters, start=2):
@@ -87,10 +89,10 @@ def answer(
         probability=probability(at_start),
         probability_from_sliding=probability(cycles["from_sliding"]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
-        without_scatter=endings(machine),
+        without_scatter=ends,
         **memory_of_the_start(runs, periods, seen),
         durations=durations(list(chain(*vibrating.states.values())), np.random.default_rng([*seed, 1])),
-        durations_by_theory=durations_by_theory(machine),
+        durations_by_theory=None if may_vibrate else durations_by_theory(machine),
         **cycle,
         vibration=cycle_statistics(vibrating.cycles, omega, np.random.default_rng([*seed, 2])),
         limits=limits,
@@ -145,16 +147,14 @@ def states_seen(cycles: np.ndarray, vibrates: np.ndarray) -> dict[State, np.ndar
 
 def endings(machine: Machine) -> dict[str, Ending]:
     """Where the motion without scatter ends, by start."""
-    found = attractors_of(machine.oscillator, machine.law)
+    try:
+        found = attractors_of(machine.oscillator, machine.law)
+    except ConvergenceError:
+        return dict.fromkeys(STARTS, Ending(None, Quantity(None, None, "m"), Quantity(None, None, "Hz")))
     omega, ends = machine.oscillator.natural_frequency_rad_per_s, {}
     for name, one in zip(STARTS, (found.from_rest, found.from_sliding), strict=True):
-        is_cycle = one.state is not State.SLIDING
-        frequency = omega / one.period if is_cycle else None
-        ends[name] = Ending(
-            one.state,
-            Quantity(one.amplitude if is_cycle else None, None, "m"),
-            Quantity(frequency, None, "Hz"),
-        )
+        cycle = (None, None) if one.state is State.SLIDING else (one.amplitude, omega / one.period)
+        ends[name] = Ending(one.state, Quantity(cycle[0], None, "m"), Quantity(cycle[1], None, "Hz"))
     return ends
 
 

@@ -210,17 +210,21 @@ def _attractor(oscillator: Oscillator, law: FrictionLaw, flow: SlipFlow, peak: f
 
 def _half_range(flow: SlipFlow, y: float, w: float) -> float:
     """Half the distance of the extremes of y in the loop from a peak or departure."""
-    farthest = np.array([y, w])
-    _to_standstill(farthest, flow)
     low, trough, _ = turn(flow, y, w)
-    nearest = np.array([low, trough])
-    _to_standstill(nearest, flow)
+    farthest, nearest = np.array([y, w]), np.array([low, trough])
+    if not (_to_standstill(farthest, flow) and _to_standstill(nearest, flow)):
+        raise ConvergenceError(
+            "the extremes of a cycle take too many steps: lower the normal force or give a stiffer spring; scene keys: "
+            "oscillator.normal_force_n, oscillator.stiffness_n_per_m; velocity in units of V",
+            residual=abs(float(farthest[1])),
+            work=MOST_STEPS,
+        )
     return 0.5 * float(farthest[0] - nearest[0])
 
 
 @compiled(error_model="numpy")
-def _to_standstill(z: np.ndarray, flow: SlipFlow) -> None:
-    """Move z : (2,) y and w to where w is 0 next; the last step is halved to it."""
+def _to_standstill(z: np.ndarray, flow: SlipFlow) -> bool:
+    """Move z : (2,) y and w to where w is 0 next, the last step halved to it; whether MOST_STEPS reach that."""
     h, k, end = 1e-2, np.zeros((6, 2)), z.copy()
     for _ in range(MOST_STEPS):
         error = rk_step(z, h, flow, k, end) / (TOLERANCE * max(abs(z[1]), abs(end[0]), abs(end[1])))
@@ -234,10 +238,11 @@ def _to_standstill(z: np.ndarray, flow: SlipFlow) -> None:
                 else:
                     low = middle
             z[:] = end
-            return
+            return True
         if error <= 1.0:
             z[:] = end
         h = next_step(h, error) if error < math.inf else 0.2 * h
+    return False
 
 
 @lru_cache(maxsize=256)

@@ -24,6 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from roughslip.errors import ConvergenceError
 from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import attractors_of
 from roughslip.oscillator.limits import hopf_damping
@@ -52,11 +53,14 @@ def linear_response(machine: Machine) -> float:
 
 @gate
 def least_amplitude(machine: Machine) -> float | None:
-    """Half of peak to peak [m] from which slip without sticking is a vibration; None where nothing vibrates.
+    """Half of peak to peak [m] from which slip without sticking is a vibration.
 
-    Raises as `attractors_of` does.
+    None where nothing vibrates, and where slip is too stiff to tell: there are two states then.
     """
-    found = attractors_of(machine.oscillator, machine.law).least_vibration
+    try:
+        found = attractors_of(machine.oscillator, machine.law).least_vibration
+    except ConvergenceError:
+        return None
     return None if found is None else 0.5 * (found.amplitude + min(linear_response(machine), found.amplitude))
 
 

@@ -12,12 +12,11 @@ from roughslip.oscillator import (
     Machine,
     Oscillator,
     StribeckLaw,
-    durations_by_theory,
     existence_limit,
     grazing_response,
     uncertainty_budget,
 )
-from roughslip.oscillator.budget import ACCURACY, _Chance, _Rates
+from roughslip.oscillator.budget import ACCURACY, _Chance
 from roughslip.probability import Source
 
 RELATIVE = {"speed": 0.1, "stiffness": 0.3, "mass": 0.2}
@@ -93,28 +92,3 @@ def test_the_blur_scales_as_the_orbit_of_another_machine():
     shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
     found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)
     assert found == pytest.approx(0.8413, abs=0.1 * 0.242)
-
-
-@pytest.mark.slow
-def test_rates_of_another_machine_follow_from_chains_of_the_given_one():
-    """A tenth heavier, softer and faster, with a fifth more scatter: death within a tenth, birth within 2.5.
-
-    Birth also follows the damping of steady sliding. At the given machine both are those of its chain.
-    """
-    law, length = StribeckLaw(0.3, 0.4), 3e-4
-
-    def machine(values):
-        belt = Oscillator(1.1 * values["mass"], 300.0, values["damping"], 1.0, 2500.0)
-        return made_of(belt, law, 0.036 * values["scatter"], length)
-
-    given = made_of(Oscillator(1.0, 316.0, 0.3, 0.948, 2500.0), law, 0.03, length)
-    response, other = grazing_response(given), machine({"mass": 1.0, "damping": 0.32, "scatter": 1.0})
-    chance = _Chance(given, response, None)
-    rates = _Rates(given, response.limit, chance.blur(given))
-    of_other = other, existence_limit(other.oscillator, law), (1.1, 2.5)
-    for one, limit, factors in ((given, response.limit, (1.0001, 1.0001)), of_other):
-        theory = durations_by_theory(one)
-        periods = one.oscillator.natural_frequency_rad_per_s / (2.0 * math.pi)
-        found = rates.at(one, (limit - one.oscillator.damping_ratio) / chance.blur(one))
-        wanted = [periods * theory.death[0], periods * theory.birth[0]]
-        assert np.all(np.abs(np.log(np.divide(found, wanted))) < np.log(factors))

@@ -146,11 +146,10 @@ BUDGET = {
     "scatter": 0.4,
     "limits": {"damping": {"value": 0.32, "interval": (0.28, 0.36), "first": PARTS, "beyond": 0.08}},
     "units": {"damping": "1"},
-    "rates": {"death": {"mean": 0.5, "interval": (0.1, 2.0)}, "birth": {"mean": 0.0, "interval": (0.0, 9.0)}},
 }
 BUDGETS = {
     "unsure": BUDGET,
-    "sure": BUDGET | {"probability": {"mean": 0.99}, "rates": {}},
+    "sure": BUDGET | {"probability": {"mean": 0.99}},
     "nothing uncertain": BUDGET | {"outcome": {}},
 }
 FROZEN = Path(__file__).with_name("words.json")

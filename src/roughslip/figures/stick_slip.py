@@ -28,8 +28,6 @@ TITLES = {
     "mass": "limit in mass",
     "stiffness": "limit in stiffness",
     "load": "limit in normal force",
-    "death": "rate of its end",
-    "birth": "rate of its beginning",
 }
 LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
@@ -85,7 +83,7 @@ def vibration_area(axes: Axes, x: np.ndarray, y: np.ndarray, vibration: np.ndarr
 
 
 def figure_budget(result: Shown) -> Figure:
-    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit and rate."""
+    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit."""
     limits = [str(name) for name in result["result_name"].values[1:]]
     figure, axes = panels(1 + len(limits), 1, max(2.6, 5.2 / (1 + len(limits))))
     sources, rows = [str(name) for name in result["source_name"].values], np.arange(len(result["source_name"]))

@@ -15,10 +15,6 @@ order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is 
 
 with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1. The
 shift c is held: many loops that each may fail lower the band, and friction that quick slip meets sooner raises it.
-
-The rates at which stick-slip ends and begins follow the same way. In natural periods they are those of the chain of
-troughs (`trough_chain`) of the given machine, at the damping ratio of the same distance (D* - D) / b. For a machine
-that is a tenth different, death is right within a tenth and birth within a factor of 2.5, as far as the theory is.
 """
 
 from __future__ import annotations
@@ -36,7 +32,6 @@ from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.limits import SlipLoop, slip_loop
 from roughslip.oscillator.machine import Machine, cycle_exists
-from roughslip.oscillator.trough_chain import durations_of, trough_map
 from roughslip.probability.estimate import TAILS, Source, Split, variance_split
 from roughslip.probability.search import first_change
 from roughslip.validation import gate, positive
@@ -47,9 +42,6 @@ FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: fro
 SECANTS, STEP_ACCURACY = 12, 1e-8  # of a limit at a draw, three of which are usual; relative, of a step of slip
 ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
 POWERS = 4  # of two: of L / V at which the blur is computed, either way; power laws between
-RATES = ("death", "birth")
-DISTANCES = -8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0, 8.0  # (D* - D) / b of the chains; cubics of logarithms between
-LEAST_RATE = 1e-30  # [1 / natural period] taken for none
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
 
 
@@ -80,15 +72,12 @@ class Budget:
     scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
     outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
     limits : of the cycle without scatter, by names of `machine.PARAMETERS`; those that exist at the given values
-    rates : [1/s] death, at which stick-slip ends, and birth, at which it begins in the time of sliding; none where they
-        are not asked for, or where slip makes no chain
     """
 
     probability: Uncertain
     scatter: float
     outcome: Mapping[str, float]
     limits: Mapping[str, Uncertain]
-    rates: Mapping[str, Uncertain]
 
 
 @gate
@@ -97,7 +86,6 @@ def uncertainty_budget(
     sources: Sequence[Source],
     band: tuple[float, float] | None = None,
     limits: Sequence[str] = LIMITS,
-    with_rates: bool = False,
     samples: int = 128,
     seed: Sequence[int] = (0,),
 ) -> Budget:
@@ -106,7 +94,6 @@ def uncertainty_budget(
     machine : of values of all inputs by name
     band : damping ratios of 95 % and of 5 % stick-slip at the given values, as `answer` finds them
     limits : of damping, belt_velocity, mass, stiffness, load; damping is among them where it has one
-    with_rates : whether to compute the rates; ten chains take some seconds each
     samples : a power of two; the machine is made (sources + 2) samples times
 
     Without a limit in damping at the given values, as of a law without a cycle, the probability is 0 or 1, as the cycle
@@ -115,38 +102,30 @@ def uncertainty_budget(
     if band is not None and not band[0] < band[1]:
         raise ParameterError(f"band must be damping ratios of 95 % and of 5 % stick-slip, rising, not {band}")
     given = machine({name: value for source in sources for name, value in source.values.items()})
-    chance, searched, rates, limit = None, dict[str, _Limit](), None, math.nan
+    chance, searched, limit = None, dict[str, _Limit](), math.nan
     with suppress(IllPosedError, ConvergenceError):
         response = grazing_response(given)
         chance, limit = _Chance(given, response, band), response.limit
         searched["damping"] = _at_limit(given, "damping", limit, True)
-        rates = _Rates(given, limit, chance.blur(given)) if with_rates else None
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
     beyond = dict.fromkeys(searched, 0)
-    followed = RATES if rates is not None and rates.exist else ()
 
-    def of_chance(here: Machine, limit: float) -> tuple[float, list[float]]:
-        """The probability and the rates, given the limit in damping."""
-        if chance is None:
-            return float(cycle_exists(here) is True), []
-        distance = (limit - here.oscillator.damping_ratio) / chance.blur(here)
-        return chance.probability(here, limit), rates.at(here, distance) if followed and rates is not None else []
+    def probability(here: Machine, limit: float) -> float:
+        return float(cycle_exists(here) is True) if chance is None else chance.probability(here, limit)
 
     def results(values: Mapping[str, float]) -> list[float]:
         here, found = machine(values), {}
         for name, near in searched.items():
             found[name], is_inside = _limit(here, near)
             beyond[name] += not is_inside
-        probability, rated = of_chance(here, found.get("damping", math.nan))
-        return [probability, *found.values(), *rated]
+        return [probability(here, found.get("damping", math.nan)), *found.values()]
 
     split = variance_split(results, sources, samples, seed)
     calls = max(samples * (len(sources) + 2), 1) if sources else 1
-    probability, rated = of_chance(given, limit)
-    own = [probability, *(near.value for near in searched.values()), *rated]
-    shares = [0.0, *(beyond[name] / calls for name in searched), *(0.0 for _ in followed)]
+    own = [probability(given, limit), *(near.value for near in searched.values())]
+    shares = [0.0, *(beyond[name] / calls for name in searched)]
     names = [source.name for source in sources]
     found = [_uncertain(split, row, own[row], shares[row], names) for row in range(len(own))]
     p = split.drawn[0]
@@ -156,8 +135,7 @@ def uncertainty_budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
         outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
-        limits=dict(zip(searched, found[1 : len(searched) + 1], strict=True)),
-        rates=dict(zip(followed, found[len(searched) + 1 :], strict=True)),
+        limits=dict(zip(searched, found[1:], strict=True)),
     )
 
 
@@ -171,17 +149,13 @@ class _Chance:
             return response.scatter(lambda lag: given.scattering.autocorrelation(lag / 2.0**power))
 
         self._given, self._scatter, own = given, scatter, scatter(0)
-        self._width = self._own = max(
+        self._width = max(
             positive("the deviation of mu_S", given.scattering.path_deviation) * own, LEAST_BLUR * response.limit
         )
         self._shift = 0.0
         if band is not None:
             self._shift = 0.5 * (band[0] + band[1]) - response.limit
             self._width = (band[1] - band[0]) / (2.0 * LEVEL)
-
-    def blur(self, here: Machine) -> float:
-        """Standard deviation of the limit in damping, to first order."""
-        return self._factor(here) * self._own
 
     def probability(self, here: Machine, limit: float) -> float:
         """Of stick-slip. limit : of the cycle in damping"""
@@ -198,41 +172,6 @@ class _Chance:
         less, more = (self._scatter(power) / self._scatter(0) for power in (low, low + 1))
         of_length = less ** (low + 1 - place) * more ** (place - low)
         return friction.path_deviation / given.path_deviation * (belt.F / belt.V) / (own.F / own.V) * of_length
-
-
-class _Rates:
-    """Rates of the end and the beginning of stick-slip, from chains of the given machine at other damping ratios.
-
-    exist : whether slip makes a chain at two of these at least
-    """
-
-    def __init__(self, given: Machine, limit: float, blur: float) -> None:
-        belt, rows = given.oscillator, []
-        for distance in sorted({*DISTANCES, (limit - belt.damping_ratio) / blur}):
-            ratio = limit - distance * blur
-            if ratio > 0.0 and DISTANCES[0] <= distance <= DISTANCES[-1]:
-                rows.append((distance, *_rates_of_chain(given.changed({"damping": ratio}))))
-        distances, *rates = np.transpose(rows)
-        known = [np.isfinite(rate) for rate in rates]
-        self.exist = all(np.count_nonzero(one) > 1 for one in known)
-        self._curves = [
-            scipy.interpolate.PchipInterpolator(distances[one], np.log(np.maximum(rate[one], LEAST_RATE)))
-            for rate, one in zip(rates, known if self.exist else [], strict=self.exist)
-        ]
-
-    def at(self, here: Machine, distance: float) -> list[float]:
-        """(2,) [1/s] by RATES."""
-        periods = here.oscillator.natural_frequency_rad_per_s / (2.0 * math.pi)
-        return [periods * math.exp(float(curve(min(max(distance, curve.x[0]), curve.x[-1])))) for curve in self._curves]
-
-
-def _rates_of_chain(machine: Machine) -> tuple[float, float]:
-    """Death and birth [1 / natural period] of a machine near its limit; NaN where slip makes no chain."""
-    try:
-        found = durations_of(trough_map(machine))
-    except (ConvergenceError, IllPosedError, ParameterError):
-        return math.nan, math.nan
-    return float(found.death[0]), float(found.birth[0])
 
 
 def _loop(machine: Machine, name: str, value: float) -> SlipLoop | None:

@@ -9,11 +9,10 @@ from roughslip.probability.estimate import TAILS
 from roughslip.report.words import CERTAIN, SURE, amount, digits, ends, joined
 
 SCATTER = "scatter of friction"  # as a source in the budget
-NEVER = 1e-12  # [1/s] of a rate: once in thirty thousand years
 
 
 def budget_summary(budget: Mapping[str, Any]) -> list[str]:
-    """Sentences: the averaged probability, limits with their intervals, rates, what to measure next."""
+    """Sentences: the averaged probability, limits with their intervals, what to measure next."""
     given, mean = budget["answer"]["value"], budget["probability"]["mean"]
     first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
     limits, symbols = [], {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
@@ -28,22 +27,8 @@ def budget_summary(budget: Mapping[str, Any]) -> list[str]:
     return [
         f"{first}averaged over what is uncertain.",
         second,
-        rates_in_words(budget["rates"]),
         next_to_measure(budget),
     ]
-
-
-def rates_in_words(rates: Mapping[str, Any]) -> str:
-    """How often stick-slip ends and begins."""
-    if not rates:
-        return "How often stick-slip ends and begins is not computed: slip makes no chain of loops here."
-    words = {"death": ("ends", "a second"), "birth": ("begins", "a second of sliding")}
-    shown = []
-    for name, (verb, unit) in words.items():
-        mean, (low, high) = rates[name]["mean"], rates[name]["interval"]
-        often = f"{mean:.2g} times ({low:.2g} to {high:.2g}) {unit}" if mean > NEVER else "practically never"
-        shown.append(f"{verb} {often}")
-    return f"Averaged over what is uncertain, by theory, stick-slip {joined(shown)}."
 
 
 def is_sure(budget: Mapping[str, Any]) -> bool:

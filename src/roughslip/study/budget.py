@@ -52,7 +52,7 @@ def work(scene: Scene, job: Job) -> None:
     if not answer["given"]:
         raise InputError(f"figure_budget: {answer['summary'][0]}")
     inputs = uncertain_inputs(scene, job.optional("friction"), job.optional("scan"))
-    options: Any = {"with_rates": True, "samples": SAMPLES, "seed": (scene.seed, Stream.BUDGET)}
+    options: Any = {"samples": SAMPLES, "seed": (scene.seed, Stream.BUDGET)}
     found = uncertainty_budget(inputs.machine, inputs.sources, band_of(answer), **options)
     job.count(machines=SAMPLES * (len(inputs.sources) + 2) if inputs.sources else 1)
     result = {
@@ -76,15 +76,13 @@ def band_of(answer: Mapping[str, Any]) -> tuple[float, float] | None:
 
 def variables(found: Budget) -> dict[str, store.Variable]:
     """The budget as arrays over results and sources."""
-    results = {"probability": found.probability, **found.limits, **found.rates}
+    results = {"probability": found.probability, **found.limits}
     source, both = ("source",), ("result", "source")
     names = list(found.probability.first)
     shares = [found.outcome[name] for name in names]
     stored = {
         "source_name": store.Variable(source, np.array(names or [""]), "1", "sources of uncertainty"),
-        "result_name": store.Variable(
-            ("result",), np.array(list(results)), "1", "results; limits are of the cycle, rates of its end and begin"
-        ),
+        "result_name": store.Variable(("result",), np.array(list(results)), "1", "results; limits are of the cycle"),
         "outcome": store.Variable(source, np.array(shares or [0.0]), "1", "share of the variance of the outcome"),
         "outcome_scatter": store.Variable((), found.scatter, "1", "the same, of the scatter of friction"),
         "averaged_probability": store.Variable((), found.probability.mean, "1", "over all that is uncertain"),

@@ -17,7 +17,8 @@ from roughslip.chaos.centre_distribution import (
     between,
     changes_by_refits,
     cumulative_given_contact,
-    distance_given_contact,
+    distance,
+    draw,
     drawn_rows,
     expanded_rows,
     fit_equation,
@@ -52,7 +53,7 @@ def test_an_equation_is_fitted_to_each_design_in_contact_and_drawn_at_the_same_v
     eight = fit_equation(xi, pressures, 2, logarithm=False)
     for fit in eight.fits:
         np.testing.assert_allclose(fit.coefficients, TRUTH, atol=1e-6)
-    drawn = eight.draw([3])
+    drawn = draw({"eight": eight}, [3])["eight"]
     assert drawn.shape == (2, BLOCKS * BLOCK)
     np.testing.assert_allclose(drawn[0], drawn[1], atol=1e-3)
     block = np.random.default_rng([3, 1]).standard_normal((BLOCK, 2))
@@ -92,10 +93,10 @@ def test_the_interval_of_a_sampled_distance_holds_the_true_one():
     rng, held, high = np.random.default_rng(5), 0, []
     for seed in range(120):
         pressure = rng.exponential(1.3, 2000) * (rng.random(2000) < 0.2)
-        distance, low, most = sampled_rows(pressure, 2000, reference(seed=seed))["distance_in_contact"]
-        assert low <= distance <= most
+        apart, low, most = sampled_rows(pressure, 2000, reference(seed=seed))["distance_in_contact"]
+        assert low <= apart <= most
         held += low <= true <= most
-        high.append(most - distance)
+        high.append(most - apart)
     assert held >= 0.89 * 120
     assert pytest.approx(stats.kstwobign.ppf(0.975), abs=5e-4) == KOLMOGOROV_975
     assert np.mean(high) == pytest.approx(0.98 * np.sqrt(1 / 400 + 1 / 1000), rel=0.02)
@@ -119,8 +120,8 @@ def test_rows_of_an_expansion_have_at_least_the_error_of_the_reference_and_the_j
     one = reference(surfaces=20_000)
     pressure = np.random.default_rng(6).exponential(1.1, 20_000)
     still = expanded_rows(Drawn(np.tile(pressure, (21, 1))), pressure, without_correction(20), [1], one)
-    distance, low, high = still["distance_in_contact"]
-    assert high - distance == pytest.approx(0.98 / np.sqrt(one.contacts), rel=1e-3)
+    apart, low, high = still["distance_in_contact"]
+    assert high - apart == pytest.approx(0.98 / np.sqrt(one.contacts), rel=1e-3)
     tail, _, most = still["tail_error"]
     assert most - tail == pytest.approx(1.96 / np.log(10) / np.sqrt(SETTLED), rel=1e-3)
     scales = np.concatenate([[1.0], 1.0 + 0.02 * np.random.default_rng(7).standard_normal(20)])
@@ -129,7 +130,7 @@ def test_rows_of_an_expansion_have_at_least_the_error_of_the_reference_and_the_j
     moved, share = changes_by_refits(moving, without_correction(20), [1], one.levels)
     assert share == 0.0
     far = np.quantile(np.max(np.abs(moved), axis=1), 0.95)
-    assert wider["distance_in_contact"][0] == distance
+    assert wider["distance_in_contact"][0] == apart
     assert wider["distance_in_contact"][1] <= low
     assert wider["distance_in_contact"][2] == pytest.approx(high + far)
     assert np.all((wider["cumulative"][1] >= 0) & (wider["cumulative"][2] <= 1))
@@ -158,13 +159,24 @@ def test_a_correction_maps_quantiles_to_quantiles():
     np.testing.assert_array_equal(EdgeCorrection(cells, cells, np.arange(4)).apply(drawn), drawn)
 
 
+def test_the_distance_of_two_samples_is_that_of_scipy():
+    """With and without ties, of either length; the samples are in ascending order."""
+    rng = np.random.default_rng(14)
+    for first, second in ((300, 1000), (1000, 300), (1, 7)):
+        for rounded in (np.asarray, np.round):
+            one, other = np.sort(rounded(rng.normal(0.3, 2.0, first))), np.sort(rounded(rng.normal(0, 2.0, second)))
+            assert distance(one, other) == pytest.approx(
+                stats.ks_2samp(one, other, method="asymp").statistic, abs=1e-15
+            )
+
+
 def test_numbers_of_several_designs_are_their_mean_with_students_interval():
     """Three designs, of the reference's own pressures and of these scaled by 0.7 and 1.3."""
     one = reference(surfaces=200_000)
     own = np.sort(one.pressure[one.pressure > 0])
     pressures = np.stack([own, own * 0.7, own * 1.3])
     rows = drawn_rows(pressures, one)
-    distances = np.array([0.0, *(distance_given_contact(own * scale, own) for scale in (0.7, 1.3))])
+    distances = np.array([0.0, *(distance(own * scale, own) for scale in (0.7, 1.3))])
     mean, low, high = rows["distance_in_contact"]
     assert mean == pytest.approx(distances.mean(), rel=1e-9)
     student = 4.302653 * distances.std(ddof=1) / math.sqrt(3)  # t(0.975, 2) = 4.302653
@@ -174,7 +186,7 @@ def test_numbers_of_several_designs_are_their_mean_with_students_interval():
     assert np.all((lowest <= curve) & (curve <= highest))
     assert between({"a": pressures, "b": pressures})[0] == 0.0
     assert between({"a": pressures[:2], "b": pressures[1:]})[0] == pytest.approx(
-        (distances[1] + distance_given_contact(own * 0.7, own * 1.3)) / 2
+        (distances[1] + distance(own * 0.7, own * 1.3)) / 2
     )
     assert np.isnan(between({"a": pressures})).all()
 
@@ -184,10 +196,10 @@ def test_equations_in_contact_are_compared_with_the_solved_samples_and_each_with
     one = reference(surfaces=200_000)
     own = np.sort(one.pressure[one.pressure > 0])
     designs, levels = [own, 2.0 * own], Reference(one.pressure, one.surfaces, np.quantile(own, [0.02, 0.05, 0.08]))
-    rows = given_rows(np.stack([2.0 * own, 4.0 * own]), designs, levels, resolved_by_designs(designs))
+    rows = given_rows(np.stack([2.0 * own, 4.0 * own]), len(own), designs, levels, resolved_by_designs(designs))
     assert resolved_by_designs([own[:1000], own]) == 5 / 1000
     ratio, *_ = rows["tail_error_of_design"]
     assert ratio == pytest.approx(math.log10(2.0), rel=0.1)
-    expected = np.mean([distance_given_contact(scale * own, own) for scale in (2.0, 4.0)])
+    expected = np.mean([distance(scale * own, own) for scale in (2.0, 4.0)])
     assert rows["distance"][0] == pytest.approx(expected)
     assert NORMAL_95 / 2 * math.sqrt(2 / len(own)) < rows["distance"][2] - rows["distance"][0]

@@ -19,11 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
+from scipy.stats import qmc
 
 from roughslip import store
 from roughslip.chaos.centre_distribution import fit_equation
 from roughslip.chaos.local import Samples, fit_local
-from roughslip.chaos.variables import latin_hypercube, sobol_places
+from roughslip.chaos.variables import latin_hypercube
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS
@@ -106,7 +107,7 @@ class Square:
             return np.array([generator.standard_normal(modes) for generator in generators])
         if name == "latin_hypercube":
             return latin_hypercube(np.random.default_rng([*seed, count, number]), count, modes)
-        return ndtri(sobol_places(np.random.default_rng([*seed, number]), count, modes))
+        return ndtri(qmc.Sobol(modes, rng=np.random.default_rng([*seed, number])).random(count))
 
     def solve(self, xi: np.ndarray) -> Solved:
         """Solve every sample of a design (K, M) at all penetrations."""

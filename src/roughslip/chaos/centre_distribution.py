@@ -47,8 +47,11 @@ def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.nda
     Returns F : (n,) [-] share of the positive pressures up to each level. Raises ParameterError for NaN, IllPosedError
     where no sample is in contact.
     """
-    positive = _ascending(pressure)
-    return np.searchsorted(positive, levels, side="right") / len(positive)
+    return _share_up_to(in_contact(pressure), levels)
+
+
+def _share_up_to(contact: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    return np.searchsorted(contact, levels, side="right") / len(contact)
 
 
 def quantile_levels(pressure: np.ndarray) -> np.ndarray:
@@ -61,11 +64,11 @@ def quantile_levels(pressure: np.ndarray) -> np.ndarray:
     """
     tail = np.geomspace(1e-4, 0.5, 120)
     probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
-    return np.unique(np.quantile(_ascending(pressure), probabilities))
+    return np.unique(np.quantile(in_contact(pressure), probabilities))
 
 
-def _ascending(pressure: np.ndarray) -> np.ndarray:
-    """Positive pressures in ascending order; an infinite one, of a poor fit of eq. (9), exceeds every level."""
+def in_contact(pressure: np.ndarray) -> np.ndarray:
+    """Positive pressures : (K,) [Pa] ascending; an infinite one, of a poor fit of eq. (9), exceeds every level."""
     if np.isnan(pressure).any():
         raise ParameterError("pressures must not be NaN")
     positive = pressure[pressure > 0]
@@ -92,16 +95,26 @@ class Equation:
 
     def pressure(self, variables: np.ndarray) -> np.ndarray:
         """p : (designs, n) [Pa] at variables : (n, v)."""
-        values = hermite_basis(variables, self.indices) @ np.column_stack([fit.coefficients for fit in self.fits])
-        if self.logarithm:
-            return np.ascontiguousarray(np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM)).T)
-        return np.ascontiguousarray(np.maximum(values, 0.0).T)
+        return self.at(hermite_basis(variables, self.indices))
 
-    def draw(self, seed: list[int]) -> np.ndarray:
-        """p : (designs, BLOCKS BLOCK) [Pa] at independent draws of the variables, the same for every expansion."""
-        shape = BLOCK, self.indices.shape[1]
-        draws = (np.random.default_rng([*seed, number]).standard_normal(shape) for number in range(BLOCKS))
-        return np.concatenate([self.pressure(block) for block in draws], axis=1)
+    def at(self, basis: np.ndarray) -> np.ndarray:
+        """The same at the terms : (n, P) of the variables."""
+        values = np.stack([fit.coefficients for fit in self.fits]) @ basis.T
+        if self.logarithm:
+            return np.asarray(np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM)))
+        return np.maximum(values, 0.0)
+
+
+def draw(equations: Mapping[str, Equation], seed: list[int]) -> dict[str, np.ndarray]:
+    """p : (designs, BLOCKS BLOCK) [Pa] of equations with the same terms, at the same independent draws."""
+    blocks: dict[str, list[np.ndarray]] = {name: [] for name in equations}
+    for number in range(BLOCKS if equations else 0):
+        indices = next(iter(equations.values())).indices
+        draws = np.random.default_rng([*seed, number]).standard_normal((BLOCK, indices.shape[1]))
+        basis = hermite_basis(draws, indices)
+        for name, equation in equations.items():
+            blocks[name].append(equation.at(basis))
+    return {name: np.concatenate(parts, axis=1) for name, parts in blocks.items()}
 
 
 def fit_equation(
@@ -172,16 +185,17 @@ class Reference:
     @cached_property
     def cumulative(self) -> np.ndarray:
         """Distribution given contact at the levels."""
-        return cumulative_given_contact(self.pressure, self.levels)
+        return _share_up_to(self.in_contact, self.levels)
+
+    @cached_property
+    def in_contact(self) -> np.ndarray:
+        """Positive pressures : (K,) [Pa], ascending."""
+        return in_contact(self.pressure)
 
     @property
     def tail_from(self) -> float:
         """The least of the low probabilities that the samples of the reference resolve."""
         return max(TAIL[0], SETTLED / self.contacts)
-
-    def distance(self, pressure: np.ndarray) -> float:
-        """Kolmogorov distance given contact of p : (n,) [Pa]."""
-        return distance_given_contact(pressure, self.pressure)
 
     def tail_error(self, first: np.ndarray, second: np.ndarray) -> float:
         """Largest |log10 F_1 / F_2| where the reference lies between tail_from and 0.1; NaN where it resolves none.
@@ -193,33 +207,33 @@ class Reference:
         return float(np.max(np.abs(np.log10(first_tail / second_tail)))) if tail.any() else float("nan")
 
 
-def distance_given_contact(first: np.ndarray, second: np.ndarray) -> float:
-    """Kolmogorov distance of the positive ones of two samples of pressures."""
-    return kolmogorov_distance(first[first > 0], second[second > 0])
+def distance(first: np.ndarray, second: np.ndarray) -> float:
+    """Kolmogorov distance of two samples in ascending order.
 
-
-def kolmogorov_distance(first: np.ndarray, second: np.ndarray) -> float:
-    """Largest difference [-] of the shares of two samples (n,) and (m,) up to any value."""
-    first, second = np.sort(first), np.sort(second)
-    values = np.concatenate((first, second))
-    shares = (np.searchsorted(sample, values, side="right") / len(sample) for sample in (first, second))
-    return float(np.max(np.abs(np.subtract(*shares))))
+    It is the largest share of the shorter one up to a value, less that of the longer one, or the reverse below it.
+    """
+    short, long = sorted((first, second), key=len)
+    ranks = np.arange(len(short) + 1) / len(short)
+    above = ranks[1:] - np.searchsorted(long, short, side="right") / len(long)
+    below = np.searchsorted(long, short, side="left") / len(long) - ranks[:-1]
+    return float(max(above.max(), below.max()))
 
 
 def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:
     """The rows of a sampled method with so many independent samples."""
     share = float(np.mean(pressure > 0))
     contacts = share * independent
-    curve = cumulative_given_contact(pressure, reference.levels)
+    contact = in_contact(pressure)
+    curve = _share_up_to(contact, reference.levels)
     band = wilson_interval(curve * contacts, contacts)
     probability = wilson_interval(contacts, independent)
-    distance = reference.distance(pressure)
+    apart = distance(contact, reference.in_contact)
     root = np.sqrt(1 / contacts + 1 / reference.contacts)
-    low, high = distance - KOLMOGOROV_975 * root, distance + NORMAL_95 / 2 * root
+    low, high = apart - KOLMOGOROV_975 * root, apart + NORMAL_95 / 2 * root
     return {
         "cumulative": (curve, *band),
         "contact_probability": (share, float(probability[0]), float(probability[1])),
-        "distance_in_contact": (distance, max(low, 0.0), min(high, 1.0)),
+        "distance_in_contact": (apart, max(low, 0.0), min(high, 1.0)),
     }
 
 
@@ -235,9 +249,10 @@ def expanded_rows(
     1989). The interval extends to either side by the 95 % quantile of that, and by the error of the reference.
     """
     moved, share_error = changes_by_refits(expansion, edges, seed, reference.levels)
-    curve, share = cumulative_given_contact(pressure, reference.levels), float(np.mean(pressure > 0))
+    contact, share = in_contact(pressure), float(np.mean(pressure > 0))
+    curve = _share_up_to(contact, reference.levels)
     curves = np.clip(curve + moved, 0.0, 1.0)
-    distance, tail = reference.distance(pressure), reference.tail_error(curve, reference.cumulative)
+    apart, tail = distance(contact, reference.in_contact), reference.tail_error(curve, reference.cumulative)
     error = NORMAL_95 / np.sqrt(reference.contacts)
     far = np.quantile(np.max(np.abs(moved), axis=1), 0.95) + error / 2
     far_tail = np.quantile([reference.tail_error(replicate, curve) for replicate in curves], 0.95)
@@ -245,7 +260,7 @@ def expanded_rows(
     return {
         "cumulative": (curve, *np.quantile(curves, TAILS, axis=0)),
         "contact_probability": (share, share - NORMAL_95 * share_error, share + NORMAL_95 * share_error),
-        "distance_in_contact": (distance, max(distance - far, 0.0), min(distance + far, 1.0)),
+        "distance_in_contact": (apart, max(apart - far, 0.0), min(apart + far, 1.0)),
         "tail_error": (tail, max(tail - far_tail, 0.0), tail + far_tail),
     }
 
@@ -268,18 +283,18 @@ def changes_by_refits(
     return multipliers @ jackknife_deviations(curves), float(np.sqrt(np.sum(shares**2)))
 
 
-def drawn_rows(pressures: np.ndarray, reference: Reference) -> dict[str, Row]:
+def drawn_rows(contacts: Sequence[np.ndarray], reference: Reference) -> dict[str, Row]:
     """The rows of an equation that was drawn over all surfaces; they lack the probability of contact, which is K/K_t.
 
-    pressures : (designs, draws) [Pa]
+    contacts : of each design (K,) [Pa] ascending, of the draws in contact
 
     Distances are means over the designs, with Student's interval of their scatter and the error of the reference. The
     distribution is that of the first design, its band reaches over all.
     """
-    curves = np.array([cumulative_given_contact(pressure, reference.levels) for pressure in pressures])
+    curves = np.array([_share_up_to(contact, reference.levels) for contact in contacts])
     error = NORMAL_95 / np.sqrt(reference.contacts)
     tails = np.array([reference.tail_error(curve, reference.cumulative) for curve in curves])
-    distances = np.array([reference.distance(pressure) for pressure in pressures])
+    distances = np.array([distance(contact, reference.in_contact) for contact in contacts])
     return {
         "cumulative": (curves[0], curves.min(axis=0), curves.max(axis=0)),
         "distance_in_contact": mean_over_designs(distances, error / 2),
@@ -288,23 +303,22 @@ def drawn_rows(pressures: np.ndarray, reference: Reference) -> dict[str, Row]:
 
 
 def given_rows(
-    pressures: np.ndarray, designs: Sequence[np.ndarray], solved: Reference, tail_from: float
+    contacts: Sequence[np.ndarray], surfaces: int, designs: Sequence[np.ndarray], solved: Reference, tail_from: float
 ) -> dict[str, Row]:
     """The rows of an equation at solved surfaces in contact that no fit has seen.
 
-    pressures : (designs, surfaces) [Pa] of the fit to each design
+    contacts : of each design (K,) [Pa] ascending, of its fit at those of so many surfaces where it is positive
     designs : (samples,) [Pa] that were fitted, of each design
     tail_from : least of the low probabilities, from `resolved_by_designs`
     """
-    surfaces = pressures.shape[1]
-    curves = np.array([cumulative_given_contact(pressure, solved.levels) for pressure in pressures])
+    curves = np.array([_share_up_to(contact, solved.levels) for contact in contacts])
     ratios = []
     for curve, design in zip(curves, designs, strict=True):
         sampled = cumulative_given_contact(design, solved.levels)
         low = (sampled >= tail_from) & (sampled <= TAIL[1])
         ratio = np.log10(np.maximum(curve[low], 0.5 / surfaces) / sampled[low])
         ratios.append(np.max(np.abs(ratio), initial=0.0) if low.any() else np.nan)
-    distances = np.array([solved.distance(pressure) for pressure in pressures])
+    distances = np.array([distance(contact, solved.in_contact) for contact in contacts])
     error = NORMAL_95 / 2 * np.sqrt(1 / solved.contacts + 1 / surfaces)
     error_in_tail = NORMAL_95 / np.log(10) / np.sqrt(tail_from * surfaces)
     return {
@@ -319,15 +333,14 @@ def resolved_by_designs(designs: Sequence[np.ndarray]) -> float:
     return max(TAIL[0], FEWEST_BELOW / min(np.count_nonzero(pressure) for pressure in designs))
 
 
-def between(pressures: Mapping[str, np.ndarray], error: float = 0.0) -> Row:
+def between(contacts: Mapping[str, Sequence[np.ndarray]], error: float = 0.0) -> Row:
     """Kolmogorov distance given contact of two equations at the same variables; NaN where one of them was refused.
 
-    pressures : (designs, n) [Pa] by name
+    contacts : by name of each design (K,) [Pa] ascending
     """
-    if len(pressures) != 2:
+    if len(contacts) != 2:
         return NOTHING
-    pairs = zip(*pressures.values(), strict=True)
-    return mean_over_designs(np.array([distance_given_contact(*pair) for pair in pairs]), error)
+    return mean_over_designs(np.array([distance(*pair) for pair in zip(*contacts.values(), strict=True)]), error)
 
 
 def mean_over_designs(values: np.ndarray, error: float = 0.0) -> Row:

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtri
 
-from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
+from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION, Fit, Regression
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
@@ -94,12 +94,12 @@ class LocalExpansion:
         """
         places = sobol_places(generator, count, 1 + self.indices.shape[1])
         members = (self.whole, *self.without) if left_out else (self.whole,)
+        coefficients, terms = np.stack([member.coefficients for member in members]), HermiteBasis(self.indices)
         pressure = np.zeros((len(members), count))
         for first in range(0, count, BLOCK):
             block = places[first : first + BLOCK]
-            basis = hermite_basis(ndtri(block[:, 1:]), self.indices)
-            for row, member in zip(pressure, members, strict=True):
-                predicted = basis @ member.coefficients
+            at = coefficients @ terms.by_term(ndtri(block[:, 1:].T))
+            for row, member, predicted in zip(pressure, members, at, strict=True):
                 near = np.flatnonzero(predicted > self.lowest)
                 row[first + near] = member.draw(predicted[near], block[near, 0], self.target)
         return pressure if left_out else pressure[0]
@@ -141,10 +141,12 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
             f"{fit.leave_one_out:.2g} variances: {FEWER_TERMS}"
         )
     lowest = lowest_in_contact(fit.predicted, values, pressure > 0)
-    members = []
+    parts = [(own, basis[own]) for own in (np.flatnonzero(group == g) for g in range(GROUPS))]
+    predicted, members = np.empty(len(basis)), []
     for left_out in range(1 + GROUPS):  # 0 for the fit to all surfaces, 1 + g for that without group g
         others, own = without[left_out, 1:], without[0, left_out]
-        predicted = np.einsum("kp,kp->k", basis, others[group])
+        for (numbers, part), coefficients in zip(parts, others, strict=True):
+            predicted[numbers] = part @ coefficients
         known = group != left_out - 1
         near = known & (predicted >= lowest)
         scatter = residual_scatter(predicted[near], values[near])

@@ -15,11 +15,13 @@ from roughslip.chaos.centre_distribution import (
     Row,
     between,
     cumulative_given_contact,
+    distance,
+    draw,
     drawn_rows,
     expanded_rows,
     fit_equation,
     given_rows,
-    kolmogorov_distance,
+    in_contact,
     quantile_levels,
     resolved_by_designs,
     sampled_rows,
@@ -97,11 +99,12 @@ def work(scene: Scene, job: Job) -> None:
         "monte_carlo": sampled_rows(nodes.ravel(), len(nodes), reference),
         "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
     }
-    drawn = {name: equation.draw(drawing) for name, equation in equations.items()}
+    drawn = draw(equations, drawing)
+    contacts = {name: [*map(in_contact, pressures)] for name, pressures in drawn.items()}
     for name in EQUATIONS:
         rows[name] = {"contact_probability": rows["latin_hypercube"]["contact_probability"]}
     for name, pressures in drawn.items():
-        rows[name] |= drawn_rows(pressures, solved)
+        rows[name] |= drawn_rows(contacts[name], solved)
         pressure[name] = pressures[0]
     if local is not None:
         pressure["roughslip"], rows["roughslip"] = ours
@@ -111,7 +114,8 @@ def work(scene: Scene, job: Job) -> None:
         {"roughslip": local.fit} if local else {}
     )
     job.count(fits=(1 + len(local.without) if local else 0) + len(equations) * len(designs), draws=draws)
-    apart = {name: kolmogorov_distance(own, pressure["monte_carlo"]) for name, own in pressure.items()}
+    ascending = {name: np.sort(own) for name, own in pressure.items()}
+    apart = {name: distance(own, ascending["monte_carlo"]) for name, own in ascending.items()}
     columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in OF_ROWS}
     values: dict[str, Any] = (
         columns
@@ -119,7 +123,7 @@ def work(scene: Scene, job: Job) -> None:
         | {
             "method": np.array(METHODS),
             "distance": [apart.get(name, np.nan) for name in METHODS],
-            "distance_between_variants": between(drawn),
+            "distance_between_variants": between(contacts),
             "fit": np.array(EXPANDED),
             "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],
         }
@@ -191,11 +195,12 @@ def given_contact(
 
     nodes : (surfaces, nodes) [Pa] pressure of the Monte Carlo samples; directions : (variables, modes)
     """
-    in_contact = np.flatnonzero(nodes[:, 0] > 0)[:KNOWN]
-    known = variables_of(seed, in_contact, directions.shape[1]) @ directions.T
+    numbers = np.flatnonzero(nodes[:, 0] > 0)[:KNOWN]
+    known = variables_of(seed, numbers, directions.shape[1]) @ directions.T
     pressures = {name: equation.pressure(known) for name, equation in equations.items()}
+    in_contacts = {name: [*map(in_contact, each)] for name, each in pressures.items()}
     tail_from = resolved_by_designs(designs)
-    rows = {name: given_rows(each, designs, solved, tail_from) for name, each in pressures.items()}
+    rows = {name: given_rows(each, len(known), designs, solved, tail_from) for name, each in in_contacts.items()}
     contacts, curve = int(np.count_nonzero(designs[0])), cumulative_given_contact(designs[0], solved.levels)
     values = {
         f"given_{name}": in_order(rows, EQUATIONS, name, len(solved.levels))
@@ -204,7 +209,7 @@ def given_contact(
     return values | {
         "variant": np.array(EQUATIONS),
         "given_positive_share": [np.mean(pressures[n] > 0) if n in pressures else np.nan for n in EQUATIONS],
-        "given_between": between(pressures, NORMAL_95 / 2 / math.sqrt(len(known))),
+        "given_between": between(in_contacts, NORMAL_95 / 2 / math.sqrt(len(known))),
         "given_surfaces": len(known),
         "given_tail_from": tail_from,
         "design_cumulative": (curve, *wilson_interval(curve * contacts, contacts)),

@@ -192,7 +192,7 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
     """
     if not variables <= len(SOBOL_NUMBERS):
         raise ParameterError(f"a Sobol sequence has up to {len(SOBOL_NUMBERS)} variables here, not {variables}")
-    bits = np.arange(SOBOL_BITS)
+    bits, generator = np.arange(SOBOL_BITS), generator.spawn(1)[0]
     shift = generator.integers(2, size=(variables, SOBOL_BITS), dtype=np.uint32) @ (1 << bits)
     maps = np.tril(generator.integers(2, size=(variables, SOBOL_BITS, SOBOL_BITS), dtype=np.uint32).astype(np.int64))
     maps[:, bits, bits] = 1

@@ -14,10 +14,12 @@ from roughslip.oscillator import (
     StribeckLaw,
     existence_limit,
     grazing_response,
+    hopf_damping,
     uncertainty_budget,
 )
 from roughslip.oscillator.budget import ACCURACY, _Chance
 from roughslip.probability import Source
+from tests.oscillator.test_attractors import HUMP, SLIDE
 
 RELATIVE = {"speed": 0.1, "stiffness": 0.3, "mass": 0.2}
 
@@ -92,3 +94,18 @@ def test_the_blur_scales_as_the_orbit_of_another_machine():
     shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
     found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)
     assert found == pytest.approx(0.8413, abs=0.1 * 0.242)
+
+
+def test_the_end_of_a_vibration_is_as_uncertain_as_the_load():
+    """It is the Hopf damping, which is proportional to the load."""
+
+    def hump(values):
+        return made_of(dataclasses.replace(SLIDE, normal_force_n=values.get("load", 2000.0)), HUMP, 0.002, 2.5e-4)
+
+    found = uncertainty_budget(hump, [Source.independent("load", {"load": (2000.0, 100.0)})], limits=(), samples=16)
+    limit = found.limits["vibration"]
+    assert limit.value == hopf_damping(SLIDE, HUMP)
+    assert limit.mean == pytest.approx(limit.value, rel=0.01)
+    assert limit.standard_uncertainty == pytest.approx(0.05 * limit.value, rel=0.1)
+    assert limit.first["load"][0] == pytest.approx(1.0, abs=0.2)  # of 16 draws
+    assert "vibration" not in uncertainty_budget(coulomb, [], limits=()).limits

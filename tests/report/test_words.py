@@ -150,6 +150,9 @@ BUDGET = {
 BUDGETS = {
     "unsure": BUDGET,
     "sure": BUDGET | {"probability": {"mean": 0.99}},
+    "vibration ends": BUDGET
+    | {"limits": BUDGET["limits"] | {"vibration": BUDGET["limits"]["damping"] | {"value": 0.7, "beyond": 0.0}}}
+    | {"units": {"damping": "1", "vibration": "1"}},
     "nothing uncertain": BUDGET | {"outcome": {}},
 }
 FROZEN = Path(__file__).with_name("words.json")

@@ -28,6 +28,7 @@ TITLES = {
     "mass": "limit in mass",
     "stiffness": "limit in stiffness",
     "load": "limit in normal force",
+    "vibration": "end of vibration in $D$",
 }
 LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 

@@ -30,7 +30,7 @@ from roughslip.errors import ConvergenceError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import slip_loop
+from roughslip.oscillator.limits import hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
 from roughslip.oscillator.slip_orbit import (
@@ -43,7 +43,7 @@ from roughslip.oscillator.slip_orbit import (
     slip_flow,
     turn,
 )
-from roughslip.probability.search import first_change
+from roughslip.probability.search import RANGE_ACCURACY, first_change
 from roughslip.validation import gate
 
 LEAST = 1e-4  # of the belt's velocity: a vibration below it is steady sliding
@@ -119,17 +119,26 @@ def state_from_rest(machine: Machine) -> State | None:
         return None
 
 
-def vibration_limit(machine: Machine, existence: float | None) -> float | None:
+def vibration_limit(machine: Machine, existence: float | None, accuracy: float = RANGE_ACCURACY) -> float | None:
     """The damping ratio beyond which no vibration without sticking follows from rest; None where there is none.
 
     existence : [-] existence limit of the stick-slip cycle, above which the search begins; None without one
+    accuracy : relative
+
+    Peaks fall with damping (`limits`), so there is one limit: the Hopf damping, or a fold of cycles beyond it.
     """
 
     def state(ratio: float) -> State | None:
         return state_from_rest(machine.changed({"damping": ratio}))
 
-    start = (existence or LEAST_DAMPING) * (1.0 + BEYOND)
-    return first_change(state, start, REACH * max(start, 1.0))[1] if state(start) is State.VIBRATION else None
+    start, hopf = (existence or LEAST_DAMPING) * (1.0 + BEYOND), hopf_damping(machine.oscillator, machine.law)
+    if state(start) is not State.VIBRATION:
+        return None
+    if hopf > start:
+        start = hopf * (1.0 + accuracy)
+        if state(start) is State.SLIDING:
+            return hopf
+    return first_change(state, start, REACH * max(start, 1.0), accuracy)[1]
 
 
 def peak_from_rest(oscillator: Oscillator, law: FrictionLaw) -> float:

@@ -29,6 +29,7 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.oscillator.attractors import vibration_limit
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.limits import SlipLoop, slip_loop
 from roughslip.oscillator.machine import Machine, cycle_exists
@@ -42,6 +43,7 @@ FIRST_REACH, REACH = 100.0, 10.0  # factors up to which a limit is searched: fro
 SECANTS, STEP_ACCURACY = 12, 1e-8  # of a limit at a draw, three of which are usual; relative, of a step of slip
 ACCURACY = 1e-3  # relative, of a limit at a draw: with its even error it adds less than (1e-3)^2 to the variance
 POWERS = 4  # of two: of L / V at which the blur is computed, either way; power laws between
+VIBRATION = "vibration"  # as a limit
 LEAST_BLUR = 1e-9  # of the limit: without scatter the probability is 0 or 1
 
 
@@ -71,7 +73,8 @@ class Budget:
     probability : of stick-slip, given the inputs; its mean is that over all that is uncertain
     scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
     outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
-    limits : of the cycle without scatter, by names of `machine.PARAMETERS`; those that exist at the given values
+    limits : of the cycle without scatter, by names of `machine.PARAMETERS`; those that exist at the given values. And
+        VIBRATION, the damping ratio up to which a mass that does not stick vibrates, where it does at the given values
     """
 
     probability: Uncertain
@@ -110,7 +113,7 @@ def uncertainty_budget(
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
             searched[name] = near
-    beyond = dict.fromkeys(searched, 0)
+    beyond, vibration = dict.fromkeys(searched, 0), vibration_limit(given, None if chance is None else limit)
 
     def probability(here: Machine, limit: float) -> float:
         return float(cycle_exists(here) is True) if chance is None else chance.probability(here, limit)
@@ -120,12 +123,17 @@ def uncertainty_budget(
         for name, near in searched.items():
             found[name], is_inside = _limit(here, near)
             beyond[name] += not is_inside
-        return [probability(here, found.get("damping", math.nan)), *found.values()]
+        limit = found.get("damping")
+        if vibration is not None:  # at draws without a vibration it ends where sticking does
+            found[VIBRATION] = vibration_limit(here, limit, ACCURACY) or limit or 0.0
+        return [probability(here, math.nan if limit is None else limit), *found.values()]
 
     split = variance_split(results, sources, samples, seed)
     calls = max(samples * (len(sources) + 2), 1) if sources else 1
-    own = [probability(given, limit), *(near.value for near in searched.values())]
-    shares = [0.0, *(beyond[name] / calls for name in searched)]
+    at_given = {name: near.value for name, near in searched.items()}
+    at_given |= {} if vibration is None else {VIBRATION: vibration}
+    own = [probability(given, limit), *at_given.values()]
+    shares = [0.0, *(beyond.get(name, 0) / calls for name in at_given)]
     names = [source.name for source in sources]
     found = [_uncertain(split, row, own[row], shares[row], names) for row in range(len(own))]
     p = split.drawn[0]
@@ -135,7 +143,7 @@ def uncertainty_budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
         outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
-        limits=dict(zip(searched, found[1:], strict=True)),
+        limits=dict(zip(at_given, found[1:], strict=True)),
     )
 
 

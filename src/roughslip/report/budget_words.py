@@ -15,15 +15,20 @@ def budget_summary(budget: Mapping[str, Any]) -> list[str]:
     """Sentences: the averaged probability, limits with their intervals, what to measure next."""
     given, mean = budget["answer"]["value"], budget["probability"]["mean"]
     first = f"Stick-slip has a probability of {100 * given:.0f} % at the given values, and of {100 * mean:.0f} % "
-    limits, symbols = [], {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
+    shown, symbols = {}, {"damping": "D", "belt_velocity": "v0", "mass": "m", "stiffness": "k", "load": "N"}
     for name, limit in budget["limits"].items():
         number = {**limit, "unit": budget["units"][name]}
         beyond = f", {100 * limit['beyond']:.0f} % of them beyond a factor of ten" if limit["beyond"] > TAILS[0] else ""
         value, interval = limit["value"], f"{ends(number, limit['value'])}{beyond}".removeprefix(", ")
-        limits.append(f"{symbols[name]} = {amount(value, number['unit'])}{f' ({interval})' if interval else ''}")
+        symbol, bracket = symbols.get(name, "D"), f" ({interval})" if interval else ""
+        shown[name] = f"{symbol} = {amount(value, number['unit'])}{bracket}"
+    vibration = shown.pop("vibration", "")
+    limits = [*shown.values()]
     second = f"The limits of the cycle without scatter, with 95 % intervals of what is uncertain: {joined(limits)}."
     if not limits:
         second = "The stick-slip cycle without scatter has no limit near the given values."
+    if vibration:
+        second += f" A mass that does not stick vibrates without scatter up to {vibration}."
     return [
         f"{first}averaged over what is uncertain.",
         second,

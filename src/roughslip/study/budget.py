@@ -20,7 +20,7 @@ from roughslip import store
 from roughslip.errors import IllPosedError, InputError
 from roughslip.friction.pad import pad_edges
 from roughslip.friction.scatter_law import Covariance, scatter_of_friction
-from roughslip.oscillator.budget import Budget, uncertainty_budget
+from roughslip.oscillator.budget import VIBRATION, Budget, uncertainty_budget
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.machine import PARAMETERS, Machine
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
@@ -58,7 +58,7 @@ def work(scene: Scene, job: Job) -> None:
     result = {
         **asdict(found),
         "answer": answer["probability"],
-        "units": {name: PARAMETERS[name].unit for name in found.limits},
+        "units": {name: "1" if name == VIBRATION else PARAMETERS[name].unit for name in found.limits},
     }
     store.write_json(job.outputs["text"], result | {"summary": budget_summary(result)})
     store.write(job.output, variables(found), job.key)

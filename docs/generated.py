@@ -65,8 +65,8 @@ def scene_messages() -> str:
     """What a scene file says and the line that refuses it, from the list that the tests of scenes run through."""
     text = (ROOT / "tests/scene/mistakes.txt").read_text(encoding="utf-8")
     blocks = [block for block in text.split("\n\n") if "\n-> " in block or block.startswith("-> ")]
-    cases = (block.partition("\n-> ") for block in blocks)
-    return "\n".join(f"```text\n{given}\n\n→ {line.strip()}\n```\n" for given, _, line in cases)
+    cases = (block.strip().replace("\n-> ", "\n\n→ ", 1).replace("\n-> ", "\n→ ") for block in blocks)
+    return "\n".join(f"```text\n{case}\n```\n" for case in cases)
 
 
 def packages() -> str:

@@ -46,14 +46,9 @@ _OF_MOTION = (
 )
 _OF_A_CASE = ("load", "material.young_modulus_pa", "friction.record")  # what a scene of a machine of one's own gives
 _SUBJECTS = {  # what decides on stick-slip, by the keys that give it
-    "friction curve": (
-        "friction.record",
-        "oscillator.law",
-        "oscillator.friction_table",
-        "oscillator.stribeck_decay_s_per_m",
-    ),
-    "machine": ("oscillator.mass_kg", "oscillator.stiffness_n_per_m"),
-    "surface": ("roughness",),
+    "surface": "roughness",
+    "friction curve": "friction.record oscillator.law oscillator.friction_table oscillator.stribeck_decay_s_per_m",
+    "machine": "oscillator.mass_kg oscillator.stiffness_n_per_m",
 }
 
 
@@ -237,22 +232,20 @@ def motion_warnings(scene: Scene) -> Iterator[str]:
 
 
 def inherited(name: str, scene: Scene) -> list[str]:
-    """A warning on what a scene of a user takes from a shipped one and hardly means: surface, curve or machine."""
-    origins, borrowed = scene["origins"], dict[str, list[str]]()
-    if name in SHIPPED_SCENES:
-        return []
+    """Warnings on what a scene of a user takes from a shipped one and hardly means: surface, curve or machine."""
+    borrowed = dict[str, list[str]]()
 
     def scenes_of(*keys: str) -> list[str]:
         """The scenes that give some keys, or what is in them."""
-        return [origin for one, origin in origins.items() if any(f"{one}.".startswith(f"{key}.") for key in keys)]
+        return [origin for one, origin in scene["origins"].items() if any(f"{one}.".startswith(f"{k}.") for k in keys)]
 
     own = [key for key in _OF_A_CASE if {*scenes_of(key)} - SHIPPED_SCENES]
-    for subject, keys in _SUBJECTS.items():
-        given = scenes_of(*keys)
-        if own and given and SHIPPED_SCENES.issuperset(given) and (subject != "surface" or cells_of(scene)):
-            borrowed.setdefault(given[0], []).append(f"{subject} ({', '.join(keys)})")
+    for subject, keys in _SUBJECTS.items() if name not in SHIPPED_SCENES else ():
+        bases = scenes_of(*keys.split())
+        if own and bases and SHIPPED_SCENES.issuperset(bases) and (subject != "surface" or cells_of(scene)):
+            borrowed.setdefault(bases[0], []).append(f"the {subject} ({', '.join(keys.split())})")
     return [
-        f"of scene {base}, not of this one, which gives {' and '.join(own)}, are: {', '.join(subjects)}. What decides "
-        "on stick-slip has to be that of your machine"
+        f"{' and '.join(own)} {'are' if own[1:] else 'is'} of this scene, and {' and '.join(subjects)} of scene "
+        f"{base}: give your own, as it decides whether the scene stick-slips"
         for base, subjects in borrowed.items()
     ]

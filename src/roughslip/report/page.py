@@ -28,7 +28,9 @@ from roughslip.report.sections import (
 )
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
-DECISIVE = ("material", "roughness", "friction", "load", "oscillator")  # sections with what decides on stick-slip
+DECISIVE = ("material.", "roughness.", "friction.", "load.", "oscillator.")  # what decides on stick-slip
+# Keys without effect, by the key that says so.
+IDLE = {"oscillator.excitation": "oscillator.excitation_force_n", "oscillator.stribeck": "oscillator.law"}
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -72,7 +74,7 @@ class SceneReport:
 
     @property
     def has_answer(self) -> bool:
-        """Whether it could be told if the scene stick-slips."""
+        """Whether the scene has an answer on stick-slip."""
         return self.answer is not None and bool(self.answer["given"])
 
     @property
@@ -128,7 +130,7 @@ def environment() -> Environment:
         "chance": words.chance,
         "change_rows": words.change_rows,
         "borrowed": borrowed,
-        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration), other_origins(scene)),
+        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration), scene.origins, scene.name),
         "numbers": numbers,
         "decision": words.decision,
         "facts": words.facts,
@@ -149,19 +151,11 @@ def environment() -> Environment:
     return environment
 
 
-def other_origins(scene: SceneReport) -> dict[str, str]:
-    """By dotted key, the scene that gives the value where the scene itself does not."""
-    return {key: origin for key, origin in scene.origins.items() if origin != scene.name}
-
-
 def numbers(scene: SceneReport) -> str:
     """A line a key that the stages read: its value, and which scene gives it; others are defaults, or follow."""
-    lines = []
-    for key, value in _leaves(json.loads(scene.configuration)):
-        origin = scene.origins.get(key)
-        source = "default, or follows from others" if origin is None else f"scene {origin}"
-        lines.append(f"{f'{key}: {json.dumps(value, ensure_ascii=False)}':<60}  # {source}")
-    return "\n".join(lines)
+    rows = ((key, json.dumps(value, ensure_ascii=False)) for key, value in _leaves(json.loads(scene.configuration)))
+    origins = {key: f"scene {origin}" for key, origin in scene.origins.items()}
+    return "\n".join(f"{f'{key}: {value}':<60}  # {origins.get(key, 'default, or follows')}" for key, value in rows)
 
 
 def _leaves(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
@@ -173,11 +167,9 @@ def _leaves(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, 
 def borrowed(scene: SceneReport) -> str:
     """What other scenes give of material, surface, friction, load and machine, in a sentence; empty without any."""
     used, keys = dict(_leaves(json.loads(scene.configuration))), dict[str, list[str]]()
-    unused = "excitation" if not used.get("oscillator.excitation_force_n") else " "
-    others = "stribeck" if used.get("oscillator.law") != "stribeck" else " "
-    for key, origin in other_origins(scene).items():
-        section, _, name = key.partition(".")
-        if section in DECISIVE and key in used and not name.startswith((unused, others)):
+    idle = [name for name, key in IDLE.items() if used.get(key) in (0.0, None, "table", "coulomb")]
+    for key, origin in scene.origins.items():
+        if origin != scene.name and key in used and key.startswith(DECISIVE) and not key.startswith(tuple(idle)):
             keys.setdefault(origin, []).append(key)
     parts = [f"by scene {origin}: {', '.join(some)}" for origin, some in keys.items()]
     return f"Not given by this scene, but {'; '.join(parts)}." if parts else ""

@@ -324,8 +324,8 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
     return "time in stick-slip", number, "; ".join(notes)
 
 
-def friction_curve(scene: Mapping[str, Any], origins: Mapping[str, str]) -> str:
-    """The friction curve of a scene in a sentence. origins : the scenes of values that it does not give itself"""
+def friction_curve(scene: Mapping[str, Any], origins: Mapping[str, str], name: str = "") -> str:
+    """The friction curve of a scene of that name in a sentence. origins : the scene of each value, by dotted key"""
     oscillator, record = scene["oscillator"], (scene.get("friction") or {}).get("record")
     if record:
         several = len(record["file"]) > 1
@@ -334,7 +334,7 @@ def friction_curve(scene: Mapping[str, Any], origins: Mapping[str, str]) -> str:
     key = {"table": "friction_table", "stribeck": "stribeck_decay_s_per_m", "coulomb": "static_friction"}.get(
         law, "law"
     )
-    of = f"scene {base}" if (base := origins.get(f"oscillator.{key}")) else "the scene"
+    of = f"scene {base}" if (base := origins.get(f"oscillator.{key}", name)) != name else "the scene"
     if law == "table":
         static, (speed, last) = table[0][1] if static is None else static, table[-1]
         ends = f"{digits(static)} at rest, {digits(last)} at {amount(speed, 'm s-1')}"

@@ -29,8 +29,8 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
     """The scene of a name, with its overlays merged and every rule checked.
 
     scenes_folder : folder of the names; a name after `extends` may also be that of a shipped scene
-    more : what else is checked, as files of the user: mistakes of the merged scene, which has None for every value that
-        was refused, and of which the function says whether a key and all in it is without a mistake so far
+    more : further mistakes, as of files. It takes the merged scene, with None for every refused value, and a function
+        that says whether a key, with all in it, has no mistake so far
 
     Returns the scene as nested dicts, without `extends`, with what follows from its load and where each value comes
     from; a key that takes a real number holds a float. `types.scene_of` makes an object of it. Raises InputError with

@@ -94,14 +94,14 @@ class StickSlipMap(Section):
 
 
 class Answer(Section):
-    """Runs that tell whether stick-slip occurs, and where it ceases or begins: answer.json."""
+    """Runs for the probability of stick-slip, and for where it ceases or begins: answer.json."""
 
     realisations: int = key(ge=72, le=10000, default=100)
     """Realisations of the friction process, the same at every value; fewer than 72 do not bound a probability
     of 5 %."""
     duration_periods: float | None = key(ge=20, le=1_000_000, default=None)
-    """Duration of a run after its first departure, in natural periods, of which the second half counts; where not
-    given, what the vibration's decay, the cycle and the correlation of friction take, 40 to 400."""
+    """Duration of a run after its first departure, in natural periods; its second half counts. Where not given, 40 to
+    400, as decay of the vibration, cycle and correlation of friction take."""
 
 
 _STATIC, _LAW = "oscillator.static_friction", "oscillator.law"

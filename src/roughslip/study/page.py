@@ -28,7 +28,7 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
         for name, value in configuration.items():
             if isinstance(whole.get(name), dict):
                 whole[name] = merged([whole[name], value or {}])
-            else:
+            elif value is not None or name not in whole:  # absent for one stage, and read by another
                 whole[name] = value
     return whole
 

@@ -61,7 +61,7 @@ def best_sampled(
     on : meshes by name
     endless : axis of a lay that is taken as infinitely long
 
-    Raises IllPosedError, which names the keys, where none of them can be.
+    Raises IllPosedError, which names the keys, where no fit can be.
     """
     left: list[str] = []
     for fit in fits:

@@ -313,8 +313,8 @@ ON_MOTION = (
 OUR_OWN = (
     statement(
         "own-fig5-under-load",
-        f"Our own statement: on windows that bear the stated force this range exceeds {motion.SEEN_RANGE:.0%} of the "
-        "limit",
+        "Our own statement: with as many windows as bear the stated force, this range exceeds "
+        f"{motion.SEEN_RANGE:.0%} of the limit",
         "not stated",
         "range over limit",
         SHARE,

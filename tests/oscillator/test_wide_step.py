@@ -13,12 +13,13 @@ from roughslip.oscillator.path import WIDTHS, Path, mu_s_at, piece_at
 from roughslip.oscillator.slip import Horizon, Samples, slip
 from roughslip.oscillator.switching_events import branch_at
 from roughslip.oscillator.table_law import TableLaw
-from roughslip.oscillator.wide_step import wide_piece, wide_step
+from roughslip.oscillator.wide_step import least_of, wide_piece, wide_step
 from tests.oscillator.motions import LAW, STUDY, F, V, ends, machine
 
 SPACING, FIRST = 2.5e-4 / 8, 100
 KINKED = TableLaw((0.0, 2.8, 2.85, 2.9, 9.0), (0.4, 0.35, 0.34, 0.36, 0.4), 0.4)
 NONE = np.zeros(0)
+WIDE = WIDTHS.index(16)
 
 
 def rough(seed, scale=1.0, size=1000):
@@ -30,7 +31,8 @@ def rough(seed, scale=1.0, size=1000):
 def test_quadratic_has_the_integrals_of_the_path(level):
     """Against polynomials of degree 0 to 2, by Gauss's rule, exact up to degree 9; so has the running integral."""
     nodes, n = rough(level), WIDTHS[level]
-    wide, deviation, least = wide_piece(Path(nodes, 0, SPACING, True), FIRST, level)
+    path = Path(nodes, 0, SPACING, True)
+    wide, deviation = wide_piece(path, FIRST, level)
     points, weights = np.polynomial.legendre.leggauss(5)
     t = (np.arange(n)[:, None] + 0.5 + 0.5 * points) / n
     mu_s = CubicHermiteSpline(np.arange(nodes.size), nodes, np.gradient(nodes))(FIRST + n * t)
@@ -39,7 +41,7 @@ def test_quadratic_has_the_integrals_of_the_path(level):
         assert np.sum(weights * left_out * t**degree) == pytest.approx(0.0, abs=1e-14 * n)
     inner = np.cumsum(left_out @ weights * SPACING / 2)[:-1]
     assert deviation == pytest.approx(np.sqrt(np.mean(inner**2)), rel=1e-8)
-    assert least <= mu_s.min()
+    assert least_of(path, FIRST, level) <= mu_s.min()
 
 
 @settings(derandomize=True, max_examples=60, deadline=None)
@@ -54,7 +56,7 @@ def test_error_of_a_step_is_estimated(seed, sigma, scatter, speed, exponent, law
     u, s = V - sigma * speed * V, FIRST * SPACING
     here = branch_at(u, sigma, p)
     y = slip_state(0.3, 0.1 * F, u, s, sigma, piece_at(path, s + 0.5 * SPACING), here.p)
-    end, error, level, _ = wide_step(y, 5, True, sigma, here, path, p, 10.0**exponent, 9.0)
+    end, error, level, _ = wide_step(y, len(WIDTHS) - 1, True, sigma, here, path, p, 10.0**exponent, 9.0)
     if level >= 0:
         run = slip(
             y, -1.0, (1e-3, -1000), True, sigma, path, p, 1e-13, Horizon(end.tau, 9999), Samples(1.0, NONE, NONE)
@@ -94,14 +96,15 @@ def test_no_wide_step_where_the_equation_changes():
         p, s = coefficients(STUDY, law), at * SPACING
         here = branch_at(V - w * V, 1.0, p)
         y = slip_state(0.0, 0.1 * F, V - w * V, s, 1.0, piece_at(path, s + 0.5 * SPACING), here.p)
-        return wide_step(y, 3, backwards, 1.0, here, path, p, 1e-4, tau_end)[2]
+        return wide_step(y, WIDE, backwards, 1.0, here, path, p, 1e-4, tau_end)[2]
 
-    assert level() >= 3
+    assert level() >= WIDE
     assert level(at=0) < 0  # there is no node before the first
     assert level(at=998) < 0  # the last node but one
     assert level(path=path._replace(nodes=path.nodes - 0.4)) < 0  # friction would be negative
+    assert level(path=path._replace(least=-1.0)) >= WIDE  # elsewhere on the path
     assert level(tau_end=1e-3) < 0
-    assert 0 <= level(w=0.9999) < 3  # X' = 0 lies within longer steps, at their start or end
-    assert level(w=0.9999, backwards=True) == 3
-    assert 0 <= level(law=KINKED) < 3  # the speed is 2.844 m/s
-    assert level(law=KINKED, w=5.0) >= 3
+    assert 0 <= level(w=0.9999) < WIDE  # X' = 0 lies within longer steps, at their start or end
+    assert level(w=0.9999, backwards=True) >= WIDE
+    assert 0 <= level(law=KINKED) < WIDE  # the speed is 2.844 m/s
+    assert level(law=KINKED, w=5.0) >= WIDE

@@ -11,7 +11,7 @@ from scipy.special import ndtr
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.oscillator.machine import OF_OSCILLATOR, Machine
-from roughslip.oscillator.motion import FrictionPath, simulate
+from roughslip.oscillator.motion import FrictionPath, Motion, simulate
 from roughslip.oscillator.states import longest_slip, states_of
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import SCALE_FREEDOM, interval_margin, student_95
@@ -77,23 +77,29 @@ def ensemble(
             raise ParameterError(f"over must have a row of values of {name}, not the shape {row.shape}")
     changes = [dict(zip(values, map(float, each), strict=True)) for each in itertools.product(*values.values())]
     machines = [machine.changed(change) for change in changes]
-    rows = [_row(one, path, spacing_m, duration_periods) for path in paths for one in machines]
-    shape = (len(paths), *(value.size for value in values.values()))
-    columns = zip(*rows, strict=True)
-    cycles, micro_slips, last, share, cuts, steps = (np.reshape(column, shape) for column in columns)
-    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), values)
+    rows = [
+        row_of(one, simulate(one.oscillator, one.law, path, spacing_m, duration_periods, one.options))
+        for path in paths
+        for one in machines
+    ]
+    return counts_of(rows, (len(paths), *(value.size for value in values.values())), values)
 
 
-def _row(
-    machine: Machine, path: FrictionPath, spacing_m: float, periods: float
-) -> tuple[int, int, float, float, int, int]:
+Row = tuple[int, int, float, float, int, int]
+
+
+def row_of(machine: Machine, motion: Motion) -> Row:
     """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined."""
-    oscillator, law, share = machine.oscillator, machine.law, math.nan
-    motion = simulate(oscillator, law, path, spacing_m, periods, machine.options)
+    oscillator, share = machine.oscillator, math.nan
     if oscillator.q == 0.0 and oscillator.V > 0.0:
-        share = states_of(motion, longest_slip(oscillator, law)).share()
-    counted = motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts
-    return *counted, motion.steps
+        share = states_of(motion, longest_slip(oscillator, machine.law)).share()
+    return motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts, motion.steps
+
+
+def counts_of(rows: Sequence[Row], shape: tuple[int, ...], over: Mapping[str, np.ndarray]) -> Counts:
+    """The counts of all motions, those of a path one after another. shape : (paths, values, ...)"""
+    cycles, micro_slips, last, share, cuts, steps = (np.reshape(row, shape) for row in zip(*rows, strict=True))
+    return Counts(cycles, micro_slips, last, share, cuts, int(steps.sum()), over)
 
 
 @result

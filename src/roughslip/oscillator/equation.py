@@ -84,7 +84,8 @@ SCATTERS = ("additive", "multiplicative")
 class Coefficients(NamedTuple):
     """Oscillator and law for compiled functions, in the symbols of the scaled equation.
 
-    multiplies : True where mu_S multiplies mu_D, else None: a type of its own, so that the other code is left out
+    excited : True with an excitation, else None: a type of its own, so that the other code is left out
+    multiplies : True where mu_S multiplies mu_D, else None, in the same way
     law : parameters of the friction law
     """
 
@@ -94,6 +95,7 @@ class Coefficients(NamedTuple):
     omega: float
     q: float
     r: float
+    excited: bool | None
     multiplies: bool | None
     law: Any
 
@@ -110,6 +112,7 @@ def coefficients(oscillator: Oscillator, law: FrictionLaw, scatter: str = "addit
         omega=float(oscillator.natural_frequency_rad_per_s),
         q=float(oscillator.q),
         r=float(oscillator.r),
+        excited=True if oscillator.q > 0.0 else None,
         multiplies=True if scatter == "multiplicative" else None,
         law=law.parameters(),
     )
@@ -142,7 +145,7 @@ def total_friction(speed: float, mu_s: float, p: Coefficients) -> float:
 @compiled(error_model="numpy", fastmath=CONTRACTED)
 def acceleration(tau: float, x: float, u: float, sigma: float, mu_s: float, p: Coefficients) -> float:
     """X'' [m] in slip of sign sigma, continued smoothly through v_rel = 0."""
-    drive = p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0
+    drive = p.q * math.cos(p.r * tau) if p.excited is not None else 0.0
     mu = total_friction(sigma * p.omega * (p.V - u), mu_s, p)
     return sigma * p.F * mu - (2.0 * p.D * u + x - drive)
 
@@ -156,7 +159,7 @@ def jerk(tau: float, u: float, s: float, a: float, sigma: float, piece: Piece, p
     mu_rate += slope * (1.0 + mu_s) if p.multiplies is not None else slope
     if total_friction(speed, mu_s, p) == 0.0:
         mu_rate = 0.0
-    drive = p.q * p.r * math.sin(p.r * tau) if p.q > 0.0 else 0.0
+    drive = p.q * p.r * math.sin(p.r * tau) if p.excited is not None else 0.0
     return sigma * p.F * mu_rate - 2.0 * p.D * a - u - drive
 
 
@@ -165,6 +168,12 @@ def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Pi
     """The state in slip with its acceleration and jerk."""
     a = acceleration(tau, x, u, sigma, mu_s_at(piece, s), p)
     return State(tau, x, u, s, a, jerk(tau, u, s, a, sigma, piece, p))
+
+
+@compiled()
+def with_jerk(y: State, sigma: float, piece: Piece, p: Coefficients) -> State:
+    """A state in slip whose acceleration is known, with its jerk."""
+    return State(y.tau, y.x, y.u, y.s, y.a, jerk(y.tau, y.u, y.s, y.a, sigma, piece, p))
 
 
 @compiled()

@@ -30,7 +30,7 @@ def static_limit(mu_s: float, p: Coefficients) -> float:
 @compiled()
 def stick_force(tau: float, x: float, p: Coefficients) -> float:
     """X + 2 D V - q cos(r tau) [m]: the deflection that friction has to balance in stick, eq. (12)."""
-    return x + 2.0 * p.D * p.V - (p.q * math.cos(p.r * tau) if p.q > 0.0 else 0.0)
+    return x + 2.0 * p.D * p.V - (p.q * math.cos(p.r * tau) if p.excited is not None else 0.0)
 
 
 @compiled()
@@ -55,7 +55,7 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
     is monotone between its stationary points, where sin(r tau) = -V / (q r). The first such interval that leaves the
     limits contains the departure, so no short excursion is missed.
     """
-    if p.q * p.r == 0.0:
+    if p.excited is None or p.q * p.r == 0.0:
         spare = max(limit - stick_force(tau, x, p), 0.0)
         leave = tau + (spare / p.V if p.V > 0.0 else math.inf)
         if leave >= tau_end:

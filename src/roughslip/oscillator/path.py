@@ -19,7 +19,8 @@ from roughslip.oscillator.laws import CONTRACTED
 from roughslip.validation import gate, positive, reals
 
 NO_PATH = "a friction path is a row of finite nodes, or several one after another, or None"
-WIDTHS = (2, 4, 8, 16, 32, 64)  # nodes that one step may pass
+WIDTHS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)  # nodes that one step may pass
+OVERSHOOT = 1 / 6  # of the range of the nodes: cubic pieces between them go no further beyond it
 AHEAD = 3 + WIDTHS[-1]  # nodes that a step may read beyond the one before it
 
 
@@ -27,12 +28,14 @@ class Path(NamedTuple):
     """The present nodes of a path: numbers `first` and following, at the slipped distances number times spacing [m].
 
     ends : whether the path ends with the last of them
+    least : that mu_S does not fall below, as far as known
     """
 
     nodes: np.ndarray
     first: int
     spacing: float
     ends: bool
+    least: float = -math.inf
 
 
 class Piece(NamedTuple):
@@ -84,6 +87,24 @@ def mu_s_slope(piece: Piece, s: float) -> float:
     return (piece.c1 + t * (2.0 * piece.c2 + t * 3.0 * piece.c3)) * piece.per_spacing
 
 
+class Row(NamedTuple):
+    """Nodes of a path that are finite, the lowest and the highest of them."""
+
+    nodes: np.ndarray
+    low: float
+    high: float
+
+
+def checked(piece: np.ndarray) -> Row:
+    """A row of finite nodes; with rows without nodes a motion would wait for ever."""
+    nodes = np.ascontiguousarray(reals("a friction path", piece))
+    if nodes.ndim == 1 and nodes.size > 0:
+        low, high = float(nodes.min()), float(nodes.max())
+        if math.isfinite(high - low):
+            return Row(nodes, low, high)
+    raise ParameterError(NO_PATH)
+
+
 class PathFeed:
     """A path that arrives in pieces; it keeps the nodes that the motion may still read.
 
@@ -94,11 +115,13 @@ class PathFeed:
     """
 
     def __init__(self, path: np.ndarray | Iterable[np.ndarray] | None, spacing_m: float) -> None:
-        self._pieces: Iterator[np.ndarray] = iter([path] if isinstance(path, np.ndarray) else path or ())
+        pieces = [path] if isinstance(path, np.ndarray) else path or ()
+        self._rows = path.rows() if isinstance(path, KeptPath) else map(checked, pieces)
         self.received = 0
         if path is None:
             self.path = Path(np.zeros(0), 0, 1.0, True)
             return
+        self._low, self._high = math.inf, -math.inf
         spacing = positive("the spacing of the path", spacing_m, "m")
         self.path = Path(np.zeros(0), 0, spacing, False)
         self.advance(0.0)
@@ -112,19 +135,20 @@ class PathFeed:
 
     def advance(self, s: float) -> Path:
         """Take the nodes that the motion needs next from s [m] on, and drop those behind it."""
-        nodes, first, spacing, ends = self.path
+        nodes, first, spacing, ends, _ = self.path
         passed = max(int(s / spacing) - 2 - first, 0)
         rows, size, first = [nodes[passed:]] if nodes.size > passed else [], nodes.size - passed, first + passed
         while not ends and (size == 0 or int(s / spacing) + AHEAD + 1 >= first + size):
-            piece = next(self._pieces, None)
-            if piece is None:
+            row = next(self._rows, None)
+            if row is None:
                 ends = True
                 break
-            rows.append(_checked(piece))
-            size += rows[-1].size
-            self.received += rows[-1].size
+            self._low, self._high = min(self._low, row.low), max(self._high, row.high)
+            rows.append(row.nodes)
+            size += row.nodes.size
+            self.received += row.nodes.size
         present = rows[0] if len(rows) == 1 else np.concatenate([nodes[:0], *rows])
-        self.path = Path(present, first, spacing, ends)
+        self.path = Path(present, first, spacing, ends, self._low - OVERSHOOT * (self._high - self._low))
         return self.path
 
 
@@ -139,31 +163,28 @@ class KeptPath:
     def __init__(self, path: Iterable[np.ndarray], maximum: float = math.inf) -> None:
         self._path, self._maximum = path, maximum
         self._source = iter(path)
-        self._kept: list[np.ndarray] = []
+        self._kept: list[Row] = []
 
     @property
     def nodes(self) -> int:
         """Number of nodes that runs have read."""
-        return sum(piece.size for piece in self._kept)
+        return sum(row.nodes.size for row in self._kept)
 
     def __iter__(self) -> Iterator[np.ndarray]:
+        return (row.nodes for row in self.rows())
+
+    def rows(self) -> Iterator[Row]:
+        """The pieces, each checked once."""
         number = 0
         while True:
             if number == len(self._kept):
                 if self.nodes >= self._maximum:
-                    yield from itertools.islice(self._path, number, None)
+                    yield from map(checked, itertools.islice(self._path, number, None))
                     return
                 piece = next(self._source, None)
                 if piece is None:
                     return
-                self._kept.append(piece)
+                self._kept.append(checked(piece))
             yield self._kept[number]
             number += 1
 
-
-def _checked(piece: np.ndarray) -> np.ndarray:
-    row = np.ascontiguousarray(reals("a friction path", piece))
-    # of empty rows without end a motion would wait for ever
-    if row.ndim != 1 or row.size == 0 or not np.isfinite(row).all():
-        raise ParameterError(NO_PATH)
-    return row

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, slip_state
+from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, slip_state, with_jerk
 from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at, reaches
 from roughslip.oscillator.runge_kutta import error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
@@ -206,6 +206,7 @@ def sample_wide(
     """The same for a step over many nodes, from node to node."""
     while samples.x.size > 0 and y.tau < end.tau:
         piece = piece_at(path, y.s + SLACK * path.spacing)
+        y = with_jerk(y, sigma, piece, here.p)
         h = to_node(y, end.tau - y.tau, piece.right, sigma, path, p)
         node, _ = single_step(y, h, sigma, piece, here.p)
         sample_slip(y, node, here, Sliding(sigma, piece, p), samples)
@@ -281,6 +282,7 @@ def slip(
                 sample_wide(y, end, here, sigma, path, p, samples)
                 backwards, total, y = backwards or end.u < 0.0, total + error, end
                 continue
+            y = with_jerk(y, sigma, piece, here.p)
         h = to_node(y, min(allowed, horizon.tau - y.tau), piece.right, sigma, path, p)  # 3
         if not y.tau + h > y.tau:
             return Slip(Status.STEP_LOST, y, backwards, steps, total, (allowed, level), cuts)

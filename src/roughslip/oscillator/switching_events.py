@@ -63,7 +63,7 @@ class Bound(NamedTuple):
 @compiled(error_model="numpy")
 def branch(row: int, p: Coefficients) -> Branch:
     """The branch of a row."""
-    return Branch(row, Coefficients(p.F, p.V, p.D, p.omega, p.q, p.r, p.multiplies, only_row(row, p.law)))
+    return Branch(row, Coefficients(p.F, p.V, p.D, p.omega, p.q, p.r, p.excited, p.multiplies, only_row(row, p.law)))
 
 
 @compiled(error_model="numpy")

@@ -7,7 +7,8 @@ With the sliding speed w = sigma (V - X') > 0 and K = w^2 / 2, slip obeys
 X'' is linear in mu_S. The step takes a quadratic with the same integrals in place of mu_S. Let e be the running
 integral of what this leaves out. It is zero at both ends of the step, and orthogonal to straight lines. So the error of
 tau comes from products of F e with itself and with the curvature of 1 / w^3. Where mu_S multiplies mu_D, F e has the
-factor mu_D(w), whose change within the step adds a share of F e times that change to the error of K.
+factor mu_D(w), whose change within the step adds a share of F e times that change to the error of K. So does the
+change of the slope of mu_D, which counts in the rows of a law with kinks.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ import numpy as np
 from numpy.polynomial import legendre, polynomial
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, acceleration, gain, slip_state, total_friction
-from roughslip.oscillator.laws import CONTRACTED, row_ends
-from roughslip.oscillator.path import WIDTHS, Path, Piece, mu_s_at, piece_at
+from roughslip.oscillator.equation import Coefficients, State, acceleration, gain, total_friction
+from roughslip.oscillator.laws import CONTRACTED, friction_slope, row_ends
+from roughslip.oscillator.path import OVERSHOOT, WIDTHS, Path, Piece
 from roughslip.oscillator.runge_kutta import ERROR, NODES, ROWS, WEIGHTS, error_ratio, weighted
 from roughslip.oscillator.switching_events import Branch
 
 SLOWED, QUICKENED = 0.3, 10.0  # K at the end over K at the start, outside of which no step is tried
 LONGEST = 0.5  # of tau
-NEXT_WIDER = 0.08  # of the error allowed: at twice the width it is then below it
+WIDER = 0.3, 0.1, 0.03  # of the error allowed: at the next width, the second and the third it is then below it
 FAR, LONGEST_WAIT = 4.0, 30.0  # of the error allowed: how far off a refused step is, and nodes until the next is tried
 CHANGE = 0.1  # share of the change of mu_D: with it 95 % of steps on rough paths err by less than 1.2 of the estimate
 BEND, SQUARE = 0.3, 1.5  # shares of the two products in the error of tau, by the series of (1 + x)^(-3/2)
@@ -52,77 +53,101 @@ def projections() -> np.ndarray:
 PROJECTIONS = projections()
 
 
-@compiled(error_model="numpy", fastmath={"contract", "reassoc", "nnan", "nsz"})
-def wide_piece(path: Path, first: int, level: int) -> tuple[Piece, float, float]:
+@compiled(error_model="numpy", fastmath={"contract", "reassoc"})
+def wide_piece(path: Path, first: int, level: int) -> tuple[Piece, float]:
     """The quadratic with the integrals of mu_S, against all quadratics, over WIDTHS[level] spacings from a node on.
 
-    Returns it with the root mean square of e / F at its nodes [m], and a number that mu_S does not fall below.
-    The node before it and the one behind it are present. Sums are reordered, so that several nodes are taken at once.
+    Returns it with the root mean square of e / F at its nodes [m]. The node before it and the one behind it are
+    present. Sums are reordered, so that several nodes are taken at once.
     """
     n, table = WIDTHS[level], PROJECTIONS[level]
     t0, t1, t2 = table[0], table[1], table[2]
     nodes = path.nodes[first - path.first - 1 : first - path.first + n + 2]
-    c0, c1, c2, low, high = 0.0, 0.0, 0.0, np.inf, -np.inf
+    c0, c1, c2 = 0.0, 0.0, 0.0
     for i in range(nodes.size):
-        mu_s = nodes[i]
-        c0 += t0[i] * mu_s
-        c1 += t1[i] * mu_s
-        c2 += t2[i] * mu_s
-        low, high = min(low, mu_s), max(high, mu_s)
-    total, squares = (nodes[2] - nodes[0]) / 24, 0.0
+        c0 += t0[i] * nodes[i]
+        c1 += t1[i] * nodes[i]
+        c2 += t2[i] * nodes[i]
+    total, squares, half, third = (nodes[2] - nodes[0]) / 24, 0.0, 0.5 * c1 / n, c2 / (3.0 * n * n)
     for k in range(1, n):
         total += 0.5 * (nodes[k] + nodes[k + 1])
-        e = total - (nodes[k + 2] - nodes[k]) / 24 - k * (c0 + k / n * (c1 / 2 + k / n * c2 / 3))
+        e = total - (nodes[k + 2] - nodes[k]) * (1 / 24) - k * (c0 + k * (half + k * third))
         squares += e * e
     piece = Piece(c0, c1, c2, 0.0, first * path.spacing, (first + n) * path.spacing, 1.0 / (n * path.spacing))
-    return piece, path.spacing * math.sqrt(squares / (n - 1)), low - (high - low) / 6.0
+    return piece, path.spacing * math.sqrt(squares / (n - 1))
+
+
+@compiled(error_model="numpy")
+def least_of(path: Path, first: int, level: int) -> float:
+    """A number that mu_S does not fall below within a wide piece."""
+    low, high = np.inf, -np.inf
+    for i in range(first - path.first - 1, first - path.first + WIDTHS[level] + 2):
+        low, high = min(low, path.nodes[i]), max(high, path.nodes[i])
+    return low - OVERSHOOT * (high - low)
 
 
 @compiled(forceinline=True, error_model="numpy", fastmath=CONTRACTED)
 def step_by_distance(
-    y: State, sigma: float, wide: Piece, rough: float, path: Path, p: Coefficients
-) -> tuple[State, float, float]:
-    """The state of fifth order at the end of a wide piece, its error [m], and the deviation of X' within the step [m].
+    y: State, sigma: float, first: int, level: int, wide: Piece, rough: float, path: Path, p: Coefficients
+) -> tuple[State, float]:  # fmt: skip
+    """The state of fifth order at the end of a wide piece, and its error [m] along the quadratic.
 
     By Fehlberg's pair for tau and K. The piece begins at y but for a small share of a spacing. rough : of `wide_piece`
+
+    The end has no jerk, which another wide step does not need.
     """
     c, rows, h, w0 = NODES, ROWS, wide.right - y.s, sigma * (p.V - y.u)
     start = 0.5 * w0 * w0
 
     def rates(c: float, passed: float, gained: float) -> tuple[float, float]:
         w, x = math.sqrt(2.0 * (start + gained)), y.x + p.V * passed - sigma * (c * h)
-        mu_s = mu_s_at(wide, wide.left + c * (wide.right - wide.left))
+        mu_s = wide.c0 + c * (wide.c1 + c * wide.c2)
         return 1.0 / w, -sigma * acceleration(y.tau + passed, x, p.V - sigma * w, sigma, mu_s, p)
 
-    t1, k1 = rates(0.0, 0.0, 0.0)
+    at_start, of_start = path.nodes[first - path.first], gain(p.omega * w0, p)
+    t1, k1 = 1.0 / w0, -sigma * y.a - p.F * of_start * (wide.c0 - at_start)  # X'' is linear in mu_S
     t2, k2 = rates(c[1], h * weighted(rows[0], (t1,)), h * weighted(rows[0], (k1,)))
     t3, k3 = rates(c[2], h * weighted(rows[1], (t1, t2)), h * weighted(rows[1], (k1, k2)))
     t4, k4 = rates(c[3], h * weighted(rows[2], (t1, t2, t3)), h * weighted(rows[2], (k1, k2, k3)))
     t5, k5 = rates(c[4], h * weighted(rows[3], (t1, t2, t3, t4)), h * weighted(rows[3], (k1, k2, k3, k4)))
     t6, k6 = rates(c[5], h * weighted(rows[4], (t1, t2, t3, t4, t5)), h * weighted(rows[4], (k1, k2, k3, k4, k5)))
-    ts, ks, of_start = (t1, t3, t4, t5, t6), (k1, k3, k4, k5, k6), gain(p.omega * w0, p)
-    late = (y.s - wide.left) * (wide.c0 + wide.c1 / 2 + wide.c2 / 3 - mu_s_at(piece_at(path, y.s), wide.left))
+    ts, ks = (t1, t3, t4, t5, t6), (k1, k3, k4, k5, k6)
+    late = (y.s - wide.left) * (wide.c0 + wide.c1 / 2 + wide.c2 / 3 - at_start)
     k, passed = start + h * weighted(WEIGHTS, ks) - p.F * of_start * late, h * weighted(WEIGHTS, ts)
     w, x = math.sqrt(2.0 * k), y.x + p.V * passed - sigma * h
-    beyond, of_end = piece_at(path, wide.right + 0.5 * path.spacing), gain(p.omega * w, p)
-    end = slip_state(y.tau + passed, x, p.V - sigma * w, wide.right, sigma, beyond, p)
-    slowest, steep, bend = min(w, w0), abs(end.a) / w, (k - start) / (k + start)
-    deviation = p.F * max(of_start, of_end) * rough / slowest
-    left_out = passed * deviation * (BEND * bend * bend + SQUARE * deviation / slowest)
+    u, of_end = p.V - sigma * w, gain(p.omega * w, p)
+    a = acceleration(y.tau + passed, x, u, sigma, path.nodes[first + WIDTHS[level] - path.first], p)
     tau_error = abs(h * weighted(ERROR, ts))
     k_error = abs(h * weighted(ERROR, ks)) + CHANGE * p.F * rough * abs(of_end - of_start)
-    error = max(w * tau_error, k_error / w + abs(end.a) * tau_error) + left_out * (1.0 + steep)
-    return end, error, deviation
+    error = max(w * tau_error, k_error / w + abs(a) * tau_error)
+    return State(y.tau + passed, x, u, wide.right, a, np.nan), error
+
+
+@compiled(error_model="numpy")
+def left_out(
+    y: State, w0: float, w: float, passed: float, rough: float, here: Branch, p: Coefficients
+) -> tuple[float, float]:  # fmt: skip
+    """The deviation of X' from that along the quadratic within a step [m], and the error that it leaves [m].
+
+    w0, w : sliding speeds at the ends [m]
+    passed : duration of the step
+    """
+    slowness, steep, bend = 1.0 / min(w, w0), abs(y.a) / w, abs(w * w - w0 * w0) / (w * w + w0 * w0)
+    deviation = p.F * max(gain(p.omega * w0, p), gain(p.omega * w, p)) * rough * slowness
+    error = passed * deviation * (BEND * bend * bend + SQUARE * deviation * slowness) * (1.0 + steep)
+    if row_ends(here.row, p.law)[1] < np.inf:
+        turn = friction_slope(p.omega * w, here.p.law) - friction_slope(p.omega * w0, here.p.law)
+        error += passed * p.F * p.omega * abs(turn) * deviation
+    return deviation, error
 
 
 @compiled(error_model="numpy")
 def keeps_branch(
-    y: State, end: State, deviation: float, least: float, backwards: bool, sigma: float, row: int, p: Coefficients
+    y: State, end: State, deviation: float, backwards: bool, sigma: float, row: int, p: Coefficients
 ) -> bool:  # fmt: skip
-    """Whether the speed stays on its row of the law, friction above zero, and no X' < 0 between the ends is missed.
+    """Whether the speed stays on its row of the law, and no X' < 0 between the ends is missed.
 
     deviation : of X' within the step [m]
-    least : that mu_S does not fall below
     """
     spare = SPARE * deviation
     if y.a * end.a < 0.0:  # a parabola has its extreme within the step
@@ -130,8 +155,14 @@ def keeps_branch(
     first, last = sigma * p.omega * (p.V - y.u), sigma * p.omega * (p.V - end.u)
     low, high = row_ends(row, p.law)
     on_row = low < min(first, last) - p.omega * spare and max(first, last) + p.omega * spare < high
-    not_cut = min(total_friction(first, least, p), total_friction(last, least, p)) > 0.0
-    return on_row and not_cut and (backwards or end.u < 0.0 or min(y.u, end.u) > spare)
+    return on_row and (backwards or end.u < 0.0 or min(y.u, end.u) > spare)
+
+
+@compiled(error_model="numpy")
+def is_cut(y: State, end: State, least: float, sigma: float, p: Coefficients) -> bool:
+    """Whether friction might be cut to zero between two states. least : that mu_S does not fall below"""
+    speeds = sigma * p.omega * (p.V - y.u), sigma * p.omega * (p.V - end.u)
+    return min(total_friction(speeds[0], least, p), total_friction(speeds[1], least, p)) == 0.0
 
 
 @compiled(error_model="numpy")
@@ -152,15 +183,26 @@ def wide_step(
     for at in range(level if first > path.first else -1, -1, -1):
         h = (first + WIDTHS[at]) * path.spacing - y.s
         k = k0 - sigma * y.a * h  # roughly, at the end
-        if not (SLOWED * k0 < k < QUICKENED * k0 and 2.0 * h < LONGEST * (w0 + math.sqrt(2.0 * k))):
+        if not SLOWED * k0 < k < QUICKENED * k0 or first + WIDTHS[at] + 1 >= path.first + path.nodes.size:
             continue
-        if first + WIDTHS[at] + 1 >= path.first + path.nodes.size:
+        w = math.sqrt(2.0 * k)
+        passed = 2.0 * h / (w0 + w)
+        if passed >= LONGEST:
             continue
-        wide, rough, least = wide_piece(path, first, at)
-        end, error, deviation = step_by_distance(y, sigma, wide, rough, path, here.p)
-        ratio, tried = error_ratio(error, end.tau - y.tau, end, p, tolerance), tried + 1
+        wide, rough = wide_piece(path, first, at)
+        deviation, lost = left_out(y, w0, w, passed, rough, here, p)
+        ratio = error_ratio(lost, passed, y, p, tolerance)
+        wait = int(min(ratio / FAR, LONGEST_WAIT)) if ratio > 0.0 else 0
+        if ratio > 1.0:
+            continue
+        end, error = step_by_distance(y, sigma, first, at, wide, rough, path, here.p)
+        error, tried = error + lost, tried + 1
+        ratio = error_ratio(error, end.tau - y.tau, end, p, tolerance)
         wait = int(min(ratio / FAR, LONGEST_WAIT)) if ratio > 0.0 else 0
         in_time = y.tau < end.tau < tau_end
-        if ratio <= 1.0 and in_time and keeps_branch(y, end, deviation, least, backwards, sigma, here.row, p):
-            return end, error, min(at + (ratio < NEXT_WIDER), len(WIDTHS) - 1), tried
+        if not (ratio <= 1.0 and in_time and keeps_branch(y, end, deviation, backwards, sigma, here.row, p)):
+            continue
+        if not (is_cut(y, end, path.least, sigma, p) and is_cut(y, end, least_of(path, first, at), sigma, p)):
+            wider = (ratio < WIDER[0]) + (ratio < WIDER[1]) + (ratio < WIDER[2])
+            return end, error, min(at + wider, len(WIDTHS) - 1), tried
     return y, 0.0, -1 - wait, tried

@@ -14,6 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
+from roughslip.compilation.cache import compiled
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.validation import finite, gate, reals
 
@@ -51,8 +52,11 @@ class Translation:
     @gate
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
         """x - E x : (as gaussian) of standard normal variables [-], constant beyond the table."""
-        finite("the Gaussian field", gaussian)
-        return np.interp(gaussian, self.normal, self.values)
+        field = np.ascontiguousarray(finite("the Gaussian field", gaussian))
+        shifted = np.empty_like(field)
+        per_node = (self.normal.size - 1) / (self.normal[-1] - self.normal[0])
+        _interpolate(field.ravel(), float(self.normal[0]), per_node, self.values, shifted.ravel())
+        return shifted
 
     @cached_property
     def series(self) -> np.polynomial.Polynomial:
@@ -115,6 +119,16 @@ class Translation:
             residual,
             _ + 1,
         )
+
+
+@compiled()
+def _interpolate(at: np.ndarray, first: float, per_node: float, values: np.ndarray, out: np.ndarray) -> None:
+    """Straight between equally spaced nodes, without the search for them that takes `np.interp` most of its time."""
+    last = values.size - 1
+    for k in range(at.size):
+        place = min(max((at[k] - first) * per_node, 0.0), float(last))
+        node = min(int(place), last - 1)
+        out[k] = values[node] + (place - node) * (values[node + 1] - values[node])
 
 
 @gate

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.cycles import count_difference, reattachment_statistics
-from roughslip.oscillator.cycles import ensemble as ensemble_counts
-from roughslip.oscillator.motion import Trajectory, simulate, trajectory
+from roughslip.oscillator.cycles import count_difference, counts_of, reattachment_statistics, row_of
+from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.motion import Motion, Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.probability.estimate import student_95, wilson_interval
 from roughslip.scene.part import Scene
@@ -53,21 +51,25 @@ def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
     ensemble, statistics = scene.ensemble, job.optional("friction")
     friction, own = friction_of(scene, statistics), machine_of(scene, statistics)
     paths, periods = friction_paths(scene, friction), ensemble.duration_periods
-    over = {"damping": np.array(damping_ratios(scene, own, friction))}
-    counts, places, last, drawn = [], [], [], []
+    dampings = np.array(damping_ratios(scene, own, friction))
+    machines = [own.changed({"damping": ratio}) for ratio in dampings.tolist()]
+    rows, places, last, drawn = [], [], [], []
     for row, number in enumerate(taken):
         path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
-        counts.append(ensemble_counts(own, [path], paths.spacing, periods, over=over))
-        nominal = simulate(own.oscillator, own.law, path, paths.spacing, periods, own.options)
+
+        def run(machine: Machine, path: KeptPath = path) -> Motion:
+            return simulate(machine.oscillator, machine.law, path, paths.spacing, periods, machine.options)
+
+        motions = [run(machine) for machine in machines]
+        rows += map(row_of, machines, motions)
+        nominal = motions[machines.index(own)] if own in machines else run(own)
         places.append(nominal.reattachments(DISCARDED_PERIODS))
         last.append(nominal.last_cycle)
         if number < DRAWN:
             until = DISCARDED_PERIODS + DRAWN_PERIODS
             drawn.append(trajectory(own.oscillator, own.law, path, paths.spacing, until, own.options))
         job.progress(row + 1, len(taken))
-    fields = ("cycles", "micro_slips", "last_cycle", "stick_slip", "cuts")
-    of_runs: dict[str, Any] = {name: np.concatenate([getattr(one, name) for one in counts]) for name in fields}
-    whole = replace(counts[0], **of_runs, steps=sum(one.steps for one in counts))
+    whole = counts_of(rows, (len(taken), dampings.size), {"damping": dampings})
     job.count(
         runs=whole.cycles.size, cycles=whole.cycles.sum(), steps=whole.steps, negative_friction_cut=whole.cuts.sum()
     )

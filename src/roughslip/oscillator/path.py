@@ -187,4 +187,3 @@ class KeptPath:
                 self._kept.append(checked(piece))
             yield self._kept[number]
             number += 1
-

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.oscillator.cycles import count_difference, counts_of, reattachment_statistics, row_of
+from roughslip.oscillator.cycles import Row, count_difference, counts_of, reattachment_statistics, row_of
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, Trajectory, simulate, trajectory
 from roughslip.oscillator.path import KeptPath
@@ -53,16 +53,17 @@ def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
     paths, periods = friction_paths(scene, friction), ensemble.duration_periods
     dampings = np.array(damping_ratios(scene, own, friction))
     machines = [own.changed({"damping": ratio}) for ratio in dampings.tolist()]
-    rows, places, last, drawn = [], [], [], []
+    rows: list[Row] = []
+    places, last, drawn = [], [], []
     for row, number in enumerate(taken):
         path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
 
-        def run(machine: Machine, path: KeptPath = path) -> Motion:
+        def motion_of(machine: Machine, path: KeptPath = path) -> Motion:
             return simulate(machine.oscillator, machine.law, path, paths.spacing, periods, machine.options)
 
-        motions = [run(machine) for machine in machines]
+        motions = [motion_of(machine) for machine in machines]
         rows += map(row_of, machines, motions)
-        nominal = motions[machines.index(own)] if own in machines else run(own)
+        nominal = motions[machines.index(own)] if own in machines else motion_of(own)
         places.append(nominal.reattachments(DISCARDED_PERIODS))
         last.append(nominal.last_cycle)
         if number < DRAWN:

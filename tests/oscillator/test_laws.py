@@ -111,6 +111,18 @@ def test_table_is_scipy_s_monotone_cubic():
     assert law.static == 0.4
 
 
+def test_straight_lines_near_a_knot_bound_the_slope_there():
+    """At a knot the cubic has a weighted harmonic mean of both slopes, one between them; far off there is one line."""
+    law = TableLaw(SPEEDS, VALUES)
+    assert law.slopes_by_lines(0.4) == pytest.approx((-0.1, -0.02 / 0.6))
+    assert -0.1 < float(law.slope(0.4)) < -0.02 / 0.6
+    assert law.slopes_by_lines(0.37) == law.slopes_by_lines(0.43) == law.slopes_by_lines(0.4)
+    assert law.slopes_by_lines(0.7) == pytest.approx((-0.02 / 0.6,))
+    assert law.slopes_by_lines(2.1) == pytest.approx((0.03, 0.0))
+    assert law.slopes_by_lines(9.0) == (0.0,)
+    assert friction_law(lambda v: 0.3).slopes_by_lines(0.4) == LAW.slopes_by_lines(0.4) == ()
+
+
 def test_a_smooth_table_of_many_knots_has_few_rows():
     """A thousand speeds of Stribeck's formula cost 1.4 times the steps of the formula, as the formula changes by less
     than 1e-6 of its largest value; a measured curve that scatters keeps its knots."""

@@ -80,7 +80,10 @@ MACHINE = {
     "smallest_change": {"parameter": "damping"},
     "decides": {
         "by": "mean curve",
+        "friction_slope": number(-0.0542, unit="s m-1"),
         "existence_limit": number(0.19),
+        "hopf_damping": number(0.216),
+        "hopf_by_lines": number(None, 0.12, 0.47),
         "vibration_limit": number(None),
         "band_over_distance": number(0.91),
     },
@@ -90,7 +93,8 @@ MACHINE = {
     "windows": number(1),
 }
 AT_TIMES, NEVER = shares((0.4, 0.0), (0.4, 0.0)), shares((0.0, 0.0), (0.0, 0.0))
-NOTHING = dict.fromkeys(("existence_limit", "vibration_limit", "band_over_distance"), number(None))
+NOTHING = dict.fromkeys(("existence_limit", "vibration_limit", "band_over_distance", "hopf_by_lines"), number(None))
+NOTHING |= {"friction_slope": number(0.01), "hopf_damping": number(-0.02)}
 DURATIONS = {
     "mean_stick_slip_s": [0.5, 0.4, 0.7],
     "mean_vibration_s": [None] * 3,

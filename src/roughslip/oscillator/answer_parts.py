@@ -71,15 +71,19 @@ class Decision:
     """What decides: `mean curve`, `scatter` or `both`.
 
     cycle_exists_without_scatter : None where that is unknown
+    friction_slope : d mu_D / d|v| at the belt's velocity
     existence_limit, hopf_damping : [-] without scatter
+    hopf_by_lines : [-] the interval of Hopf dampings that straight lines between the points of a table would give
     vibration_limit : [-] damping ratio up to which a mass that does not stick vibrates without scatter, from rest
     band_over_distance : [-] width of the band between the levels, in damping, over the distance to the existence limit
     """
 
     by: str
     cycle_exists_without_scatter: bool | None
+    friction_slope: Quantity
     existence_limit: Quantity
     hopf_damping: Quantity
+    hopf_by_lines: Quantity
     vibration_limit: Quantity
     band_over_distance: Quantity
 

@@ -269,8 +269,13 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision
     by = "scatter" if exists is None or not is_certain else "mean curve"
     if by == "mean curve" and width is not None and width > CLEAR:
         by = "both"
-    vibration = vibration_limit(machine, limit)
-    return Decision(by, exists, *(Quantity(value, None, "1") for value in (limit, hopf, vibration, width)))
+    speed, vibration = belt.belt_velocity_m_per_s, vibration_limit(machine, limit)
+    of_slope = -0.5 * belt.F * belt.natural_frequency_rad_per_s
+    lines = [of_slope * slope for slope in machine.law.slopes_by_lines(speed)]
+    exists_to, unstable, vibrates, blur = (Quantity(value, None, "1") for value in (limit, hopf, vibration, width))
+    by_lines = Quantity(None, (min(lines), max(lines)) if lines else None, "1")
+    slope = Quantity(float(machine.law.slope(speed)), None, "s m-1")
+    return Decision(by, exists, slope, exists_to, unstable, by_lines, vibrates, blur)
 
 
 def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:

@@ -94,6 +94,10 @@ class FrictionLaw(ABC):
         """d mu_D / d|v| [s/m] at a relative velocity [m/s] of either sign; at a kink that of the row above it."""
         return np.vectorize(friction_slope, excluded=(1,))(np.abs(velocity_m_per_s), self.parameters())
 
+    def slopes_by_lines(self, speed_m_per_s: float) -> tuple[float, ...]:
+        """Slopes [s/m] that straight lines between measured points would have near a speed; none of a formula."""
+        return ()
+
     def steeper_than(self, maximum: float) -> str:
         """What to change where |slope| exceeds `maximum` [s/m], a step for each change of friction; empty elsewhere."""
         slope = float(friction_slope(0.0, self.parameters()))  # `slope` takes a tenth of a short run

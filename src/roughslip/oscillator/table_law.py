@@ -21,6 +21,7 @@ from roughslip.validation import gate, not_negative
 
 LEFT_OUT = 1e-6  # of the largest value up to there: knots that a cubic between others meets within that end no rows
 LEFT_OUT_SMOOTH = 1e-8  # the same of a function
+NEAR = 0.1  # relative distance of a speed from a knot, within which the lines on both sides of it are compared
 SPEEDS = np.append(0.0, np.geomspace(1e-9, 1e4, 1301))  # [m/s] at which a function is a table: 100 a decade
 
 
@@ -157,6 +158,15 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
     def parameters(self) -> TableParameters:
         table = _rows(self.speeds_m_per_s, self.values, self.is_smooth)
         return TableParameters(float(self.static), self.values[0], table)
+
+    def slopes_by_lines(self, speed_m_per_s: float) -> tuple[float, ...]:
+        """Slopes [s/m] of the straight lines between knots that come within NEAR of a speed: one far from the knots."""
+        if self.is_smooth:
+            return ()
+        speeds, near = np.array(self.speeds_m_per_s), speed_m_per_s * np.array([1.0 - NEAR, 1.0 + NEAR])
+        touches = (speeds[:-1] < near[1]) & (speeds[1:] > near[0])
+        slopes = [*(np.diff(self.values) / np.diff(speeds))[touches].tolist()]
+        return tuple(slopes if near[1] <= speeds[-1] else [*slopes, 0.0])
 
     def steeper_than(self, maximum: float) -> str:
         slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)

@@ -150,7 +150,7 @@ class LevelSearch:
         far = self._first(at, step, target, not above)
         if far is None:
             return None
-        while far - step != STEPS and self._is_above(far - step, target) != above:
+        while self._is_above(far - step, target) != above:  # at the start it is equal
             far -= step
         value = self._root(target, self._grid[far - step], self._grid[far])
         inner, outer = (maximum + 0.5, minimum - 0.5) if above else (minimum - 0.5, maximum + 0.5)

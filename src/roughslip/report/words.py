@@ -293,7 +293,19 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
             lines.append((f"{of_state}{title}", amount(size["value"], size["unit"], SURE), note))
     if not lines:
         lines.append(("own frequency", own, "there is no cycle of stick-slip"))
-    return [*lines, _states(answer), ("mean friction", *_friction(answer))]
+    return [*lines, _states(answer), ("mean friction", *_friction(answer)), _slope(answer)]
+
+
+def _slope(answer: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Slope of friction at the belt's velocity, and the damping ratio below which it makes steady sliding unstable."""
+    decides, own = answer["decides"], answer["limits"].get("damping")
+    limit, lines = decides["hopf_damping"]["value"], decides["hopf_by_lines"]["interval"]
+    does = f"unstable below D = {digits(limit)}" if limit > 0.0 else "stable at any D"
+    note = f"at the belt's velocity: steady sliding is {does}"
+    note += f", and D is {digits(own['value'])}" if own else ""
+    shown = [] if lines is None else list(dict.fromkeys(digits(end) for end in lines))
+    by_lines = f"; straight lines between the points of the curve give {' to '.join(shown)}" if shown else ""
+    return "slope of friction", f"{digits(decides['friction_slope']['value'])} s/m", f"{note}{by_lines}"
 
 
 def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:

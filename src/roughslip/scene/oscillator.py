@@ -45,7 +45,8 @@ class Oscillator(Section):
     mu_fit; coulomb, that coefficient at every speed; table, friction_table; or a law of your own."""
     friction_table: tuple[Row, ...] | None = many(min_length=2, max_length=1000, default=None)
     """With law table: sliding speeds [m/s], strictly increasing from 0 on, each with the mean friction coefficient. The
-    last one holds beyond its speed, and the windows give the scatter alone."""
+    last one holds beyond its speed, and the windows give the scatter alone. Between them friction is a monotone cubic,
+    with one slope at each: that at the belt's velocity decides whether steady sliding is stable."""
     stribeck_decay_s_per_m: float = key("s/m", uncertain="friction curve", ge=0, le=1e6, default=None)
     """Decay of the Stribeck law, which needs it; 1.42 in eq. (13)."""
     stribeck_quadratic_s2_per_m2: float = key("s^2/m^2", uncertain="friction curve", ge=0, le=1e6, default=None)

@@ -2,7 +2,6 @@
 
 import copy
 import math
-import re
 
 import pytest
 
@@ -62,34 +61,32 @@ def test_a_rule_warns_on_one_side_of_its_threshold(key, plausible, implausible, 
     assert line.startswith(text)
 
 
-CURVE, MACHINE, SURFACE = "the friction curve (", "the machine (oscillator.mass_kg, ", "the surface (roughness"
+CURVE, MACHINE = "the friction curve of scene paper", "the machine of scene %s"
 OWN = "oscillator: {mass_kg: 5, stiffness_n_per_m: 1.0e+5, law: table, friction_table: [[0, 0.4], [1, 0.3]]}\n"
 HEIGHTS = "roughness: {rms_height_m: 1.0e-6}\n"
 LOADED = "extends: %s\nload: {force_n: 2000, nominal_pressure_pa: 2.0e+6}\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "said"),
     [
-        (LOADED % "quick", [f"{SURFACE}.*{CURVE}.*{MACHINE}.*of scene paper"]),
-        (LOADED % "quick" + HEIGHTS, [f"{CURVE}.*{MACHINE}.*of scene paper"]),
-        (LOADED % "quick" + HEIGHTS + OWN, []),
-        (LOADED % "base", []),
-        (
-            "extends: given\ntargets: [answer]\nfriction: {record: a.csv}\n",
-            [f"record is of.*{MACHINE}.*of scene given"],
-        ),
-        ("extends: given\noscillator: {damping_ratio: 0.1}\n", []),
+        (LOADED % "quick", f"the surface of scene paper and resolved, {CURVE}, {MACHINE % 'paper'}: "),
+        (LOADED % "quick" + HEIGHTS, f"load of this scene meets {CURVE}, {MACHINE % 'paper'}: give your own"),
+        (LOADED % "quick" + HEIGHTS + OWN, ""),
+        (LOADED % "slideway" + HEIGHTS, f"the friction curve of scene slideway, {MACHINE % 'slideway'}: "),
+        (LOADED % "base", ""),
+        ("extends: given\ntargets: [answer]\nfriction: {record: a.csv}\n", f"this scene meets {MACHINE % 'given'}: "),
+        ("extends: given\noscillator: {damping_ratio: 0.1}\n", ""),
     ],
 )
-def test_what_a_scene_of_a_user_has_of_a_shipped_one_is_warned_of(tmp_path, text, words):
+def test_what_a_scene_of_a_user_has_of_a_shipped_one_is_warned_of(tmp_path, text, said):
     """A load, a modulus or a record of a user on curve, machine and surface of shipped scenes, until the user, or a
     base of the user, gives them."""
     for name, content in {"base": f"extends: quick\n{HEIGHTS}{OWN}", "mine": text}.items():
         (tmp_path / f"{name}.yaml").write_text(content, encoding="utf-8")
     lines = inherited("mine", load("mine", tmp_path))
-    for word, line in zip(words, lines, strict=True):
-        assert re.search(word.replace("(", "[(]"), line)
+    assert len(lines) == bool(said)
+    assert said in "".join(lines)
     assert [inherited(name, shipped_scene(name)) for name in ("paper", "resolved", "disc_brake", "clutch")] == [[]] * 4
 
 

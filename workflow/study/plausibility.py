@@ -19,7 +19,9 @@ from roughslip.compilation.source_hash import closure_hash
 from roughslip.errors import InputError, RoughslipError
 from roughslip.limits import WINDOWS
 from roughslip.scene.contact import terms
+from roughslip.scene.friction import RECORD
 from roughslip.scene.mistakes import Mistake
+from roughslip.scene.oscillator import OF_LAW
 from roughslip.scene.roughness import BETA, FIELD, FIELD_OPTIONS
 from roughslip.scene.schema import own_code
 from roughslip.scene.types import get, scene_of
@@ -45,11 +47,6 @@ _OF_MOTION = (
     *("oscillator.static_friction", "friction.mean"),
 )
 _OF_A_CASE = ("load", "material.young_modulus_pa", "friction.record")  # what a scene of a machine of one's own gives
-_SUBJECTS = {  # what decides on stick-slip, by the keys that give it
-    "surface": "roughness",
-    "friction curve": "friction.record oscillator.law oscillator.friction_table oscillator.stribeck_decay_s_per_m",
-    "machine": "oscillator.mass_kg oscillator.stiffness_n_per_m",
-}
 
 
 def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[Mistake], list[str]]:
@@ -232,20 +229,23 @@ def motion_warnings(scene: Scene) -> Iterator[str]:
 
 
 def inherited(name: str, scene: Scene) -> list[str]:
-    """Warnings on what a scene of a user takes from a shipped one and hardly means: surface, curve or machine."""
-    borrowed = dict[str, list[str]]()
+    """A warning on what a scene of a user takes from shipped ones and hardly means: surface, curve, machine."""
 
-    def scenes_of(*keys: str) -> list[str]:
+    def origins(*keys: str) -> list[str]:
         """The scenes that give some keys, or what is in them."""
-        return [origin for one, origin in scene["origins"].items() if any(f"{one}.".startswith(f"{k}.") for k in keys)]
+        given = ((f"{key}.", origin) for key, origin in scene["origins"].items())
+        return sorted({origin for one, origin in given if one.startswith(tuple(f"{key}." for key in keys))})
 
-    own = [key for key in _OF_A_CASE if {*scenes_of(key)} - SHIPPED_SCENES]
-    for subject, keys in _SUBJECTS.items() if name not in SHIPPED_SCENES else ():
-        bases = scenes_of(*keys.split())
-        if own and bases and SHIPPED_SCENES.issuperset(bases) and (subject != "surface" or cells_of(scene)):
-            borrowed.setdefault(bases[0], []).append(f"the {subject} ({', '.join(keys.split())})")
-    return [
-        f"{' and '.join(own)} {'are' if own[1:] else 'is'} of this scene, and {' and '.join(subjects)} of scene "
-        f"{base}: give your own, as it decides whether the scene stick-slips"
-        for base, subjects in borrowed.items()
-    ]
+    law = [f"oscillator.{key}" for key in ("law", *OF_LAW.get(get(scene, "oscillator.law"), ()))]
+    subjects = {
+        "the surface": ["roughness"] if cells_of(scene) else [],
+        "the friction curve": law if get(scene, RECORD) is None else [RECORD],
+        "the machine": ["oscillator.mass_kg", "oscillator.stiffness_n_per_m"],
+    }
+    own = [key for key in _OF_A_CASE if {*origins(key)} - SHIPPED_SCENES]
+    if name in SHIPPED_SCENES or not own:
+        return []
+    bases = {subject: origins(*keys) for subject, keys in subjects.items()}
+    others = [f"{one} of scene {' and '.join(of)}" for one, of in bases.items() if of and SHIPPED_SCENES.issuperset(of)]
+    text = f"{' and '.join(own)} of this scene meet{'' if own[1:] else 's'} {', '.join(others)}"
+    return [f"{text}: give your own, as that decides whether the scene stick-slips"] if others else []

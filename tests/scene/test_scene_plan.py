@@ -14,7 +14,8 @@ from roughslip.scene import schema
 from roughslip.scene.part import as_tuples, without_nulls
 from roughslip.scene.types import get, scene_of
 from roughslip.study.graph import STAGES
-from roughslip.study.plan import figures, stages_needed
+from roughslip.study.plan import SHIPPED_SCENES, figures, slice_of, stages_needed
+from roughslip.study.record import has_surface
 from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene, slice_for
 
 KEYS = dict(schema.keys())
@@ -62,6 +63,42 @@ def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
     assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
     given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
     assert stages_needed(given) == OSCILLATOR | ALWAYS
+
+
+SURFACE = """material: {young_modulus_pa: 2.0e+11, poisson_ratio: 0.3}
+roughness: {covariance: gaussian, rms_height_m: 1.0e-6, correlation_length_m: 2.0e-5}
+strip: {window_m: 1.0e-3, width_m: 1.0e-3}
+"""
+FORCE = "oscillator: {normal_force_n: 500}\n"
+
+
+@pytest.mark.parametrize(
+    ("base", "own", "is_compared"),
+    [
+        ("given", "", False),
+        ("paper", "", False),
+        ("given", SURFACE, False),  # whose force it would be
+        ("paper", FORCE + SURFACE.replace("poisson_ratio: 0.3", "hardness_pa: 1.0e+9"), False),  # half a material
+        ("given", SURFACE + FORCE, True),
+        ("base", FORCE, True),
+    ],
+)
+def test_a_record_is_compared_with_a_surface_of_the_user_alone(mine, base, own, is_compared):
+    """What a shipped scene gives is in no slice of the stage, nor in its hash."""
+    text = f"extends: {base}\ntargets: [figure_record]\nfriction: {{record: a.csv}}\n{own}"
+    part = slice_of(mine(text, base=f"extends: given\n{SURFACE}"), STAGES["record"], "mine")
+    assert has_surface(part) == is_compared
+    if not own:
+        assert without_nulls(part) == {
+            "seed": 20110913,
+            "friction": {"record": {"file": ["a.csv"]}, "scatter": "additive"},
+            "oscillator": {"windows_in_parallel": 1},
+            "strip": {},
+        }
+
+
+def test_the_list_of_shipped_scenes_is_that_of_the_files():
+    assert sorted(SHIPPED_SCENES) == list(SCENES)
 
 
 @pytest.mark.parametrize("name", SCENES)

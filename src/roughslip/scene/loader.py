@@ -127,10 +127,11 @@ def _mistakes(scene: Values, whole: Values, faulty: set[str], uncertain: set[str
         if key != friction.MEAN or given(scene, friction.RECORD) is not None:  # else the rules of friction report it
             yield missing(f"needed for {', '.join(targets)}", key, "targets")
     for key in _ORDERED:  # where an item is refused, the others still have to rise
-        items = given(whole, key) if not sound(key) else None
-        firsts = [item[0] if isinstance(item, list) and item else item for item in items or ()]
-        if not is_increasing([first for first in firsts if isinstance(first, int | float)]):
-            yield refused(items, "strictly increasing", key)
+        items = given(whole, key)
+        if isinstance(items, list) and not sound(key):
+            firsts = [item[0] if isinstance(item, list) and item else item for item in items]
+            if not is_increasing([first for first in firsts if isinstance(first, int | float)]):
+                yield refused(items, "strictly increasing", key)
     for part in (friction, roughness, oscillator):
         yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
     is_smooth = scene.get("load") is not None and given(scene, "roughness.covariance") != "exponential"

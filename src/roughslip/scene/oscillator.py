@@ -208,7 +208,7 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
             yield refused(table, f"{_LAW} = {law}, and only table takes it", TABLE, _LAW)
         elif "record" not in (scene.get("friction") or {}):
             for name in (name for name in OF_LAW.get(str(law), ()) if name not in oscillator):
-                yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD)
+                yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD, TABLE)
     for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
         if not {"damping": 0.0, "windows": 1.0}.get(parameter, 1e-15) <= low < high:
             least = {"damping": "from 0 on", "windows": "from 1 on"}.get(parameter, "above 0")

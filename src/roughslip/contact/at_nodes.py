@@ -77,7 +77,7 @@ def solve_at(
     work, method = np.zeros(len(interferences), dtype=np.int64), np.full(len(interferences), "none", dtype="U7")
     left = np.flatnonzero((interferences[:, *nodes] > 0).any(axis=1))
     if influence.grid.size <= dense_solver.SMALL and not influence.periodic:
-        fields, residuals, factors = dense_solver.solve_each(influence, interferences[left])
+        fields, _, residuals, factors = dense_solver.solve_each(influence, interferences[left])
         solved = (residuals <= tolerance) & (fields.max(axis=(1, 2)) <= hardness_pa)
         done, left = left[solved], left[~solved]
         low[done] = high[done] = pressure[done] = fields[solved][:, *nodes]

@@ -21,6 +21,8 @@ SWEEPS = 8
 # Exchanges of all violating nodes that may fail to reduce their number before nodes are exchanged one by one.
 PATIENCE = 10
 
+EPSILON = float(np.finfo(np.float64).eps)
+
 
 def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, int]:
     """Pressures of the contact problem, exact to rounding.
@@ -35,29 +37,35 @@ def solve(influence: Influence, interference: np.ndarray) -> tuple[np.ndarray, n
     u_bar <= 0 the gap B p - u_bar is then positive, and p = 0.
     """
     if interference.size <= SMALL:
-        pressure, gap, square, factors, is_solved = _small(influence.mirrored, influence.coefficients, interference)
-    else:
-        pressure, factors, is_solved = _pressures(influence.coefficients, interference)
-        gap = influence.apply(pressure) - interference
-        square = square_ratio(gap, pressure, influence.diagonal, interference, math.inf)
+        pressures, gaps, residuals, factors = solve_each(influence, interference[None])
+        return pressures[0], gaps[0], float(residuals[0]), int(factors[0])
+    nodes = np.nonzero(interference > 0)
+    found, count, is_solved = complementary_solution(gathered(influence.coefficients, *nodes), interference[nodes])
+    pressure = np.zeros(interference.shape)
+    pressure[nodes] = found
+    gap = influence.apply(pressure) - interference
+    square = square_ratio(gap, pressure, influence.diagonal, interference, math.inf)
     if not is_solved:
-        raise _failure(square, factors)
-    return pressure, gap, math.sqrt(square), factors
+        raise _failure(square, count)
+    return pressure, gap, math.sqrt(square), count
 
 
-def solve_each(influence: Influence, interferences: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pressures of many surfaces on a mesh of at most SMALL nodes, each as by `solve`.
+def solve_each(
+    influence: Influence, interferences: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What `solve` returns of many surfaces on a mesh of at most SMALL nodes.
 
     interferences : (k, nx, ny) [m], each positive somewhere
 
-    Returns pressures (k, nx, ny) [Pa], residuals (k,) and numbers of factors (k,). Raises as `solve`.
+    Returns pressures and gaps (k, nx, ny) [Pa] and [m], residuals (k,) and numbers of factors (k,). Raises as `solve`.
     """
-    pressures = np.empty(interferences.shape)
+    pressures, gaps = np.zeros((2, *interferences.shape))
     squares, factors = np.empty(len(pressures)), np.empty(len(pressures), dtype=np.int64)
-    end = _each(influence.mirrored, influence.coefficients, interferences, pressures, squares, factors)
+    interferences = np.ascontiguousarray(interferences)
+    end = _each(influence.mirrored, influence.coefficients, interferences, pressures, gaps, squares, factors)
     if end < len(pressures):
         raise _failure(squares[end], int(factors[end]))
-    return pressures, np.sqrt(squares), factors
+    return pressures, gaps, np.sqrt(squares), factors
 
 
 def _failure(square: float, factors: int) -> ConvergenceError:
@@ -69,46 +77,49 @@ def _failure(square: float, factors: int) -> ConvergenceError:
     )
 
 
+# Compiled code below takes plain loops, as each function of numpy takes longer to compile than the method itself.
+
+
 @compiled()
 def _each(
     mirrored: np.ndarray,
     coefficients: np.ndarray,
     interferences: np.ndarray,
     pressures: np.ndarray,
+    gaps: np.ndarray,
     squares: np.ndarray,
     factors: np.ndarray,
 ) -> int:
-    """Write what `_small` finds of each surface. Returns the first that is not solved, their number where all are."""
-    for k in range(len(interferences)):
-        pressure, _, squares[k], factors[k], is_solved = _small(mirrored, coefficients, interferences[k])
+    """Write what is found of each surface. Returns the first that is not solved, their number where all are.
+
+    pressures : zeros
+    """
+    surfaces, nx, ny = interferences.shape
+    i, j, kept = np.empty((3, nx * ny), dtype=np.int64)
+    load = np.empty(nx * ny)
+    for k in range(surfaces):
+        interference, pressure, gap, count = interferences[k], pressures[k], gaps[k], 0
+        for row in range(nx):
+            for column in range(ny):
+                if interference[row, column] > 0:
+                    i[count], j[count], load[count] = row, column, interference[row, column]
+                    count += 1
+        matrix = gathered(coefficients, i[:count], j[:count])
+        found, factors[k], is_solved = complementary_solution(matrix, load[:count])
+        pressed = 0
+        for node in range(count):
+            if found[node] > 0:
+                pressure[i[node], j[node]] = found[node]
+                kept[pressed] = i[node] * ny + j[node]
+                pressed += 1
+        direct_sum(mirrored, kept[:pressed], pressure, gap)
+        for row in range(nx):
+            for column in range(ny):
+                gap[row, column] -= interference[row, column]
+        squares[k] = square_ratio(gap, pressure, coefficients[0, 0], interference, np.inf)
         if not is_solved:
             return k
-        pressures[k] = pressure
-    return len(interferences)
-
-
-@compiled(error_model="numpy")
-def _small(
-    mirrored: np.ndarray, coefficients: np.ndarray, interference: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float, int, bool]:
-    pressure, factors, is_solved = _pressures(coefficients, interference)
-    gap = np.empty_like(pressure)
-    direct_sum(mirrored, np.flatnonzero(pressure), pressure, gap)
-    gap -= interference
-    return pressure, gap, square_ratio(gap, pressure, coefficients[0, 0], interference, np.inf), factors, is_solved
-
-
-@compiled()
-def _pressures(coefficients: np.ndarray, interference: np.ndarray) -> tuple[np.ndarray, int, bool]:
-    i, j = np.nonzero(interference > 0)
-    load = np.empty(i.size)
-    for k in range(i.size):
-        load[k] = interference[i[k], j[k]]
-    solution, factors, is_solved = complementary_solution(gathered(coefficients, i, j), load)
-    pressure = np.zeros(interference.shape)
-    for k in range(i.size):
-        pressure[i[k], j[k]] = solution[k]
-    return pressure, factors, is_solved
+    return surfaces
 
 
 @compiled()
@@ -126,39 +137,51 @@ def complementary_solution(matrix: np.ndarray, load: np.ndarray) -> tuple[np.nda
     matrix has (observed, not proven) negative off-diagonal entries, so nodes only leave a set that is too large.
     """
     n = load.size
-    slack = 10 * n * np.finfo(np.float64).eps * np.max(np.abs(load))
-    x, pressed = _gauss_seidel(matrix, load)
-    violating = np.empty(n, dtype=np.bool_)
-    minimum, patience, factors = n + 1, PATIENCE, 0
-    while factors < 100 + 10 * n:
+    largest = 0.0
+    for k in range(n):
+        largest = max(largest, abs(load[k]))
+    slack = 10 * n * EPSILON * largest
+    x, w, upper, nodes = np.zeros(n), np.empty(n), np.empty((n, n)), np.empty(n, dtype=np.int64)
+    _gauss_seidel(matrix, load, x, w)
+    pressed = x > 0
+    minimum, patience, factors, is_solved = n + 1, PATIENCE, 0, False
+    while factors < 100 + 10 * n and not is_solved:
         factors += 1
-        if not _solve_on(np.flatnonzero(pressed), matrix, load, x):
-            break
-        w = _misfit(matrix, load, x)
+        count = 0
         for k in range(n):
-            violating[k] = x[k] * matrix[k, k] < -slack if pressed[k] else w[k] < -slack
-        count = int(np.count_nonzero(violating))
-        if count == 0:
-            return np.maximum(x, 0.0), factors, True
+            if pressed[k]:
+                nodes[count] = k
+                count += 1
+        if not _solve_on(nodes[:count], matrix, load, x, upper):
+            break
+        _misfit(matrix, load, x, w)
+        count = 0
+        for k in range(n):
+            if x[k] * matrix[k, k] < -slack if pressed[k] else w[k] < -slack:
+                nodes[count] = k
+                count += 1
         if count < minimum:
             minimum, patience = count, PATIENCE
         elif patience > 0:
             patience -= 1
-        if patience == 0:
-            violating[: np.flatnonzero(violating)[-1]] = False
-        pressed ^= violating
-    return np.maximum(x, 0.0), factors, False
+        for m in range(count if patience > 0 else 1):
+            k = nodes[count - 1 - m]
+            pressed[k] = not pressed[k]
+        is_solved = count == 0
+    for k in range(n):
+        x[k] = max(x[k], 0.0)
+    return x, factors, is_solved
 
 
 # In the loops below the inner one runs along a row without a sum, so it vectorises without reordering arithmetic.
 
 
 @compiled()
-def _gauss_seidel(matrix: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x after projected Gauss-Seidel sweeps from zero, until they change no sign, and where it is positive."""
+def _gauss_seidel(matrix: np.ndarray, load: np.ndarray, x: np.ndarray, w: np.ndarray) -> None:
+    """Write x after projected Gauss-Seidel sweeps from zero, until they change no sign."""
     n = load.size
-    x = np.zeros(n)
-    w = -load
+    for k in range(n):
+        w[k] = -load[k]
     for _ in range(SWEEPS):
         same = True
         for k in range(n):
@@ -172,46 +195,46 @@ def _gauss_seidel(matrix: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, np.
                     w[m] += column[m] * change
         if same:
             break
-    return x, x > 0
 
 
 @compiled()
-def _misfit(matrix: np.ndarray, load: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """w = matrix x - load."""
-    w = -load
-    for k in np.flatnonzero(x):
-        column, factor = matrix[k], x[k]
-        for m in range(load.size):
-            w[m] += column[m] * factor
-    return w
+def _misfit(matrix: np.ndarray, load: np.ndarray, x: np.ndarray, w: np.ndarray) -> None:
+    """Write w = matrix x - load."""
+    for k in range(load.size):
+        w[k] = -load[k]
+    for k in range(load.size):
+        if x[k] != 0:
+            column, factor = matrix[k], x[k]
+            for m in range(load.size):
+                w[m] += column[m] * factor
 
 
 @compiled()
-def _solve_on(nodes: np.ndarray, matrix: np.ndarray, load: np.ndarray, x: np.ndarray) -> bool:
+def _solve_on(nodes: np.ndarray, matrix: np.ndarray, load: np.ndarray, x: np.ndarray, upper: np.ndarray) -> bool:
     """Solve matrix[nodes, nodes] x[nodes] = load[nodes] by Cholesky, x = 0 elsewhere; False if not definite."""
     n = nodes.size
-    y = load[nodes]
-    upper = np.empty((n, n))
-    x[:] = 0.0
+    for k in range(x.size):
+        x[k] = 0.0
     for row in range(n):
-        current = upper[row, row:]
+        current, own = upper[row, row:n], nodes[row]
         for m in range(n - row):
-            current[m] = matrix[nodes[row], nodes[row + m]]
+            current[m] = matrix[own, nodes[row + m]]
+        x[own] = load[own]
         for k in range(row):
-            previous = upper[k, row:]
+            previous = upper[k, row:n]
             factor = previous[0]
             for m in range(n - row):
                 current[m] -= factor * previous[m]
-            y[row] -= factor * y[k]
+            x[own] -= factor * x[nodes[k]]
         if not current[0] > 0:
             return False
-        scale = 1 / np.sqrt(current[0])
+        scale = 1 / math.sqrt(current[0])
         for m in range(n - row):
             current[m] *= scale
-        y[row] *= scale
+        x[own] *= scale
     for row in range(n - 1, -1, -1):
+        own = nodes[row]
         for m in range(row + 1, n):
-            y[row] -= upper[row, m] * y[m]
-        y[row] /= upper[row, row]
-        x[nodes[row]] = y[row]
+            x[own] -= upper[row, m] * x[nodes[m]]
+        x[own] /= upper[row, row]
     return True

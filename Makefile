@@ -35,7 +35,7 @@ endif
 help: ## list these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
-setup: $(VENV)/run.stamp ## make .venv from requirements.lock (each target below does so if it is missing)
+setup: $(VENV)/run.stamp ## make .venv from requirements.lock and compile (each target below does so if it is missing)
 
 reproduce: $(VENV)/run.stamp ## reproduce the paper: figures, claims and results/report.html
 	$(RUN) snakemake -j$(JOBS)
@@ -106,7 +106,7 @@ clean: ## remove all generated files and .venv; results/reference stays
 # A stamp is a copy of the lock that was installed, and it is written last: an interrupted set-up has none and starts again.
 # Stamps are compared by content, because file times mean nothing after a copy.
 $(VENV)/run.stamp: FORCE
-	@cmp -s requirements.lock $@ || { $(call install-run,requirements.lock); }
+	@cmp -s requirements.lock $@ || { $(call install-run,requirements.lock) && $(RUN) workflow.study.compile; }
 	@$(link-source)
 
 $(PEERS_VENV)/run.stamp: FORCE

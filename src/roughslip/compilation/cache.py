@@ -11,10 +11,11 @@ import contextlib
 import fcntl
 import hashlib
 import logging
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numba
 from numba.core import caching
@@ -24,6 +25,7 @@ from roughslip.compilation import source_hash
 
 __all__ = ["compiled"]
 
+LONGEST = 60.0  # [s] that another process is awaited, which compiles a function in a few seconds
 _SOURCE = Path(__file__).resolve().parents[2]
 # numba would take an option that is not given from the caller for which it happens to compile a function first. The
 # bits of a result then depended on the order of calls. A division by zero is inf or NaN, as in numpy.
@@ -89,23 +91,54 @@ class _Cache(caching.FunctionCache):
     """The compiled forms of one function, by the types of its arguments."""
 
     _impl_class = _Implementation
+    _turn: IO[str] | None = None  # held while this process compiles the function
 
     def load_overload(self, sig: object, target_context: Any) -> Any:
-        """The compiled form for these types of arguments, None if it must be compiled."""
+        """The compiled form for these types of arguments, None if it must be compiled.
+
+        Where another process compiles the function, it is awaited, and its form is taken.
+        """
         compiled_form = super().load_overload(sig, target_context)
+        if compiled_form is None and self._turn is None:
+            with contextlib.suppress(OSError):  # a folder that cannot be written to
+                Path(self._cache_path).mkdir(parents=True, exist_ok=True)
+                self._turn = Path(self._cache_path, f"{self._impl.filename_base}.lock").open("a")  # noqa: SIM115
+                _lock(self._turn, LONGEST)
+                compiled_form = super().load_overload(sig, target_context)
         if compiled_form is None:
             _announce("compiling, once for this version of the code, about 10 s")
+        else:
+            self._end_turn()
         return compiled_form
 
     def save_overload(self, sig: object, data: Any) -> None:
         """Store a compiled form. Without a lock two processes could give one name to two forms."""
         try:
             with Path(self._cache_path, "lock").open("a", encoding="utf-8") as lock:
-                with contextlib.suppress(OSError):  # a file system without locks
-                    fcntl.flock(lock, fcntl.LOCK_EX)
+                _lock(lock, LONGEST)
                 super().save_overload(sig, data)
         except OSError as error:
             _announce(f"compiled code is not kept: {self._cache_path}: {error.strerror}")
+        self._end_turn()
+
+    def _end_turn(self) -> None:
+        if self._turn is not None:
+            self._turn.close()
+            self._turn = None
+
+
+def _lock(file: IO[str], seconds: float) -> None:
+    """Lock a file as soon as no other process holds it; go on without after so long, or where there are no locks."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(0.05)
+        except OSError:
+            return
+        else:
+            return
 
 
 @cache

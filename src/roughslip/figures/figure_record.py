@@ -31,7 +31,7 @@ def figure_record(result: Shown) -> Figure:
     axes[3].plot(1e3 * result["lag"], result["covariance_fit"], color=CURVE, label="fitted scatter, exponential")
     if "surface_covariance" in result:
         by_law = result["surface_covariance"]
-        axes[3].plot(1e3 * result["lag"], by_law, color="C2", label="the surface by the law of scatter, to 10 %")
+        axes[3].plot(1e3 * result["lag"], by_law, color="C2", label="surface, law of scatter to 10 %")
         axes[3].fill_between(1e3 * result["lag"], 0.81 * by_law, 1.21 * by_law, color="C2", alpha=0.3, lw=0.0)
     share = float(result["additive_std_low"]) ** 2, float(result["additive_std_high"]) ** 2
     axes[3].vlines(0.0, *share, color=CURVE, lw=4.0, alpha=0.4)
@@ -43,8 +43,9 @@ def figure_record(result: Shown) -> Figure:
         panel.set(xlabel="time of sliding [s]", ylabel="friction coefficient")
     for panel in axes[4:]:
         panel.set_ylim(axes[0].get_ylim())
-    for panel in (axes[0], axes[1], axes[3]):
+    for panel in (axes[0], axes[1]):
         legend_above(panel)
+    legend_above(axes[3], columns=1)
     heads(axes, "the record", "mean curve", "residuals", f"scatter, {kind}", "a synthetic record", "another one")
     notes = f"Left open: {'; '.join(map(str, result['note'].values))}"
     figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")

@@ -84,26 +84,32 @@ def vibration_area(axes: Axes, x: np.ndarray, y: np.ndarray, vibration: np.ndarr
 
 
 def figure_budget(result: Shown) -> Figure:
-    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit."""
+    """Bars by source: of the variance of the outcome, then Sobol' indices of each limit.
+
+    An estimate below 0 or above 1, or a first index above the total one, is drawn at the nearest that can be.
+    """
     limits = [str(name) for name in result["result_name"].values[1:]]
-    figure, axes = panels(1 + len(limits), 1, max(2.6, 5.2 / (1 + len(limits))))
+    columns = min(3, 1 + len(limits))
+    figure, axes = panels(columns, -(-(1 + len(limits)) // columns), 3.6)
     sources, rows = [str(name) for name in result["source_name"].values], np.arange(len(result["source_name"]))
-    outcome, *others = np.atleast_1d(axes)
+    outcome, *others = np.ravel(axes)
     outcome.barh(rows, result["outcome"], color="C0")
     outcome.barh(len(rows), float(result["outcome_scatter"]), color="C7")
-    outcome.set_yticks(np.arange(len(rows) + 1), [*sources, "scatter of friction"])
     outcome.set(xlabel="share of the variance")
-    for place, panel in enumerate(others, start=1):
-        total, (first, low, high) = result["total"][place], [end[place] for end in with_ends(result, "first")]
-        panel.barh(rows, np.clip(total, 0.0, None), height=0.8, color="C9", label="total")
-        panel.barh(rows, np.clip(first, 0.0, None), height=0.45, color="C0", label="first")
-        panel.hlines(rows, np.clip(low, 0.0, None), np.clip(high, 0.0, None), color=".15", lw=1.2)
-        panel.set_yticks(rows, [""] * len(rows))
+    for panel in others[len(limits) :]:
+        panel.remove()
+    for place, panel in enumerate(others[: len(limits)], start=1):
+        total, *first = (np.clip(end[place], 0.0, 1.0) for end in (result["total"], *with_ends(result, "first")))
+        panel.barh(rows, total, height=0.8, color="C9", label="total")
+        panel.barh(rows, np.minimum(first[0], total), height=0.45, color="C0", label="first")
+        panel.hlines(rows, *first[1:], color=".15", lw=1.2)
         panel.set(xlabel="Sobol' index")
-    for panel in (outcome, *others):
-        panel.set(xlim=(0.0, 1.05), xticks=(0.0, 0.5, 1.0), ylim=(len(rows) + 0.6, -0.6))
-    if others:
-        others[-1].legend(loc="lower right")
+    for place, panel in enumerate(figure.axes):
+        names = [*sources, "scatter of friction"] if place % columns == 0 else [""] * (len(rows) + 1)
+        panel.set_yticks(np.arange(len(rows) + 1), names)
+        panel.set(xlim=(0.0, 1.02), xticks=(0.0, 0.5, 1.0), ylim=(len(rows) + 0.6, -0.6))
+    if limits:
+        figure.legend(*others[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     mean = 100.0 * float(result["averaged_probability"])
-    heads((outcome, *others), f"stick-slip or not ({mean:.0f} %)", *(TITLES[name] for name in limits))
+    heads(figure.axes, f"stick-slip or not ({mean:.0f} %)", *(TITLES[name] for name in limits))
     return figure

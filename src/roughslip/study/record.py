@@ -154,8 +154,10 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     values = np.interp(even, place, residual)
     values -= values.mean()
     lags = min(LAGS, even.size - 1)
-    products = [float(np.mean(values[: even.size - k] * values[k:])) for k in range(lags)]
-    modelled = fit.deviation**2 * np.exp(-even[:lags] / fit.length)
+    products = np.array([np.mean(values[: even.size - k] * values[k:]) for k in range(lags)])
+    modelled = fit.deviation**2 * np.exp(-even / fit.length)
+    weights = np.where(even > 0.0, 2.0, 1.0) * (even.size - np.arange(even.size))  # pairs of places so far apart
+    products += weights @ modelled / even.size**2  # which the mean takes out
     twins = []
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])
@@ -163,10 +165,10 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
         memory = samples.memory(fit.time_constant)
         noise = fit.noise * generator.standard_normal(place.size)
         twins.append((found.explained + through_instrument(path, memory) + noise)[:: _step(slid)])
-    titles = "autocovariance of the residuals", "autocovariance of the fitted scatter"
+    titles = "autocovariance of the residuals, with what their mean takes out", "autocovariance of the fitted scatter"
     return {
         "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),
-        "covariance": store.Variable(("lag",), np.array(products), "1", titles[0]),
-        "covariance_fit": store.Variable(("lag",), modelled, "1", titles[1]),
+        "covariance": store.Variable(("lag",), products, "1", titles[0]),
+        "covariance_fit": store.Variable(("lag",), modelled[:lags], "1", titles[1]),
         "twin": store.Variable(("number", "sample"), np.array(twins), "1", "synthetic records"),
     }

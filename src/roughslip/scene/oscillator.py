@@ -210,8 +210,9 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
             for name in (name for name in OF_LAW.get(str(law), ()) if name not in oscillator):
                 yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD, TABLE)
     for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
-        if not {"damping": 0.0, "windows": 1.0}.get(parameter, 1e-15) <= low < high:
-            least = {"damping": "from 0 on", "windows": "from 1 on"}.get(parameter, "above 0")
+        least, most = {"damping": (0.0, 1.0), "windows": (1.0, math.inf)}.get(parameter, (1e-15, math.inf))
+        if not least <= low < high <= most:
+            least = {"damping": "from 0 to 1", "windows": "from 1 on"}.get(parameter, "above 0")
             allowed = f"for {parameter} a smaller and a larger number, {least}"
             yield refused([low, high], allowed, "map.ranges", "map.parameters")
 

@@ -123,6 +123,7 @@ def own_range(name: str, own: Machine) -> tuple[float, float]:
     """First and last value of a parameter: a factor of FACTOR around that of the machine.
 
     Damping ratios also reach half of the smaller limit of the machine and twice the larger one, where it has limits.
+    They end at 1, as the key does.
     """
     value = own.value(name)
     values = [value / FACTOR, value * FACTOR] if value > 0.0 else []
@@ -130,6 +131,7 @@ def own_range(name: str, own: Machine) -> tuple[float, float]:
         limits = [limit for limit in limits_or_nan(own.oscillator, own.law) if limit > 0.0]
         values += [factor * limit for limit in limits for factor in (0.5, 2.0)]
         values = values or [0.01, 1.0]
+        return min(*values, 1.0 / FACTOR), min(max(values), 1.0)
     return max(min(values), 1.0) if name == "windows" else min(values), max(values)
 
 

@@ -56,7 +56,7 @@ NEWEST = tempfile.NamedTemporaryFile(prefix="roughslip-")  # newer than any resu
 if workflow.is_main_process and not workflow.output_settings.verbose:
     show_own_errors(
         lambda folder: names.at(folder).scene,
-        seconds_of_stages(ROOT / "results" / "reference") if RUNS else None,
+        (lambda: seconds_of_stages(ROOT / "results" / "reference", scenes.asked)) if RUNS else None,
     )
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
@@ -67,7 +67,7 @@ try:
     words, default = (sys.argv[1:], options["scenes"]) if workflow.is_main_process else ([], [])
     if workflow.modifier.is_main_snakefile():  # of a module, targets may be rules of the caller
         check_targets(words, known, RULES | {"all"})
-    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked", own=own)
+    scenes = Scenes(ROOT, words, default=default, marks=STATE / "checked", own=own, writes=RUNS)
     names = Names(scenes, ROOT, writes=RUNS)
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS)
     if workflow.is_main_process and not LISTS:
@@ -75,6 +75,9 @@ try:
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
         working_folder.hold(STATE)
+        working_folder.end_jobs_on_interrupt()
+    elif workflow.output_settings.dryrun:  # beside a run, whose locks stay
+        workflow.execution_settings.lock = False
     for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
         names.published(name)
     if RUNS:

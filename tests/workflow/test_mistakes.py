@@ -241,7 +241,7 @@ def test_progress_has_the_time_to_go(monkeypatch):
     monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
     handler = ColorizingTextHandler(nocolor=True, stream=io.StringIO())
     own = terminal.OwnErrors()
-    own.progress = terminal.Progress({"slow": 9.0, "fast": 1.0})
+    own.progress = terminal.Progress(lambda: {"slow": 9.0, "fast": 1.0})
     handler.setFormatter(own)
     handler.addFilter(own.filter)
 

@@ -119,6 +119,7 @@ class Scenes:
     default : scenes that are made without a target
     marks : folder of marks for surfaces that were checked; not given, scans are not read
     own : a folder of scenes of the caller
+    writes : whether results will be written
 
     Raises InputError with every mistake of every scene asked for.
     """
@@ -130,6 +131,7 @@ class Scenes:
         default: Sequence[str] = (),
         marks: Path | None = None,
         own: str | None = None,
+        writes: bool = True,
     ) -> None:
         self.root, self.default, self._marks = root, list(default), marks
         self._folders = {name: folder for folder in scene_folders(root, own) for name in scene_names(folder)}
@@ -139,7 +141,8 @@ class Scenes:
             asked.update(self.default)
         self.asked = sorted(asked)
         mistakes, _ = self._loaded(self.asked)
-        mistakes += [f"{folder}: cannot be written to" for name in self.asked for folder in not_writable(name)]
+        written = self.asked if writes else ()
+        mistakes += [f"{folder}: cannot be written to" for name in written for folder in not_writable(name)]
         if mistakes:
             raise InputError(list(dict.fromkeys(mistakes)))
 

@@ -30,6 +30,7 @@ _KEPT = ("Nothing to be done", "Complete log")  # of what Snakemake says by the 
 _FINISHED = re.compile(r"Finished jobid: \d+ \(Rule: (\w+)\)")
 _OTHERS_S = 0.5  # of a job that only copies files
 _LINES = 20  # of progress
+SURE = 0.2  # of the work: from then on an estimate of the time to go is within a factor of two
 _INTERRUPTED = ("Terminating processes on user request", "died with <Signals.SIGINT")
 
 
@@ -72,13 +73,13 @@ def stated_error(logs: list[str]) -> str:
 
 
 class Progress:
-    """Lines of progress: jobs done and the time to go, jobs weighted by what their stages cost in the kept runs.
+    """Lines of progress: jobs done, and the time to go of scenes whose kept runs say what a job of a stage costs.
 
-    seconds : of a job by its stage
+    seconds : returns that by stage, or nothing where other scenes are asked for, whose stages may cost far more
     """
 
-    def __init__(self, seconds: dict[str, float]) -> None:
-        self._seconds, self._began, self._lines = seconds, time.monotonic(), 0
+    def __init__(self, seconds: Callable[[], dict[str, float]]) -> None:
+        self._costs, self._seconds, self._began, self._lines = seconds, {}, time.monotonic(), 0
         self._total, self._done = Counter[str](), Counter[str]()
 
     def takes(self, record: logging.LogRecord, text: str) -> bool:
@@ -86,6 +87,7 @@ class Progress:
         event = getattr(record, "event", None)
         if event == LogEvent.RUN_INFO:
             self._began, self._total = time.monotonic(), Counter(record.stats)  # type: ignore[attr-defined]
+            self._seconds = self._costs()
             del self._total["total"]
         if (finished := _FINISHED.match(text)) is not None:
             self._done[finished[1]] += 1
@@ -103,20 +105,27 @@ class Progress:
         done, of = self._work(self._done), self._work(self._total)
         to_go = (time.monotonic() - self._began) * (of - done) / max(done, 1e-9)
         left = f", about {to_go / 60:.0f} min to go" if to_go >= 90.0 else f", about {to_go:.0f} s to go"
-        return f"{self._done.total()} of {self._total.total()} steps done{'' if self._done == self._total else left}"
+        is_known = self._seconds and SURE * of <= done < of
+        return f"{self._done.total()} of {self._total.total()} steps done{left if is_known else ''}"
 
 
-def seconds_of_stages(reference: Path) -> dict[str, float]:
-    """Mean wall time of a job of each stage in the runs that git keeps. reference : their folder"""
-    rows = [row for file in reference.glob("*/costs.json") for row in json.loads(file.read_text(encoding="utf-8"))]
+def seconds_of_stages(reference: Path, scenes: Iterable[str]) -> dict[str, float]:
+    """Mean wall time of a job of each stage in the runs that git keeps; nothing where it keeps none of a scene.
+
+    reference : their folder
+    """
+    files = [reference / scene / "costs.json" for scene in scenes]
+    if not all(file.is_file() for file in files):
+        return {}
+    rows = [row for file in files for row in json.loads(file.read_text(encoding="utf-8"))]
     return {row["stage"]: row["wall_seconds"] / row["jobs"] for row in rows if row["jobs"]}
 
 
-def show_own_errors(scene_of: Callable[[str], str], seconds: dict[str, float] | None = None) -> None:
+def show_own_errors(scene_of: Callable[[str], str], seconds: Callable[[], dict[str, float]] | None = None) -> None:
     """Let Snakemake's handler for the terminal show a line an error, unless --verbose asks for all.
 
     scene_of : name of the scene that has a folder of the store
-    seconds : of a job by its stage, for the progress of a run; None where nothing runs
+    seconds : as of Progress; None where nothing runs
     """
     for handler in logger.handlers:
         shown = handler.formatter

@@ -10,12 +10,16 @@ does not start while such jobs are queued.
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from types import FrameType
 from typing import IO
 
 from roughslip.errors import InputError
@@ -56,6 +60,22 @@ def hold(state: Path) -> None:
             f"{folder}: jobs of an interrupted run are in the queue of Slurm and would overwrite new results; start "
             f"again when they have ended, or after: scancel {' '.join(queued)}"
         )
+
+
+def end_jobs_on_interrupt() -> None:
+    """Let Ctrl-C, also where it reaches Snakemake alone, end its jobs on this machine. Linux only."""
+    usual = signal.getsignal(signal.SIGINT)
+
+    def end(number: int, frame: FrameType | None) -> None:
+        for file in Path("/proc/self/task").glob("*/children"):
+            for job in file.read_text(encoding="ascii").split():
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(int(job), signal.SIGINT)
+        if callable(usual):
+            usual(number, frame)
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, end)
 
 
 def queued_jobs(folder: Path, states: str = ALIVE) -> list[str]:

@@ -212,8 +212,8 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
     for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
         least, most = {"damping": (0.0, 1.0), "windows": (1.0, math.inf)}.get(parameter, (1e-15, math.inf))
         if not least <= low < high <= most:
-            least = {"damping": "from 0 to 1", "windows": "from 1 on"}.get(parameter, "above 0")
-            allowed = f"for {parameter} a smaller and a larger number, {least}"
+            where = {"damping": "from 0 to 1", "windows": "from 1 on"}.get(parameter, "above 0")
+            allowed = f"for {parameter} a smaller and a larger number, {where}"
             yield refused([low, high], allowed, "map.ranges", "map.parameters")
 
 

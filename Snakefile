@@ -71,13 +71,12 @@ try:
     names = Names(scenes, ROOT, writes=RUNS)
     inputs = Inputs(names, NEWEST.name, shows_all=bool(GRAPHS), clears=RUNS)
     if workflow.is_main_process and not LISTS:
-        lines = [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
+        lines = [line for refused in scenes.refused.values() for line in refused]
+        lines += [f"{name}: warning: {text}" for name in scenes.asked for text in scenes.warnings(name)]
         print("".join(f"{line}\n" for line in lines), end="", file=sys.stderr)
     if RUNS:
         working_folder.hold(STATE)
         working_folder.end_jobs_on_interrupt()
-    elif workflow.output_settings.dryrun:  # beside a run, whose locks stay
-        workflow.execution_settings.lock = False
     for name in () if LISTS else scenes.asked:  # in this order: a job of several scenes bears the name of the first
         names.published(name)
     if RUNS:
@@ -131,12 +130,22 @@ include: "workflow/rules/several_scenes.smk"
 
 
 for name in known:
+    if name in scenes.refused:
 
-    rule:
-        name:
-            name
-        input:
-            f"results/{name}/{LISTED}",
+        rule:
+            name:
+                name
+            localrule: True
+            shell:
+                "exit 1"
+
+    else:
+
+        rule:
+            name:
+                name
+            input:
+                f"results/{name}/{LISTED}",
 
 
 # A line when a job starts, in place of a block of files and reasons.

@@ -86,7 +86,7 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     assert shares == pytest.approx([1.0, 0.5, 0.0], abs=0.05)
     figure = figure_record(Shown(recorded.dataset()))
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
-    assert "the surface by the law of scatter, to 10 %" in figure.axes[3].get_legend_handles_labels()[1]
+    assert "surface, law of scatter to 10 %" in figure.axes[3].get_legend_handles_labels()[1]
     assert not record.has_surface({key: SCENE[key] for key in ("friction", "oscillator")})
     for law, words in (
         (0.01, "roughness is 25% of the"),
@@ -142,6 +142,12 @@ def test_the_machine_follows_drawn_values_and_is_that_of_the_scene_at_its_own():
     assert tabled.machine({"oscillator.friction_table.0.1": 0.45}).law.static == 0.45
     assert tabled.machine({"oscillator.static_friction": 0.38}).law.values == (0.38, 0.35, 0.3)
     assert tabled.machine({"oscillator.friction_table.1.1": 0.36}).law.values == (0.4, 0.36, 0.3)
+
+
+def test_variance_of_a_mean_of_independent_of_equal_and_of_correlated_places():
+    """sigma^2 / n, sigma^2, and half of 1 + rho for two."""
+    found = [record.variance_of_mean(np.array(one)) for one in ([4.0, 0, 0, 0, 0], [4.0] * 5, [1.0, 0.4])]
+    assert found == pytest.approx([0.8, 4.0, 0.7])
 
 
 def test_a_record_gives_its_curve_and_scatter_with_their_covariance(recorded):

@@ -27,6 +27,7 @@ USER_FILES = sorted({key for stage in STAGES.values() for key in stage.user_file
 KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "logs", "usage")  # of no scene
+GOES_ON = {"--keep-going", "-k"}
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
@@ -121,7 +122,8 @@ class Scenes:
     own : a folder of scenes of the caller
     writes : whether results will be written
 
-    Raises InputError with every mistake of every scene asked for.
+    `refused` holds the mistakes of those that are left out while others run, with --keep-going. Raises InputError with
+    every mistake of every scene asked for.
     """
 
     def __init__(
@@ -140,11 +142,17 @@ class Scenes:
         if not asked or DEFAULT_TARGETS.intersection(words):
             asked.update(self.default)
         self.asked = sorted(asked)
-        mistakes, _ = self._loaded(self.asked)
-        written = self.asked if writes else ()
-        mistakes += [f"{folder}: cannot be written to" for name in written for folder in not_writable(name)]
-        if mistakes:
-            raise InputError(list(dict.fromkeys(mistakes)))
+        mistakes = {name: self._mistakes(name, writes) for name in self.asked}
+        self.asked = [name for name, lines in mistakes.items() if not lines]
+        self.refused = {name: lines for name, lines in mistakes.items() if lines}
+        others_run = GOES_ON.intersection(words) and self.asked and not self.refused.keys() & {*self.default}
+        if self.refused and not others_run:
+            raise InputError(list(dict.fromkeys(line for lines in self.refused.values() for line in lines)))
+
+    def _mistakes(self, name: str, writes: bool) -> list[str]:
+        """What is wrong with a scene, and with the folders that it writes to."""
+        lines = self._loaded([name])[0]
+        return [*lines, *(f"{folder}: cannot be written to" for folder in (not_writable(name) if writes else ()))]
 
     def _loaded(self, names: Sequence[str]) -> tuple[list[str], list[str]]:
         """The mistakes of these scenes, and those that have none."""

@@ -145,6 +145,13 @@ def is_roughness_the_cause(by_law: float, low: float, high: float) -> str:
     return f"{shown}: roughness can be the cause; compare the lengths over which both are correlated"
 
 
+def variance_of_mean(covariance: np.ndarray) -> float:
+    """Variance of the mean of a process over places at equal distances, from its autocovariance (n,) at these."""
+    n = len(covariance)
+    pairs = np.where(np.arange(n) > 0, 2.0, 1.0) * (n - np.arange(n))  # of places so far apart
+    return float(pairs @ covariance) / n**2
+
+
 def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
     """Autocorrelation of the residuals with that of the fit, and synthetic records of the fit."""
     kind = found.kind if found.kind in found.fits else "additive"
@@ -156,8 +163,7 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     lags = min(LAGS, even.size - 1)
     products = np.array([np.mean(values[: even.size - k] * values[k:]) for k in range(lags)])
     modelled = fit.deviation**2 * np.exp(-even / fit.length)
-    weights = np.where(even > 0.0, 2.0, 1.0) * (even.size - np.arange(even.size))  # pairs of places so far apart
-    products += weights @ modelled / even.size**2  # which the mean takes out
+    products += variance_of_mean(modelled)  # which the mean takes out
     twins = []
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])

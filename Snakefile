@@ -35,6 +35,7 @@ from roughslip.errors import InputError
 from roughslip.scene.files import scene_names
 from roughslip.study import PARENT
 from roughslip.study.graph import STAGES
+from roughslip.study.plan import stages_after
 from workflow.keys import KEY, STORE, Names
 from workflow.study import working_folder
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs

@@ -15,6 +15,7 @@ for row in JOBS:
             **outputs(row.name, lambda wildcards, stage=row.name: inputs.entry(stage, wildcards).scene),
         log:
             log(row.name),
+        priority: stages_after(row.name)
         resources:
             mem_mb=lambda wildcards, attempt, stage=row.name: asked_mb(stage, attempt, options["memory_mb"]),
         params:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import get, part_of
 from roughslip.study.graph import EVERY_SCENE, STAGES, Stage
@@ -88,6 +90,13 @@ def slice_of(scene: Values, stage: Stage, name: str) -> Values:
 def makers(stage: Stage, stages: frozenset[str]) -> list[str]:
     """Those of the stages of a scene that make inputs of one of them."""
     return sorted({*stage.makers, *stage.collects.values()} & stages)
+
+
+@cache
+def stages_after(name: str) -> int:
+    """Stages in the longest chain from one to the page: the first of the longest chain start first."""
+    takers = [row.name for row in STAGES.values() if name in {*row.makers, *row.collects.values()}]
+    return max((1 + stages_after(taker) for taker in takers), default=0)
 
 
 def _runs(scene: Values, stage: Stage) -> bool:

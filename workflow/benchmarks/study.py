@@ -1,7 +1,7 @@
 """CPU seconds of whole scenes by stage, with compiling ("cold") and without ("warm").
 
-python -m workflow.benchmarks.study [--peers]    measures smoke and the default scenes: results/benchmarks/study.json
-python -m workflow.benchmarks.study --shows      prints those of the last run of smoke next to the kept ones
+python -m workflow.benchmarks.study measures smoke and the default scenes, a row a scene. With --shows it prints the
+numbers of the last run of smoke next to the kept ones.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -206,6 +207,18 @@ def thumbnail(svg: bytes, name: str) -> str:
     return f'<svg {size} aria-hidden="true"><use href="#{name}-drawing"/></svg>'
 
 
+def _round_step(length: float) -> float:
+    """The distance of ticks, of which four to ten lie on an axis: 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(length))
+    return next(step * power for step in (0.1, 0.2, 0.5, 1.0) if length <= 10.000001 * step * power)
+
+
+def _marks(low: float, length: float, step: float) -> list[float]:
+    """Places of the multiples of a step on an axis, in percent of its length."""
+    first, last = math.ceil(low / step - 1e-9), math.floor((low + length) / step + 1e-9)
+    return [100 * (number * step - low) / length for number in range(first, last + 1)]
+
+
 def plots(motion: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Displacement and speed against time, and the cycle: speed against displacement.
 
@@ -219,7 +232,11 @@ def plots(motion: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     drawn = {}
     for title, (x, y) in (axes | {"cycle": ("displacement_m", "velocity_m_per_s")}).items():
         across, along = (words.amount(ends[axis][1], units[axis], words.SURE) for axis in (x, y))
-        drawn[title] = {"across": across, "along": along} | {
+        steps = [_round_step(ends[axis][1]) for axis in (x, y)]
+        each = [words.amount(step, units[axis], words.SURE) for step, axis in zip(steps, (x, y), strict=True)]
+        marks = [_marks(*ends[axis], step) for step, axis in zip(steps, (x, y), strict=True)]
+        ticks = " ".join([*(f"M{place:.4g} 100v2" for place in marks[0]), *(f"M0 {100 - p:.4g}h-1" for p in marks[1])])
+        drawn[title] = {"across": across, "along": along, "ticks": ticks, "each": each} | {
             kind: " ".join(
                 f"{100 * (a - ends[x][0]) / ends[x][1]:.4g},{100 - 100 * (b - ends[y][0]) / ends[y][1]:.4g}"
                 for a, b in zip(curve[x], curve[y], strict=True)

@@ -19,7 +19,7 @@ from roughslip.oscillator.slip_orbit import equilibrium
 from roughslip.oscillator.states import States
 from roughslip.oscillator.vibration import least_amplitude, linear_response, vibration_cycles, vibrations
 from tests.oscillator.motions import LAW, STUDY
-from tests.oscillator.test_attractors import HUMP, SLIDE
+from tests.oscillator.test_attractors import BELT, HUMP, SLIDE, of_powers
 
 TURN = 2.0 * math.pi
 LENGTH = 2.5e-4
@@ -90,6 +90,20 @@ def test_a_machine_in_three_states_along_its_damping():
     assert (found.smallest_change.state, found.smallest_change.aim) == (State.VIBRATION, "end")
     steady = 2000.0 * (1.0 + found.smallest_change.value)
     assert steady == pytest.approx(2000.0 * 0.4 / hopf_damping(SLIDE, HUMP), rel=1e-5)
+
+
+def test_a_vibration_that_has_not_grown_yet_is_not_decided():
+    """From sliding it grows by e in 1 / (2 pi (D_Hopf - D)) natural periods, 32 here: after 40 it still slides."""
+    law = of_powers(0.2, 0.2, -0.4)
+    made = Machine(replace(BELT, damping_ratio=0.095), law, Friction(0.3, 1e-5, 1e-3))
+    found = answer(made, 72, 40.0, ())
+    assert found.shares["from_rest"]["vibration"].value == found.shares["from_sliding"]["sliding"].value == 1.0
+    assert found.starts_differ
+    assert not found.decided
+    assert (found.needs.scale, found.needs.value) == (
+        "growth of a vibration",
+        pytest.approx(20 / (TURN * 0.005), rel=1e-3),
+    )
 
 
 def test_where_steady_sliding_begins_and_ends_without_scatter():

@@ -21,7 +21,7 @@ from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Decision
 from roughslip.oscillator.answer_runs import Runs
 from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.limits import limits_or_nan, slip_loop
+from roughslip.oscillator.limits import hopf_damping, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
 from roughslip.oscillator.states import durations, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
@@ -35,6 +35,7 @@ LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damp
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
 LEAST_KNOWN = 0.1  # of the belt's velocity, down to which a law has to be measured
 LIKELY = 0.5  # share of the runs from which on a state is to be ended
+GROWTHS = 20.0  # times e in size in a run whose first half serves a vibration to grow
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
 STARTS = {"from_rest": False, "from_sliding": True}
@@ -90,7 +91,7 @@ def answer(
         probability_from_sliding=probability(cycles["from_sliding"]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
-        **memory_of_the_start(runs, periods, seen),
+        **memory_of_the_start(runs, periods, seen, ends["from_sliding"].state),
         durations=durations(list(chain(*vibrating.states.values())), np.random.default_rng([*seed, 1])),
         durations_by_theory=None if may_vibrate else durations_by_theory(machine),
         **cycle,
@@ -278,8 +279,12 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision
     return Decision(by, exists, slope, exists_to, unstable, by_lines, vibrates, blur)
 
 
-def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:
+def memory_of_the_start(
+    runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]], from_sliding: str | None
+) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
+
+    from_sliding : the state in which the motion from sliding ends without scatter; a vibration has to grow to its size
 
     Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one
     start as from the other, where the start is forgotten.
@@ -289,7 +294,11 @@ def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[S
         sliding = seen["from_sliding"][state]
         more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
         differ = differ or bool(abs(more - less) > 2.0 * np.sqrt(more + less))
-    scale, needed = max(time_scales(runs.own).items(), key=lambda pair: pair[1])
+    scales = time_scales(runs.own)
+    if from_sliding == State.VIBRATION:
+        belt, law = runs.own.oscillator, runs.own.law
+        scales["growth of a vibration"] = GROWTHS / (2.0 * np.pi * (hopf_damping(belt, law) - belt.damping_ratio))
+    scale, needed = max(scales.items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,
         "decided": not differ or periods >= needed * (1.0 - 1e-9),

@@ -150,7 +150,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
         known = group != left_out - 1
         near = known & (predicted >= lowest)
         scatter = residual_scatter(predicted[near], values[near])
-        balance = _balance(scatter, basis[known] @ own, lowest, target, pressure[known])
+        balance = _balance(scatter, (basis @ own)[known], lowest, target, pressure[known])
         members.append(Member(own[: len(indices)], scatter, balance))
     return LocalExpansion(indices, members[0], tuple(members[1:]), lowest, target, fit)
 

@@ -29,7 +29,7 @@ from roughslip.oscillator.limits import (
 )
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate
-from roughslip.oscillator.slip_orbit import equilibrium, rate_of_slip, slip_flow, turn
+from roughslip.oscillator.slip_orbit import balance, equilibrium, rate_of_slip, slip_flow, turn
 from roughslip.oscillator.table_law import TableLaw, friction_law
 from roughslip.probability import BetaDistribution
 from tests.oscillator.motions import LAW, STUDY
@@ -216,8 +216,14 @@ def test_turns_are_those_of_scipy(law, damping, drift):
 
 
 def test_the_adjoint_holds_where_slip_contracts():
-    """A strong damping: the propagator over the orbit is singular to rounding, its adjoint is a difference quotient."""
-    flow, h = slip_flow(replace(STUDY, damping_ratio=9.0), StribeckLaw(0.1)), 1e-4
+    """A strong damping: the propagator over the orbit is singular to rounding, its adjoint is a difference quotient.
+
+    So is the rate of slip, with a drift that matters near the belt.
+    """
+    flow, h = slip_flow(replace(STUDY, damping_ratio=9.0), StribeckLaw(0.1))._replace(drift=5.0, drift_ratio=2.0), 1e-4
+    for w in (-0.4, 0.3, 0.9):
+        rate = (balance(w + h, flow) - balance(w - h, flow)) / (2 * h)
+        assert rate_of_slip(w, flow) == pytest.approx(rate, rel=1e-6)
     start, samples = (0.3, -0.4), 801
     orbit, adjoint, _ = _orbit(start, flow, 4.0, samples, False)
     for sample, direction in ((0, (1.0, 0.0)), (400, (1.0, 0.0)), (760, (0.0, 1.0))):

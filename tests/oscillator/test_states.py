@@ -21,7 +21,7 @@ from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, simulate
-from roughslip.oscillator.slip_orbit import departure_point
+from roughslip.oscillator.slip_orbit import departure_point, slip_flow
 from roughslip.oscillator.states import (
     States,
     durations,
@@ -34,7 +34,7 @@ from roughslip.oscillator.states import (
     time_scales,
 )
 from roughslip.oscillator.table_law import TableLaw
-from roughslip.oscillator.trough_chain import durations_by_theory, durations_of, trough_map
+from roughslip.oscillator.trough_chain import _drifting, durations_by_theory, durations_of, trough_map
 from tests.oscillator.motions import LAW, STUDY, machine
 
 TURN = 2.0 * math.pi
@@ -374,3 +374,17 @@ def test_theory_holds_where_slip_contracts_strongly():
     ]
     assert np.all(np.diff([each.stick_slip[0] for each in found]) < 0.0)
     assert np.all(np.diff([each.sliding[0] for each in found]) > 0.0)
+
+
+def test_friction_that_is_met_sooner_pushes_with_its_mean_gradient():
+    """(F sigma)^2 / (V L) / (1 + (V (1 - w) / L)^2) in units of the belt, of added and of multiplied friction."""
+    deviation, length = 0.03, 3e-4
+    own, plain = machine(deviation, length), slip_flow(STUDY, LAW)
+    for gain, one in (
+        (1.0, own),
+        (float(LAW.mu(0.948)), replace(own, friction=replace(own.friction, multiplies=True))),
+    ):
+        flow, sigma = _drifting(plain, one), gain * one.friction.path_deviation
+        for w in (1.0, 0.9, -0.5):
+            force = (STUDY.F * sigma) ** 2 / (STUDY.V * length) / (1.0 + (STUDY.V * (1.0 - w) / length) ** 2)
+            assert flow.at_peak(w) - plain.at_peak(w) == pytest.approx(force, rel=1e-6)

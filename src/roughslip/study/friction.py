@@ -1,12 +1,15 @@
 """Stage friction: statistics of the friction coefficient over penetration, or under a load and over loads about it."""
 
+from typing import Any
+
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.pad import WINDOWS, Blocks, between_pads, pads
+from roughslip.errors import IllPosedError
+from roughslip.friction.pad import ROUNDING, WINDOWS, Blocks, between_pads, pads
 from roughslip.friction.table import FrictionTable, WindowLayout, friction_table
 from roughslip.friction.table_variables import missing_warnings, summary, table_variables
-from roughslip.friction.windows import estimate_of, resampled
+from roughslip.friction.windows import Windows, estimate_of, resampled
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import columns_of
 from roughslip.scene.part import Scene
@@ -67,7 +70,12 @@ def over_penetration(
     percentiles = np.array(strip.penetration_percentiles, dtype=float)
     layout = WindowLayout(percentiles, strip.window_m, strip.window_spacing_m, sums[0][0].shape[1])
     least, draws, mean = geometry.least_contact_area(scene), [seed, Stream.BOOTSTRAP], scene.friction.mean
-    table = friction_table(sums, others, least, layout, mean, REPLICATES, draws, job.progress)
+    rest: Any = least, layout, mean, REPLICATES, draws, job.progress
+    try:
+        table = friction_table(sums, others, *rest)
+    except IllPosedError as error:
+        table = friction_table(unresolved(sums, np.random.default_rng([*draws, layout.count])), others, *rest)
+        job.warn(f"a share of {ROUNDING:g} stands for no scatter: {error}")
     known = table.layout.percentiles
     loads = load_table(job, [blocks[int(np.flatnonzero(percentiles == level)[0])] for level in known], table)
     job.warn(*(f"the penetration of {level:g} % is left out: {reason}" for level, reason in table.missing.items()))
@@ -76,6 +84,11 @@ def over_penetration(
     variables = table_variables(table) | load_variables(loads)
     variables |= correlation_variables(scene, job.optional("scan"))
     return variables, summary(variables)
+
+
+def unresolved(sums: list[Windows], generator: np.random.Generator) -> list[Windows]:
+    """Windows with a scatter of ROUNDING of their mean, for contact that yields everywhere: mu = tau / H has none."""
+    return [(area * (1.0 + ROUNDING * generator.standard_normal(area.shape)), force) for area, force in sums]
 
 
 def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table:

@@ -8,6 +8,8 @@ import pytest
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import Friction
 from roughslip.oscillator import Machine, Oscillator, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator.answer_parts import Limits, Quantity
+from roughslip.oscillator.answers import smallest_change
 from roughslip.oscillator.machine import PARAMETERS
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
@@ -119,3 +121,17 @@ def test_a_question_without_an_answer_is_refused():
     for change in ({"excitation_force_n": 10.0}, {"belt_velocity_m_per_s": 0.0}):
         with pytest.raises(IllPosedError, match=r"the mass is excited|the belt is at rest"):
             answer(dataclasses.replace(OWN, oscillator=dataclasses.replace(BELT, **change)))
+
+
+def test_the_smallest_change_ends_what_is_likely():
+    """Stick-slip by its level of 5 %, vibration where steady sliding begins; else it begins stick-slip."""
+    none = dict.fromkeys(("0.05", "0.95", "steady_without_scatter"))
+    ends = none | {"0.05": Quantity(0.3, (0.28, 0.31), "1"), "steady_without_scatter": Quantity(0.31, None, "1")}
+    limits = {"damping": Limits(0.2, None, "1", "D", none, ends, Quantity(None, None, "1"))}
+    for shares, aim, state, change in (
+        ((0.9, 0.1), "end", "stick_slip", 0.5),
+        ((0.2, 0.8), "end", "vibration", 0.55),
+    ):
+        found = smallest_change(limits, *shares)
+        assert (found.aim, found.state, found.value) == (aim, state, pytest.approx(change))
+    assert smallest_change(limits, 0.1, 0.3) is None

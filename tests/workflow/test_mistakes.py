@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import logging
+import os
 import shutil
 import signal
 import subprocess
@@ -203,6 +204,39 @@ def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monk
             assert all(line.startswith(text) for line in lines)
 
 
+def test_with_keep_going_a_scene_with_mistakes_is_left_out_and_others_run(tmp_path, monkeypatch):
+    """Only those that are named. Without it, and where none is without mistakes, all mistakes end the run."""
+    monkeypatch.chdir(tmp_path)
+    own = tmp_path / "own"
+    own.mkdir()
+    for name, seed in (("good", 3), ("bad", -3)):
+        (own / f"{name}.yaml").write_text(f"extends: given\ndescription: d\nseed: {seed}\n")
+    scenes = Scenes(ROOT, ["good", "bad", "--keep-going"], own=str(own))
+    assert (scenes.asked, list(scenes.refused)) == (["good"], ["bad"])
+    assert "seed: -3 is not allowed" in scenes.refused["bad"][0]
+    for words in (["good", "bad"], ["bad", "-k"]):
+        with pytest.raises(InputError, match="seed: -3"):
+            Scenes(ROOT, words, own=str(own))
+    assert not Scenes(ROOT, ["good"], own=str(own)).refused
+
+
+def test_an_interrupt_of_the_run_alone_ends_its_jobs():
+    code = (
+        "import subprocess; from workflow.study.working_folder import end_jobs_on_interrupt; end_jobs_on_interrupt();"
+        "job = subprocess.Popen(['sleep', '100']); print(job.pid, flush=True); job.wait()"
+    )
+    options = {"cwd": ROOT, "env": {"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}, "text": True}
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options
+    ) as run:
+        job = int(run.stdout.readline())
+        run.send_signal(signal.SIGINT)
+        run.communicate(timeout=20)
+    assert run.returncode != 0
+    with pytest.raises(ProcessLookupError):
+        os.kill(job, 0)
+
+
 SNAKEFILE = """\
 import sys
 sys.path[:0] = [{root!r}, {root!r} + "/src"]
@@ -258,6 +292,10 @@ def test_progress_has_the_time_to_go(monkeypatch):
     say("Complete log(s): here")
     steps = [f"{n} of 4 steps done, about {left} s to go" for n, left in ((1, 6), (2, 5), (3, 0))]
     lines = [*steps, "4 of 4 steps done", "disk is full", "Complete log(s): here"]
+    unknown = terminal.Progress(dict)  # scenes that git keeps no run of
+    unknown.takes(logging.makeLogRecord({"event": LogEvent.RUN_INFO, "stats": {"slow": 2, "total": 2}}), "Job stats")
+    unknown.takes(logging.makeLogRecord({}), "Finished jobid: 3 (Rule: slow)")
+    assert unknown.line() == "1 of 2 steps done"
     assert handler.stream.getvalue().splitlines() == lines
 
 

@@ -129,6 +129,8 @@ def test_files_of_the_user_and_the_surface_come_in_the_wave_of_the_other_mistake
     assert not any("rpm" in line for line in said(given + record % ", radius_m: -1"))
     light = "extends: disc_brake\nload: {force_n: 20, nominal_pressure_pa: 1.0e+3}\noscillator: {mass_kg: -1}\n"
     assert [line.partition(" ")[0] for line in said(light)] == ["oscillator.mass_kg:", "load:"]
+    flat = "extends: disc_brake\nroughness: {rms_height_m: 1.0e-15}\n"  # under the load of its base
+    assert [line.partition(" ")[0] for line in said(flat)] == ["load:"]
     half = "extends: paper\nload: {force_n: 20}\nmaterial: {young_modulus_pa: 0}\n"  # no pressure to judge
     assert [line.partition(" ")[0] for line in said(half)] == [
         "material.young_modulus_pa:",

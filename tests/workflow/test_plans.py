@@ -37,7 +37,7 @@ GIVEN = "friction: {statistics: {standard_deviation: 0.05, correlation_length_m:
 GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covariance: best, marginal: gaussian}}"
 PLANNED = {
     "targets: [figure2, figure3]\njobs: 4": {
-        **(SQUARE | {"contact_square": 12}),
+        **(SQUARE | {"contact_square": 5}),
         **(STRIP | {"contact": 4, "expansion_strip": 4}),
     },
     "targets: [figure5]": STRIP | OSCILLATOR,

@@ -68,7 +68,7 @@ def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[li
     try:
         section, text = surface_mistake(scene)
         if text:
-            return [Mistake((section,), text)], []
+            return [Mistake((section, *SURFACE), text)], []
         warnings = scene_warnings(scene)
         section = "oscillator.law"
         check_own_law(scene)
@@ -76,7 +76,7 @@ def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[li
         warnings += [] if scan is None else _scan_warnings(scene, scan)
     except RoughslipError as error:
         lines = error.lines if isinstance(error, InputError) else [str(error)]
-        return [Mistake((section,), text) for text in lines], []
+        return [Mistake((section, *SURFACE), text) for text in lines], []
     if marks:
         with replacing(mark) as temporary:
             temporary.write_text(json.dumps(warnings), encoding="utf-8")

@@ -63,7 +63,7 @@ benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject $(if $(filter 1,$(PEERS)),--peers); \
 	done
 
-stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; twenty minutes
+stress: $(VENV)/run.stamp ## solve thousands of random problems, check each answer independently, keep a summary; two hours
 	$(RUN) tests.properties.campaign -j $(JOBS) $(if $(SEED),--seed $(SEED)) $(if $(SHARE),--share $(SHARE)) --output results/stress.json \
 		$(if $(SEED)$(SHARE),,--keep results/reference/evidence/stress.json)
 

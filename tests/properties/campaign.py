@@ -37,7 +37,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import RoughslipError
 
-# Problems of a whole campaign; the slow ones first, so that processes end together. An hour on two cores.
+# Problems of a whole campaign; the slow ones first, so that processes end together. Two hours on two cores.
 CAMPAIGNS = {
     "scenes": 300,
     "machines": 400,

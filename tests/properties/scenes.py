@@ -98,9 +98,8 @@ def draw(trial: Trial) -> Values:
     if kind in ("given", "record"):
         length = log_uniform(rng, -5, -2)
     if kind == "given":
-        scene["friction"]["statistics"] = {
-            "standard_deviation": mean * log_uniform(rng, -3, 0), "correlation_length_m": length
-        }  # fmt: skip
+        statistics = {"standard_deviation": mean * log_uniform(rng, -3, 0), "correlation_length_m": length}
+        scene["friction"]["statistics"] = statistics
     if rng.random() < 0.3:
         scene["friction"]["scatter"] = choose(rng, ("additive", "multiplicative"))
     scene |= machine(trial, mean, length)
@@ -155,16 +154,11 @@ def roughness(trial: Trial, kind: str, length: float, slope: float, cell: float,
     height = length * slope
     if kind == "scan":
         n = int(rng.integers(24, 64))
-        waves = np.fft.irfft2(
-            np.fft.rfft2(rng.standard_normal((n, n))) * np.hypot(*np.ogrid[1 : n + 1, 1 : n // 2 + 2]) ** -1.5, (n, n)
-        )
+        amplitudes = np.hypot(*np.ogrid[1 : n + 1, 1 : n // 2 + 2]) ** -1.5
+        waves = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((n, n))) * amplitudes, (n, n))
         np.savetxt("scenes/scan.txt", height * waves / waves.std() * 1e6)
-        scan = {
-            "file": "scan.txt",
-            "spacing_m": [cell, cell],
-            "height_unit": "um",
-            "form": choose(rng, ("mean", "plane")),
-        }
+        scan: Values = {"file": "scan.txt", "spacing_m": [cell, cell], "height_unit": "um"}
+        scan |= {"form": choose(rng, ("mean", "plane"))}
         scan |= {"covariance": choose(rng, ("best", "measured", "gaussian", "exponential", "matern", "self_affine"))}
         return {"scan": scan | {"marginal": choose(rng, ("gaussian", "empirical"))}}
     covariance = choose(rng, COVARIANCES)
@@ -202,13 +196,13 @@ def machine(trial: Trial, mean: float, length: float) -> Values:
         speeds = np.append(0.0, np.sort(knee * 10 ** rng.uniform(-1, 1, 4)))
         values = np.append(mean * rng.uniform(1, 1.5), mean * rng.uniform(0.5, 1.5, 4))
         values[rng.integers(1, 5)] = mean * 0.9
-        section |= {
-            "friction_table": np.stack([speeds, values], 1).tolist(),
-            "static_friction": values[0] * rng.uniform(1, 2),
-        }
+        section["friction_table"] = np.stack([speeds, values], 1).tolist()
+        section["static_friction"] = values[0] * rng.uniform(1, 2)
     Path("scenes/own.py").write_text(OWN.format(rest=mean, speed=knee, rise=mean * rng.uniform(-0.1, 0.2)))
     if law == "own":
         section |= {"law": "own.py:hump", "static_friction": 2 * mean}
+    if law in ("table", "own") and rng.random() < 0.3:
+        del section["static_friction"]  # the first value of the curve
     section["damping_ratio"] = min(damping(trial, section, mean, omega), 1.0)
     trial.case["law"] = law
     more: Values = {"ensemble": {"realisations": 8, "duration_periods": 20}}
@@ -222,7 +216,7 @@ def damping(trial: Trial, section: Values, mean: float, omega: float) -> float:
     """A damping ratio: any, or near a limit of the law."""
     rng = trial.rng
     belt = Oscillator(section["mass_kg"], omega, 0.1, section["belt_velocity_m_per_s"], section["normal_force_n"])
-    law = CoulombLaw(mean, section["static_friction"])
+    law = CoulombLaw(mean, max(section.get("static_friction", mean), mean))
     if section["law"] == "stribeck":
         law = StribeckLaw(mean, section["static_friction"], section["stribeck_decay_s_per_m"], 0.0)
     near = [limit for limit in limits_or_nan(belt, law) if limit > 0.0]

@@ -246,5 +246,6 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
             section.static_friction = values.get(f"{TABLE}.0.1", own)
             rows[0] = rows[0][0], section.static_friction
         section.friction_table, mean = tuple(rows), rows[0][1]
-    section.static_friction = max(section.static_friction or 0.0, mean)
+    if section.static_friction is not None:
+        section.static_friction = max(section.static_friction, mean)
     return section

@@ -14,12 +14,13 @@ from roughslip.friction import autocorrelation_of_friction, scatter_of_friction
 from roughslip.friction.scatter_law import (
     FITTED,
     correlation_of_slopes,
+    doubt_of_law,
     elliptic_contact,
     mean_over_window,
     pair_covariance,
     roughness_of,
 )
-from roughslip.surface import covariance_of
+from roughslip.surface import covariance_of, self_affine
 
 LENGTH = 1.13e-5
 GAUSSIAN = covariance_of("gaussian", rms_height_m=1e-7, correlation_length_m=LENGTH)
@@ -158,6 +159,32 @@ def test_heights_without_a_slope_and_no_load_are_refused():
         scatter_of_friction(lambda x, y: GAUSSIAN(x, y), MODULUS, 5e7, (1e-4, 1e-4))
     with pytest.raises(ParameterError, match="the pressure"):
         scatter_of_friction(GAUSSIAN, MODULUS, 0.0, (1e-4, 1e-4))
+
+
+def test_rough_matern_heights_have_a_law_or_none_and_other_spectra_are_doubted():
+    """Slopes have a limit above a smoothness of 1. Widths far from the solved ones, of nearly no slope or of a ring of
+    waves, 1 : 1.08, are said with their number: solved cells had 1 / 1.4 of the law there at p = 0.001 E* h'."""
+    for smoothness in (0.75, 0.9, 1.0, 1.001, 1.1, 1.15, 1.3):
+        surface = covariance_of("matern", 1e-7, LENGTH, smoothness=smoothness)
+        if smoothness <= 1.0:
+            with pytest.raises(IllPosedError, match="grows without limit"):
+                doubt_of_law(surface)
+            continue
+        assert bool(doubt_of_law(surface)) == (smoothness <= 1.1)
+    assert doubt_of_law(GAUSSIAN) == ""
+    assert doubt_of_law(self_affine(1e-7, 0.8, 2 * LENGTH, LENGTH)) == ""
+    waves = np.linspace(1.0, 1.08, 50)
+
+    class Ring:
+        rms_slope, rms_curvature = math.sqrt(np.mean(waves**3) / np.mean(waves)), 0.5 * math.sqrt(np.mean(waves**5))
+
+        def __call__(self, x, y=0.0):
+            at = scipy.special.j0(waves * np.hypot(x, y)[..., None])
+            return (at * waves).sum(axis=-1) / waves.sum()
+
+    assert "0.37: for waves within a factor of two" in doubt_of_law(Ring())
+    with pytest.warns(UserWarning, match="up to 1.6 times the solved scatter"):
+        scatter_of_friction(Ring(), MODULUS, 0.01 * MODULUS, (500.0, 500.0))
 
 
 def test_the_constants_are_those_of_the_kept_study_and_go_into_the_law_of_a_pocket_calculator():

@@ -7,10 +7,19 @@ import pytest
 
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.friction import Friction
-from roughslip.oscillator import Machine, Oscillator, StribeckLaw, answer, limit_cycle
+from roughslip.oscillator import (
+    Machine,
+    Oscillator,
+    StribeckLaw,
+    TableLaw,
+    answer,
+    existence_limit,
+    hopf_damping,
+    limit_cycle,
+)
 from roughslip.oscillator.answer_parts import Limits, Quantity
 from roughslip.oscillator.answers import smallest_change
-from roughslip.oscillator.machine import PARAMETERS
+from roughslip.oscillator.machine import PARAMETERS, FrictionOverLoad
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
 OWN = Machine(BELT, LAW, Friction(0.3, 1e-9, LENGTH))
@@ -37,6 +46,23 @@ def test_the_motion_that_it_shows_is_the_limit_cycle(result):
         slopes, slip = np.diff(x) / np.diff(time), speed[:-1] < 0.9 * BELT.belt_velocity_m_per_s
         between = 0.5 * (speed[1:] + speed[:-1])
         assert slopes[slip] == pytest.approx(between[slip], abs=2e-2 * BELT.belt_velocity_m_per_s)
+
+
+def test_friction_follows_the_load_as_its_contacts():
+    """At a load where the contacts have a fifth less friction the cycle is that of a law of a fifth less, at rest too;
+    between the loads the friction force is a power of the load, beyond them in proportion."""
+    over_load = FrictionOverLoad((250.0, 2500.0, 25000.0), (300.0, 2500.0, 20000.0))
+    table = TableLaw((0.0, 0.5, 2.0), (0.4, 0.3, 0.25))
+    machine = dataclasses.replace(OWN, law=table, over_load=over_load)
+    assert machine.value("load") == pytest.approx(2500.0)
+    for load, factor in ((25000.0, 0.8), (50000.0, 0.8), (250.0, 1.2), (100.0, 1.2), (2500 * 10**0.5, 0.8**0.5)):
+        changed = machine.changed({"load": load})
+        assert changed.value("load") == pytest.approx(load)
+        assert changed.changed({"belt_velocity": 0.5}).value("load") == pytest.approx(load)
+        there, law = dataclasses.replace(BELT, normal_force_n=load), table.times(factor)
+        wanted = existence_limit(there, law), hopf_damping(there, law)
+        found = existence_limit(changed.oscillator, table), hopf_damping(changed.oscillator, table)
+        assert found == pytest.approx(wanted, rel=1e-8)
 
 
 KEPT = {"mass_kg": 1, "k": 1, "d": 1, "v0": 1, "N": 1, "n": 1, "fit": 1, "mean": 1, "std": 1, "L": 1, "static": 1}

@@ -2,8 +2,9 @@
 
 What is not changed stays as a part of the machine: spring k [N/m], damper d [kg/s], mass, belt velocity, normal force,
 excitation. So omega = sqrt(k / m) and D = d / (2 sqrt(k m)) follow from a change of mass or stiffness. A change of
-damping changes the damper alone. The mean friction coefficient changes with the shear strength of the contacts: mean
-and scatter in proportion, and the law as it says itself.
+damping changes the damper alone, and one of load friction too as far as `FrictionOverLoad` is known. The mean friction
+coefficient changes with the shear strength of the contacts: mean and scatter in proportion, and the law as it says
+itself.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.limits import PATH_NODES
@@ -45,6 +48,34 @@ OF_FRICTION = ("windows", "correlation_length", "mean_friction")
 OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in OF_FRICTION)
 
 
+@dataclass(frozen=True)
+class FrictionOverLoad:
+    """How the friction force of a pad follows its normal force.
+
+    loads : (n,) [N] normal forces, rising
+    forces : (n,) [N] friction force over the friction coefficient of the machine, rising; the same where that is held
+
+    Power laws between, in proportion beyond. Friction at all speeds, the limit of stick and scatter follow alike: all
+    are in proportion to the contact area. So a load acts as that of the same friction force, with all else held.
+    """
+
+    loads: tuple[float, ...]
+    forces: tuple[float, ...]
+
+    def force(self, load: float) -> float:
+        """[N] of a normal force [N]."""
+        return _along(load, self.loads, self.forces)
+
+    def load(self, force: float) -> float:
+        """Normal force [N] that has a friction force [N]."""
+        return _along(force, self.forces, self.loads)
+
+
+def _along(place: float, places: Sequence[float], values: Sequence[float]) -> float:
+    inside = min(max(place, places[0]), places[-1])
+    return place / inside * math.exp(float(np.interp(math.log(inside), np.log(places), np.log(values))))
+
+
 class ScatteringFriction(Protocol):
     """Friction of the pad that bears the load, with paths of mu_S: `roughslip.friction.Friction`."""
 
@@ -62,12 +93,15 @@ class Machine:
     law : mean friction against sliding speed
     friction : its scatter along the slipped distance, a `roughslip.friction.Friction`; None for none
     options : how its motion is integrated; whether scatter multiplies is as the friction says
+    over_load : how friction follows the normal force; None where the friction coefficient is held. The oscillator then
+        has the normal force of the same friction force under that coefficient
     """
 
     oscillator: Oscillator
     law: FrictionLaw
     friction: ScatteringFriction | None = None
     options: MotionOptions = DEFAULTS
+    over_load: FrictionOverLoad | None = None
 
     def __post_init__(self) -> None:
         if self.friction is not None:
@@ -94,7 +128,7 @@ class Machine:
             "belt_velocity": belt.belt_velocity_m_per_s,
             "mass": belt.mass_kg,
             "stiffness": belt.stiffness_n_per_m,
-            "load": belt.normal_force_n,
+            "load": belt.normal_force_n if self.over_load is None else self.over_load.load(belt.normal_force_n),
         }[name]
 
     @gate
@@ -129,11 +163,14 @@ class Machine:
             omega = math.sqrt(stiffness / mass)
             ratio = belt.damper_kg_per_s / (2.0 * mass * omega)
             belt = replace(belt, mass_kg=mass, natural_frequency_rad_per_s=omega, damping_ratio=ratio)
+        load = values.get("load")
+        if load is not None and self.over_load is not None:
+            load = self.over_load.force(load)
         return replace(
             belt,
             damping_ratio=values.get("damping", belt.damping_ratio),
             belt_velocity_m_per_s=values.get("belt_velocity", belt.belt_velocity_m_per_s),
-            normal_force_n=values.get("load", belt.normal_force_n),
+            normal_force_n=belt.normal_force_n if load is None else load,
         )
 
     @cached_property

@@ -126,6 +126,7 @@ def environment() -> Environment:
         "share": lambda row, costs: f"{100 * row['cpu_seconds'] / max(costs[-1]['cpu_seconds'], 1e-9):.3g}",
         "amount": words.amount,
         "aim": words.aim,
+        "along_load": words.along_load,
         "changed_state": words.changed_state,
         "bars": budget_words.bars,
         "chance": words.chance,

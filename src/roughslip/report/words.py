@@ -278,6 +278,20 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     return {"word": "At times", "kind": "odd", "text": text}
 
 
+def along_load(answer: Mapping[str, Any]) -> str:
+    """What friction does along the load."""
+    found = answer.get("friction_over_load")
+    if found is None:
+        return "Along the load the friction coefficient is held."
+    (first, *_, last), forces = found["loads"], found["forces"]
+    factors = [digits(force / load, SURE) for load, force in zip(found["loads"], forces, strict=True)]
+    return (
+        f"Along the load the friction coefficient is that of solved contacts, {factors[0]} times today's at "
+        f"{amount(first, 'N', SURE)} and {factors[-1]} times at {amount(last, 'N', SURE)}; its scatter stays in "
+        "proportion."
+    )
+
+
 def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """Title, number and a note on it: how the mass moves, how long its states last, its friction."""
     stiffness, mass = (answer["limits"][name]["value"] for name in ("stiffness", "mass"))

@@ -45,7 +45,8 @@ def work(scene: Scene, job: Job) -> None:
     }
     shown = {name: value for name, value in asdict(answered).items() if not name.startswith("durations")}
     omega = machine.oscillator.natural_frequency_rad_per_s
-    result = {"given": True, **shown} | {
+    over_load = None if machine.over_load is None else asdict(machine.over_load)
+    result = {"given": True, "friction_over_load": over_load, **shown} | {
         **{name: asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
         "states": states_of_answer(answered.durations, answered.durations_by_theory, omega),
     }

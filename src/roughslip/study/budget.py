@@ -119,12 +119,14 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         scatter *= math.prod(values.get(name, 1.0) ** power for name, power in powers.items())
         mean, deviation = of_mean * friction.mean, scatter * friction.deviation
         section = section_at(scene, values, mean)
-        return Machine(
+        made = Machine(
             oscillator_of(section),
             law_of_record(own.law, values) if recorded else law_from_scene(section, mean),
             replace(friction, mean=mean, deviation=deviation, length_m=length * friction.length_m),
             own.options,
+            own.over_load,
         )
+        return made.changed({"load": values[FORCE]}) if FORCE in values else made
 
     inputs = _of_scene(scene) | {SURFACE if scan is None else SCAN: of_surface}
     inputs[SOLVES] = {} if recorded else _of_solves(scene, statistics)
@@ -238,7 +240,6 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
         part, _, name = key.partition(".")
         if part == "oscillator" and hasattr(section, name):
             setattr(section, name, value)
-    section.normal_force_n = values.get(FORCE, section.normal_force_n)
     if (table := scene.oscillator.friction_table) is not None:
         rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]
         if scene.oscillator.static_friction in (None, table[0][1]):

@@ -22,7 +22,7 @@ from roughslip.friction.pad import (
     under_load,
 )
 from roughslip.friction.process import PAPER_SHAPES
-from roughslip.friction.scatter_law import scatter_of_friction
+from roughslip.friction.scatter_law import doubt_of_law, scatter_of_friction
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
 from roughslip.friction.table_variables import beta_variables
@@ -111,8 +111,7 @@ def load_results(
         variables |= store.with_interval(name, along, columns_of(estimate), unit, OF_WINDOWS[name])
     variables |= beta_variables([beta], ())
     if index <= ELASTIC and scene.roughness.beta_shapes is None and not job.optional("scan"):
-        title = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
-        variables["load_std_by_law"] = store.Variable((), mean * by_law(scene), "1", title)
+        variables |= by_law(job)
     variables |= correlation_variables(scene, job.optional("scan"), length)
     of_loads = {"nominal_pressure": store.Variable(("load",), np.array(list(loads)), "Pa", "force over apparent area")}
     for name, title in OVER_LOADS.items():
@@ -152,12 +151,23 @@ def over_loads(scene: Scene, blocks: dict[float, Blocks], surface: Surface, mean
     return table
 
 
-def by_law(scene: Scene) -> float:
-    """Coefficient of variation of the friction of the pad by the law of scatter: Gaussian heights, elastic contact."""
-    strip, load = scene.strip, scene.load
+def by_law(job: Job) -> dict[str, store.Variable]:
+    """Scatter of the friction of the pad by the law of scatter: Gaussian heights, elastic contact.
+
+    None where heights have no slope; a spectrum for which the law was not judged is warned of.
+    """
+    scene, strip, load = job.scene, job.scene.strip, job.scene.load
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
-    modulus = elastic.material(scene).plane_strain_modulus_pa
-    return scatter_of_friction(gaussian_model(scene).covariance, modulus, load.nominal_pressure_pa, pad)
+    modulus, covariance = elastic.material(scene).plane_strain_modulus_pa, gaussian_model(scene).covariance
+    try:
+        deviation = scene.friction.mean * scatter_of_friction(covariance, modulus, load.nominal_pressure_pa, pad)
+    except IllPosedError as error:
+        job.warn(f"the scatter of friction by the law of scatter is missing: {error}")
+        return {}
+    if doubt := doubt_of_law(covariance):
+        job.warn(doubt)
+    title = "standard deviation of the friction coefficient of the pad by the law of scatter, without a solve"
+    return {"load_std_by_law": store.Variable((), deviation, "1", title)}
 
 
 def of_windows(

@@ -9,7 +9,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.scatter_law import autocorrelation_of_friction, scatter_of_friction
+from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_of_friction
 from roughslip.record.fit import RecordFit, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
@@ -70,7 +70,9 @@ def work(scene: Scene, job: Job) -> None:
         except IllPosedError as error:
             job.warn(f"the surface has no scatter by law to compare with the record: {error}")
         else:
-            job.warn(is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0]))
+            doubt = doubt_of_law(gaussian_model(scene).covariance)
+            cause = is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0])
+            job.warn(*filter(None, (doubt, cause)))
             variables |= by_law
     store.write(job.output, variables, job.key)
 

@@ -22,7 +22,7 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import hopf_damping
-from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.machine import FrictionOverLoad, Machine
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.scene.part import Scene
@@ -36,9 +36,30 @@ TOLERANCE = 1e-4  # of the motion; counts and moments of ensembles are the same 
 
 def machine_of(scene: Scene, statistics: Path | None) -> Machine:
     """The machine of a scene. statistics : the file of its friction, if any"""
-    friction = friction_of(scene, statistics)
-    options = MotionOptions(TOLERANCE)
-    return Machine(oscillator_of(scene.oscillator), law_of(scene, statistics, friction.mean), friction, options)
+    friction, belt = friction_of(scene, statistics), oscillator_of(scene.oscillator)
+    law, over_load = law_of(scene, statistics, friction.mean), over_load_of(scene, statistics)
+    return Machine(belt, law, friction, MotionOptions(TOLERANCE), over_load)
+
+
+def over_load_of(scene: Scene, statistics: Path | None) -> FrictionOverLoad | None:
+    """How friction follows the load: the force is shear strength times contact area; None where no loads were solved.
+
+    Areas rise with the load. A load at which their errors hide that is left out.
+    """
+    result = statistics_of(scene, statistics)
+    if result is None or not is_under_load(result) or len(result["over_loads_nominal_pressure"]) < 2:
+        return None
+    own, pressures = scene.oscillator.normal_force_n, result["over_loads_nominal_pressure"]
+    loads = own * pressures / result["nominal_pressure"]
+    forces = loads * result["over_loads_mean"] / result["load_mean"]
+    kept = [(own, own)]
+    for load, force in zip(loads.tolist(), forces.tolist(), strict=True):
+        if load > kept[-1][0] and force > kept[-1][1]:
+            kept.append((load, force))
+    for load, force in zip(loads[::-1].tolist(), forces[::-1].tolist(), strict=True):
+        if load < kept[0][0] and force < kept[0][1]:
+            kept.insert(0, (load, force))
+    return FrictionOverLoad(*(tuple(column) for column in zip(*kept, strict=True)))
 
 
 def oscillator_of(section: Any) -> Oscillator:

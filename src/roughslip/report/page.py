@@ -236,7 +236,7 @@ def plots(motion: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         steps = [_round_step(ends[axis][1]) for axis in (x, y)]
         each = [words.amount(step, units[axis], words.SURE) for step, axis in zip(steps, (x, y), strict=True)]
         marks = [_marks(*ends[axis], step) for step, axis in zip(steps, (x, y), strict=True)]
-        ticks = " ".join([*(f"M{place:.4g} 100v2" for place in marks[0]), *(f"M0 {100 - p:.4g}h-1" for p in marks[1])])
+        ticks = " ".join([*(f"M{place:.4g} 100v-4" for place in marks[0]), *(f"M0 {100 - p:.4g}h1" for p in marks[1])])
         drawn[title] = {"across": across, "along": along, "ticks": ticks, "each": each} | {
             kind: " ".join(
                 f"{100 * (a - ends[x][0]) / ends[x][1]:.4g},{100 - 100 * (b - ends[y][0]) / ends[y][1]:.4g}"

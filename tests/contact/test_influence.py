@@ -14,6 +14,8 @@ from roughslip.contact.convolution import Convolution, NarrowConvolution
 from roughslip.contact.influence import (
     DIRECT_SUM_LIMIT,
     PATCH_RADIUS,
+    ROUGH,
+    ROUNDED,
     Influence,
     Material,
     at_displaced_planes,
@@ -132,6 +134,17 @@ def test_product_with_an_even_circulant(
         np.testing.assert_allclose(result, expected, rtol=0, atol=50 * np.finfo(precision).eps * np.abs(symbol).max())
 
 
+@pytest.mark.parametrize("shape", [(1200, 10), (640, 7)])
+def test_a_rough_product_errs_by_less_than_it_may(shape) -> None:
+    """Of even forces, of forces at one end, and of single ones: those at the other end are the farthest apart."""
+    influence, generator = Influence(Grid(*shape, 2e-6, 2e-6), 2.0), np.random.default_rng(2)
+    for pressure in (np.ones(shape), np.outer(np.arange(shape[0]) < shape[0] / 5, np.ones(shape[1])),
+                     np.where(generator.random(shape) < 0.2, generator.random(shape), 0.0)):  # fmt: skip
+        exact, rough = influence.apply(pressure), influence.apply(pressure, error=ROUGH)
+        assert 1e-5 < np.abs(rough - exact).max() / np.abs(exact).max() < ROUGH
+        np.testing.assert_allclose(influence.apply(pressure, error=ROUNDED), exact, atol=ROUNDED * exact.max())
+
+
 STRIP = Grid(24, 5, 2e-6, 3e-6)
 OF_STRIP = Influence(STRIP, 2.3e11)
 
@@ -226,7 +239,8 @@ def test_directions(fields):
     descent, trial = np.where(free, descent, 0).astype(step.dtype), np.empty(SHAPE)
     held = np.where(pressure > 0, np.inf, 0.0)
     for curvature, toward, of_zero_sum in itertools.product((2.0, 0.0), (product, -product), (False, True)):
-        kernels.trials(pressure, 0.4, descent, step, toward, curvature, free, of_zero_sum, trial)
+        along = kernels.conjugation(descent, step, toward, curvature, free, of_zero_sum)
+        kernels.trials(pressure, 0.4, descent, step, *along, free, trial)
         s = descent.astype(float) - of_zero_sum * descent[free].mean(dtype=float) * free
         beta = max(0.0, -np.sum(s * toward) / curvature) if curvature else 0.0
         d = s + beta * step
@@ -237,16 +251,21 @@ def test_directions(fields):
 
 def test_steps_are_clipped_and_moves_stay_within_the_bounds(fields):
     cap, pressure, gap, step, product, descent, free = fields
-    written = np.empty(SHAPE, step.dtype)
+    before, beta, mean = step, 0.7, 0.05
     for shift in (0.0, 0.2):
-        trial = pressure + 0.4 * np.where(free, step, 0.0)
-        held = np.where(~free & (pressure == cap), np.inf, trial)
-        slope, clipped = kernels.clipped_step(pressure, held, shift, cap, descent, written)
-        trial = np.where((trial > 0) & (held < np.inf), trial + shift, trial)
-        allowed = np.clip(trial, 0.0, cap)
+        written = before.copy()
+        slope, clipped = kernels.clipped_step(pressure, 0.4, step, beta, mean, free, shift, cap, descent, written)
+        trial = pressure + 0.4 * np.where(free, step + beta * before.astype(float) - mean, 0.0)
+        trial = np.where(free & (trial > 0), trial + shift, trial)
+        allowed = np.where(free, np.clip(trial, 0.0, cap), pressure)
         np.testing.assert_allclose(written, allowed - pressure, atol=4 * np.finfo(step.dtype).eps)
         assert slope == pytest.approx(np.sum(descent * (allowed - pressure)), rel=1e-6)
         assert clipped == np.count_nonzero(allowed != trial) > 0
+    bounded = np.empty(SHAPE)
+    kernels.on_bounds(pressure, gap, OFFSET, DIAGONAL, cap, bounded)
+    target = np.clip(pressure - (gap + OFFSET) / DIAGONAL, 0.0, cap)
+    inside = (pressure > 0) & (pressure < cap) & (target > 0) & (target < cap)
+    np.testing.assert_array_equal(bounded, np.where(inside, pressure, target))
     changes = kernels.take_step(pressure.copy(), gap.copy(), OFFSET, DIAGONAL, cap, 1.0, False, written, product)
     curvature = np.sum(written.astype(float) * product)
     assert changes == pytest.approx((curvature, 1 / curvature if curvature > 0 else 0.0), rel=1e-6)

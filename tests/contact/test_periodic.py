@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from roughslip.contact import conjugate_gradients, periodic, solve_loads
+from roughslip.contact import conjugate_gradients, solve_loads
 from roughslip.contact.influence import Influence
 from roughslip.contact.periodic import cell_heights, periodic_symbol
 from roughslip.contact.solve import ContactSolution, solve, solve_load
@@ -189,42 +189,6 @@ def test_loads_that_nothing_bears_are_refused_before_a_solve(monkeypatch) -> Non
             solve_load(influence, heights, load, hardness_pa=1.0)
         with pytest.raises(ParameterError, match=line):
             solve_loads(influence, heights, [0.5, load], hardness_pa=1.0)
-
-
-def test_blocks_of_a_belt_exchange_what_b_asks_for():
-    """C^-1 is W' B W, for a force spread over blocks as one and two waves; along and across, and for half of the nodes.
-    B lowers the waves by sinc^2 of half a block, 2 % and 9 %, but not what a contact displaces itself by."""
-    for shape, kept in (((144, 12), 1), ((12, 144), 1), ((144, 12), 2)):
-        influence = Influence(Grid(*shape, 1e-6, 1e-6), 1e11, periodic=True)
-        along, across = periodic.block_edges(influence.grid)
-        assert sorted((along.size, across.size)) == [2, 13]
-        free = np.add.outer(np.arange(shape[0]), np.arange(shape[1])) % kept == 0
-        for waves in (1, 2):
-            force = np.cos(2 * np.pi * waves * np.arange(12) / 12)
-            pressure = np.empty(shape)
-            periodic.add_to_blocks(np.zeros(shape), force, free, along, across, pressure)
-            gap, number = periodic.block_sums(free * influence.apply(pressure), free, along, across)
-            np.testing.assert_array_equal(number, 144 / kept)
-            displacement = gap @ force / (force @ force) + number[0] * periodic.LOCAL * influence.diagonal
-            stiffness = (
-                force
-                @ periodic.exchange(influence.grid, influence.modulus, influence.diagonal, 12, 1 / kept)
-                @ force
-                / (force @ force)
-            )
-            assert np.sinc(waves / 12) ** 2 < displacement * stiffness < 1
-
-
-def test_belts_take_as_many_products_as_squares():
-    """A belt of 24 widths, either way round. With the stencil alone it takes 51 products, here 23, a square 22."""
-    heights, mean = np.random.default_rng(3).standard_normal((960, 40)), 0.1
-    waves = np.hypot(np.fft.fftfreq(960)[:, None], np.fft.rfftfreq(40))
-    heights = np.fft.irfft2(np.fft.rfft2(heights) * np.exp(-0.5 * (19 * waves) ** 2), (960, 40))
-    heights /= heights.std()
-    belt = solve_load(Influence(Grid(960, 40, 1.0, 1.0), 1.0, periodic=True), heights, mean, 1e-6)
-    turned = solve_load(Influence(Grid(40, 960, 1.0, 1.0), 1.0, periodic=True), heights.T.copy(), mean, 1e-6)
-    assert max(belt.work, turned.work) <= 27
-    np.testing.assert_allclose(belt.pressure, turned.pressure.T, atol=1e-4 * belt.pressure.max())
 
 
 TOLERANCE = 1e-12

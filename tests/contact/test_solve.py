@@ -50,7 +50,7 @@ def test_energy_falls_at_every_step_of_one_product(surface, cap, loaded):
     the energy is of second order in the error, so the last steps fall below it."""
     influence = Influence(Grid(40, 36, 1.0, 1.0), 1.0)
     u_bar = surface((40, 36), 4.0, 9)
-    iteration = conjugate_gradients._Iteration(Problem(influence, u_bar, cap, 100.0 if loaded else None), None)
+    iteration = conjugate_gradients._Iteration(Problem(influence, u_bar, cap, 100.0 if loaded else None), 1e-10, None)
     energies = []
     for _ in range(15):
         pressure = iteration.pressure.copy()
@@ -207,7 +207,7 @@ def test_start_of_a_sweep_has_its_displacement(surface, share: float) -> None:
     influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
     heights = surface((48, 40), 5.0, 5)
     above = sweep(influence, heights, [0.0, -0.5], TOLERANCE)
-    start = solve_module._extrapolated(above, heights, -0.5 - 0.5 * share)
+    start = solve_module._extrapolated(above, heights + 0.5 + 0.5 * share, -0.5 - 0.5 * share)
     assert start[1] is not None
     lifted = influence.apply(start[0])
     np.testing.assert_allclose(start[1], lifted, rtol=0, atol=1e-13 * lifted.max())

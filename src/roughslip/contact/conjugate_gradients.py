@@ -12,7 +12,7 @@ the inverse of B. One iteration, with one product B t:
     - move: p <- p + theta t, w <- w + theta B t
 
 With a given sum of pressures, s and d have zero sum, and a common shift of the free pressures restores the sum
-after the clip. Along a periodic belt s is corrected for long waves, in `periodic`. The plane is then unknown, and is
+after the clip. Along strips and belts s is corrected for long waves, in `blocks`. The plane is then unknown, and is
 set so that the mean gap in contact is zero.
 """
 
@@ -26,8 +26,8 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.contact import kernels, periodic
-from roughslip.contact.influence import Influence
+from roughslip.contact import blocks, kernels
+from roughslip.contact.influence import ROUGH, ROUNDED, Influence
 from roughslip.contact.problem import Problem, nearest, shifted, with_sum
 from roughslip.errors import ConvergenceError
 
@@ -53,6 +53,9 @@ LEAST_SINGLE = 1e-18
 ROUNDING = 1e-6
 REFRESH = 1e-5
 
+# To tolerances from LOOSE on gaps are computed in single precision too, whose error is below a tenth of them.
+LOOSE = 1e-5
+
 # Meshes up to COARSEST nodes start from zero, because coarser meshes would cost more than they save.
 COARSEST = 64 * 64
 
@@ -65,7 +68,7 @@ class Solution:
     """Pressures and gaps with their residual.
 
     pressure : (nx, ny) [Pa]
-    gap : (nx, ny) [m] B p - u_bar + plane, computed anew; negative only where p = cap
+    gap : (nx, ny) [m] B p - u_bar + plane, computed anew
     plane : [m] relative to the heights u_bar, zero where it is given
     residual : [-] relative, of these fields
     products : number of products with B
@@ -101,8 +104,8 @@ def solve(
     product, and the energy never rises. The next direction is conjugated by that product, which remains valid when the
     set of free nodes changes.
     """
-    iteration = _Iteration(problem, guess, displacement)
-    wanted, exact = tolerance, 1.0  # exact: the residual when the gap was last computed in double precision
+    iteration = _Iteration(problem, tolerance, guess, displacement)
+    wanted, exact = tolerance, 1.0  # exact: the residual when the gap was last computed anew
     while True:
         residual = iteration.assess()
         if enough is not None and enough(iteration.pressure, iteration.gap):
@@ -140,7 +143,7 @@ def guess(problem: Problem) -> np.ndarray | None:
         return None
     coarse = Problem(coarser, coarse_u_bar, problem.cap, pressure_sum)
     try:
-        iteration = _Iteration(coarse, guess(coarse))
+        iteration = _Iteration(coarse, COARSE_TOLERANCE, guess(coarse))
         while (residual := iteration.assess()) > COARSE_TOLERANCE:
             iteration.advance(residual, COARSE_TOLERANCE)
     except ConvergenceError:  # the solve on the fine mesh may still succeed
@@ -165,47 +168,44 @@ class _Workspace(NamedTuple):
 
     stencil : (5, 5) M, in the precision of misfits
     misfit, descent, product : (nx, ny) r, s, B t, in single precision where possible
-    levelled : (nx, ny) P r of a belt, else r
     padded : (nx + 4, ny + 4) r between two rows and columns of zeros
-    step : (nx, ny) t, in single precision at a fixed plane; a step in double precision keeps the sum
+    step : (nx, ny) t, in double precision, which keeps a given sum
     trial : (nx, ny) [Pa] p + lambda d
     free : (nx, ny) whether a node may move
-    along, across, exchange : edges of blocks, and C between them at a share of free nodes
+    rows, edges : first length of a view of the fields of which blocks are columns, and their edges
+    between : (2 m - 1,) [m/Pa] `Influence.between_blocks`
+    local : LOCAL B_00 [m/Pa]
     """
 
     stencil: np.ndarray
     misfit: np.ndarray
     descent: np.ndarray
     product: np.ndarray
-    levelled: np.ndarray
     padded: np.ndarray
     step: np.ndarray
     trial: np.ndarray
     free: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
-    exchange: np.ndarray
+    rows: int
+    edges: np.ndarray
+    between: np.ndarray
+    local: float
 
 
-def _workspace(influence: Influence, precision: type[np.floating], given: bool) -> _Workspace:
-    """given : whether the sum of the pressures is given"""
-    nx, ny = influence.grid.shape
-    along, across = periodic.block_edges(influence.grid)
-    misfit: np.ndarray = np.zeros((nx, ny), precision)
-    is_belt = given and influence.periodic and max(along.size, across.size) > 2
+def _workspace(influence: Influence, precision: type[np.floating]) -> _Workspace:
+    (nx, ny), (along, edges) = influence.grid.shape, influence.block_edges
     return _Workspace(
         stencil=influence.approximate_inverse.astype(precision),
-        misfit=misfit,
+        misfit=np.zeros((nx, ny), precision),
         descent=np.zeros((nx, ny), precision),
         product=np.zeros((nx, ny), precision),
-        levelled=np.zeros((nx, ny), precision) if is_belt else misfit,
         padded=np.zeros((nx + 4, ny + 4), precision),
-        step=np.zeros((nx, ny), np.float64 if given else precision),
+        step=np.zeros((nx, ny)),
         trial=np.empty((nx, ny)),
         free=np.zeros((nx, ny), dtype=np.bool_),
-        along=along,
-        across=across,
-        exchange=np.zeros((1, 1)),
+        rows=1 if along else nx,
+        edges=edges * ny if along else edges,
+        between=influence.between_blocks,
+        local=blocks.LOCAL * influence.diagonal,
     )
 
 
@@ -214,22 +214,25 @@ class _Iteration:
 
     pressure, gap : (nx, ny) p [Pa] and B p - u_bar [m], without the plane
     work : arrays of the steps
-    sum, share : of the pressures [Pa], and of nodes between the bounds, where a sum is given
+    sum : of the pressures [Pa], where it is given
     length, usual_length : lambda, and lambda of the last step that was not short
     short_steps : number of short steps in turn
     curvature : t' B t; zero where there is no earlier step
+    is_loose : whether gaps may be in single precision
     products : number of products with B
     """
 
-    def __init__(self, problem: Problem, guess: np.ndarray | None, displacement: np.ndarray | None = None) -> None:
+    def __init__(
+        self, problem: Problem, tolerance: float, guess: np.ndarray | None, displacement: np.ndarray | None = None
+    ) -> None:
         self.problem, self.products, self.curvature = problem, 0, 0.0
-        self.plane, self.sum, self.share, self.exchange_share = 0.0, 0.0, 0.0, 0.0
+        self.is_loose = tolerance >= LOOSE
+        self.plane, self.sum = 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
         given = problem.pressure_sum is not None
-        largest = problem.influence.diagonal * float(self.pressure.max())
-        is_single = not given or LEAST_SINGLE < largest < 1 / LEAST_SINGLE
-        self.work = _workspace(problem.influence, np.float32 if is_single else np.float64, given)
+        is_single = not given or self._fits_single(self.pressure)
+        self.work = _workspace(problem.influence, np.float32 if is_single else np.float64)
 
     def assess(self) -> float:
         """Find the plane, the misfit and the free nodes. Returns the relative residual.
@@ -242,7 +245,6 @@ class _Iteration:
         else:
             mean, between, self.sum, square = kernels.sums(self.pressure, self.gap, problem.cap)
             self.plane = -mean if between else problem.plane(self.pressure, self.gap)
-            self.share = between / self.gap.size
             heights = kernels.positive_square(problem.interference, self.plane)
             scale = math.sqrt(max(heights, diagonal**2 * square))
         fields = self.pressure, self.gap
@@ -250,8 +252,8 @@ class _Iteration:
         return math.sqrt(square) / scale if scale > 0 else math.nan
 
     def compute_gap(self) -> None:
-        """Compute the gap anew, in double precision."""
-        self.gap = self._multiply(self.pressure) - self.problem.interference
+        """Compute the gap anew, to the precision that the tolerance asks for."""
+        self.gap = self._displacement(self.pressure) - self.problem.interference
 
     def put_on_bounds(self) -> bool:
         """Put nodes that approach a bound on it, so that contact and yield are exact, and compute the gap anew.
@@ -260,8 +262,8 @@ class _Iteration:
         """
         cap, pressure_sum = self.problem.cap, self.problem.pressure_sum
         self.curvature = 0.0
-        target = self.pressure - (self.gap + self.plane) / self.problem.influence.diagonal
-        pressure = np.where(target <= 0, 0.0, np.where(target >= cap, cap, self.pressure))
+        pressure = np.empty_like(self.pressure)
+        kernels.on_bounds(self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap, pressure)
         if pressure_sum is not None:
             moved = shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
             if moved is None:
@@ -283,7 +285,7 @@ class _Iteration:
             return
         slope, clipped = self.choose_step()
         step, product = self.work.step, self.work.product
-        self._multiply(step, product, rounded=True)
+        self._multiply(step, product, ROUGH if self.is_loose else ROUNDED)
         state = self.pressure, self.gap, self.plane, self.problem.influence.diagonal, self.problem.cap
         self.curvature, theta = kernels.take_step(*state, slope, clipped, step, product)
         if not theta > 0:
@@ -310,11 +312,6 @@ class _Iteration:
         Returns the slope r' t, by which the energy falls per unit of theta, and whether the clip changed the step.
         """
         problem, work = self.problem, self.work
-        if work.levelled is not work.misfit and not 0.9 < self.share / (self.exchange_share or math.inf) < 1.1:
-            self.exchange_share = max(self.share, 1 / self.gap.size)
-            count = (work.along.size - 1) * (work.across.size - 1)
-            of_cell = problem.influence.grid, problem.influence.modulus, problem.influence.diagonal
-            work = self.work = work._replace(exchange=periodic.exchange(*of_cell, count, self.exchange_share))
         if self.short_steps < PATIENCE:
             limits = problem.cap, problem.pressure_sum or 0.0
             slope, clipped = _search(work, self.pressure, self.curvature, self.length, *limits)
@@ -324,7 +321,7 @@ class _Iteration:
         self.length, self.short_steps = self.usual_length, 0
         trial = self.pressure - self.gap / problem.influence.diagonal
         work.step[:] = nearest(problem, trial) - self.pressure
-        return -kernels.inner(self.gap + self.plane, work.step.astype(np.float64, copy=False)), True
+        return -kernels.inner(self.gap + self.plane, work.step), True
 
     def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""
@@ -334,10 +331,11 @@ class _Iteration:
                 return np.zeros_like(u_bar), -u_bar
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
             displacement = np.zeros_like(u_bar) if self.problem.influence.periodic else None
-        pressure = np.minimum(np.maximum(guess, 0.0), cap)
-        pressure = with_sum(self.problem, pressure, pressure > 0)
-        if displacement is None or not np.array_equal(pressure, guess):
-            displacement = self._multiply(pressure)
+        pressure, allowed = guess, guess.min() >= 0 and guess.max() <= cap and pressure_sum is None
+        if not allowed:
+            pressure = with_sum(self.problem, np.minimum(np.maximum(guess, 0.0), cap), guess > 0)
+        if displacement is None or not (allowed or np.array_equal(pressure, guess)):
+            displacement = self._displacement(pressure)
         energy = kernels.inner(pressure, displacement)
         if pressure_sum is None and energy > 0:
             scale = kernels.inner(pressure, u_bar) / energy
@@ -345,10 +343,17 @@ class _Iteration:
                 pressure, displacement = scale * pressure, scale * displacement
         return pressure, displacement - u_bar
 
-    def _multiply(self, pressure: np.ndarray, result: np.ndarray | None = None, rounded: bool = False) -> np.ndarray:
+    def _displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """B p of whole pressures."""
+        return self._multiply(pressure, error=ROUNDED if self.is_loose and self._fits_single(pressure) else 0.0)
+
+    def _fits_single(self, pressure: np.ndarray) -> bool:
+        return LEAST_SINGLE < self.problem.influence.diagonal * float(pressure.max()) < 1 / LEAST_SINGLE
+
+    def _multiply(self, pressure: np.ndarray, result: np.ndarray | None = None, error: float = 0.0) -> np.ndarray:
         """B p, counted; written into the result where one is given, because large new arrays are slow."""
         self.products += 1
-        return self.problem.influence.apply(pressure, result, rounded)
+        return self.problem.influence.apply(pressure, result, error)
 
 
 @compiled()
@@ -361,22 +366,25 @@ def _search(
     length : lambda
     pressure_sum : [Pa] the given sum, zero for none
     """
-    misfit, descent, free, along, across = work.misfit, work.descent, work.free, work.along, work.across
-    force, number = np.zeros(1), np.ones(1)
-    if work.exchange.size > 1:
-        force, number = periodic.block_sums(misfit, free, along, across)
-    if work.exchange.size > 1 and number.min() > periodic.LEAST_SHARE * number.mean():
-        periodic.add_to_blocks(misfit, -force / number, free, along, across, work.levelled)
-        kernels.stencil_product(work.stencil, work.levelled, free, work.padded, descent)
-        mean = periodic.block_sums(descent, free, along, across)[0] / number
-        periodic.add_to_blocks(descent, (work.exchange * force).sum(axis=1) - mean, free, along, across, descent)
+    misfit, descent, step, free, rows = work.misfit, work.descent, work.step, work.free, work.rows
+    given, shift, met = pressure_sum > 0, 0.0, True
+    if work.between.size > 1:
+        of_blocks, nodes = descent.reshape(rows, -1), free.reshape(rows, -1)
+        means, numbers = blocks.block_means(misfit.reshape(rows, -1), nodes, work.edges)
+        blocks.less_of_blocks(misfit.reshape(rows, -1), means, nodes, work.edges, of_blocks)
+        kernels.stencil_product(work.stencil, descent, free, work.padded, descent)
+        wanted = blocks.exchanged(work.between, means, numbers, work.local, given)
+        means, _ = blocks.block_means(of_blocks, nodes, work.edges)
+        blocks.less_of_blocks(of_blocks, means - wanted, nodes, work.edges, of_blocks)
     else:
         kernels.stencil_product(work.stencil, misfit, free, work.padded, descent)
-    given, shift, met = pressure_sum > 0, 0.0, True
-    kernels.trials(pressure, length, descent, work.step, work.product, curvature, free, given, work.trial)
+    beta, mean = kernels.conjugation(descent, step, work.product, curvature, free, given)
     if given:
+        kernels.trials(pressure, length, descent, step, beta, mean, free, work.trial)
         shift, met = kernels.shift_to_sum(work.trial, cap, pressure_sum, False)
-    return kernels.clipped_step(pressure, work.trial, shift, cap, misfit, work.step) if met else (0.0, 0)
+    if not met:
+        return 0.0, 0
+    return kernels.clipped_step(pressure, length, descent, beta, mean, free, shift, cap, misfit, step)
 
 
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:

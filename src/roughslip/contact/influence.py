@@ -32,7 +32,15 @@ import numpy as np
 
 from roughslip import fft
 from roughslip.compilation.cache import compiled
-from roughslip.contact.convolution import convolution, fast_length
+from roughslip.contact.blocks import block_edges
+from roughslip.contact.convolution import (
+    Convolution,
+    NarrowConvolution,
+    convolution,
+    embedding_symbol,
+    fast_length,
+    rough_convolution,
+)
 from roughslip.contact.periodic import periodic_symbol
 from roughslip.errors import ParameterError, real
 from roughslip.grid import Grid
@@ -42,6 +50,9 @@ from roughslip.validation import gate, positive
 # the iterative solver on 24 rough surfaces, relative to those without any approximate inverse: 0.59 with 3 x 3 cells,
 # 0.56 with 5 x 5, 0.55 with 7 x 7, and 0.88 with the inverse of the whole symbol, which needs a second one a step.
 PATCH_RADIUS = 2
+
+# Errors of a product over its size: in single precision, and on a strip with distant forces summed in blocks.
+ROUNDED, ROUGH = 1e-6, 5e-3
 
 # Up to so many loaded nodes their sum costs less than a convolution; they break even at 64 (240 x 10) to 190 (64 x 64).
 DIRECT_SUM_LIMIT = 64
@@ -139,7 +150,7 @@ class Influence:
         else:
             torus = (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1))
             coefficients = love_coefficients(grid, plane_strain_modulus_pa)
-            symbol = _embedding_symbol(coefficients, torus)
+            symbol = embedding_symbol(coefficients, torus)
         self.grid, self.coefficients = grid, coefficients
         self.diagonal = float(coefficients[0, 0])
         self._convolution = convolution(symbol, grid.shape, torus)
@@ -147,6 +158,10 @@ class Influence:
         self.mirrored = np.hstack((coefficients[:, :0:-1], coefficients))
         for array in (coefficients, self.approximate_inverse, self.mirrored):
             array.setflags(write=False)
+
+    @cached_property
+    def _rough_convolution(self) -> Convolution | NarrowConvolution:
+        return self._rounded_convolution if self.periodic else rough_convolution(self.coefficients)
 
     @cached_property
     def coarser(self) -> Influence:
@@ -158,12 +173,28 @@ class Influence:
         ny, dy = ((g.ny + 1) // 2, 2 * g.dy) if halve_y else (g.ny, g.dy)
         return Influence(Grid(nx, ny, dx, dy), self.modulus, self.periodic)
 
-    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None, rounded: bool = False) -> np.ndarray:
+    @cached_property
+    def block_edges(self) -> tuple[bool, np.ndarray]:
+        """`blocks.block_edges` of the mesh."""
+        return block_edges(self.grid)
+
+    @cached_property
+    def between_blocks(self) -> np.ndarray:
+        """(2 m - 1,) [m/Pa] displacement of a block under a unit sum of pressures on one at an offset from 1 - m on."""
+        g, (along, edges) = self.grid, self.block_edges
+        if edges.size == 2:
+            return np.zeros(1)
+        nx, ny = (edges.size - 1, 1) if along else (1, edges.size - 1)
+        blocks = Influence(Grid(nx, ny, g.nx * g.dx / nx, g.ny * g.dy / ny), self.modulus, self.periodic)
+        of_offset = blocks.coefficients.ravel() * (nx * ny / g.size)
+        return np.concatenate((of_offset[:0:-1], of_offset))
+
+    def apply(self, pressure: np.ndarray, result: np.ndarray | None = None, error: float = 0.0) -> np.ndarray:
         """Displacement u = B p.
 
         pressure : (nx, ny) [Pa]
         result : (nx, ny) array to write to, of the precision of the pressure; a new one of doubles if not given
-        rounded : whether single precision is enough
+        error : [-] relative, that is allowed; from ROUNDED on in single precision, from ROUGH on without detail afar
 
         Returns (nx, ny) [m], by direct summation when few nodes are loaded, else by a convolution.
         Raises ParameterError for a wrong shape.
@@ -173,7 +204,8 @@ class Influence:
         pressure = np.ascontiguousarray(pressure)
         result = np.empty(pressure.shape) if result is None else result
         if not _few_summed(self.mirrored, pressure, result):
-            (self._rounded_convolution if rounded else self._convolution)(pressure, result)
+            whole = self._rounded_convolution if error >= ROUNDED else self._convolution
+            (self._rough_convolution if error >= ROUGH else whole)(pressure, result)
         return result
 
 
@@ -185,16 +217,6 @@ def _lifting_pressures(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray
     lift = (np.arange(patch.size) == patch.size // 2).astype(np.float64)
     matrix = gathered(love_coefficients(patch, plane_strain_modulus_pa), i, j)
     return np.linalg.solve(matrix, lift).reshape(patch.shape)
-
-
-def _embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.ndarray:
-    """Eigenvalues of the circulant matrix that holds B, in the layout of numpy.fft.rfft2."""
-    nx, ny = coefficients.shape
-    kernel = np.zeros(torus)
-    kernel[:nx, :ny] = coefficients
-    kernel[torus[0] - nx + 1 :, :ny] = coefficients[:0:-1]
-    kernel[:, torus[1] - ny + 1 :] = kernel[:, ny - 1 : 0 : -1]
-    return fft.r2c(kernel, axes=(0, 1)).real  # even, hence real
 
 
 @compiled()

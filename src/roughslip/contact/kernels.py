@@ -12,6 +12,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 
 LANES = 128
+FLAT = 512  # numbers of a padded mesh that a stencil takes at a time, which stay in the nearest cache
 NEGLIGIBLE = 1e-12  # displacement of a node by its own pressure, over its gap
 SUM_ROUNDING = 1e-14  # error of a shifted sum, a hundredth of that at which an iteration restores it
 
@@ -89,30 +90,23 @@ def assess(
 
 
 @compiled()
-def trials(
-    pressure: np.ndarray,
-    length: float,
-    descent: np.ndarray,
-    step: np.ndarray,
-    product: np.ndarray,
-    curvature: float,
-    free: np.ndarray,
-    of_zero_sum: bool,
-    trial: np.ndarray,
-) -> None:
-    """trial <- p + length d on the free nodes, p elsewhere, infinite where that is a cap.
+def conjugation(
+    descent: np.ndarray, step: np.ndarray, product: np.ndarray, curvature: float, free: np.ndarray, of_zero_sum: bool
+) -> tuple[float, float]:
+    """beta and mean of the next direction d = s + beta t - mean on the free nodes, conjugate to the last step t.
 
     descent : (nx, ny) s, zero off the free nodes
     of_zero_sum : whether d, and s before it is conjugated, lose their means over the free nodes
 
-    d = s + beta t with beta = -inner(s, product) / curvature, from the product of the step t and its curvature, neither
-    negative; zero where there is no earlier step.
+    beta = -inner(s, product) / curvature, from the product of the step and its curvature, not negative; zero where
+    there is no earlier step.
     """
-    s, t, b = descent.reshape(-1), step.reshape(-1), product.reshape(-1)
-    p, moves, result = pressure.reshape(-1), free.reshape(-1), trial.reshape(-1)
+    if not of_zero_sum:
+        return max(0.0, -inner(descent, product) / curvature) if curvature > 0 else 0.0, 0.0
+    s, t, b, moves = descent.reshape(-1), step.reshape(-1), product.reshape(-1), free.reshape(-1)
     lanes = np.zeros((5, LANES))
     s_sum, t_sum, number, overlap, lifted = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
-    for first in range(0, p.size, LANES):
+    for first in range(0, s.size, LANES):
         end = first + LANES
         x, y, z, inside = s[first:end], t[first:end], b[first:end], moves[first:end]
         for k in range(x.size):
@@ -121,37 +115,74 @@ def trials(
             number[k] += inside[k]
             overlap[k] += np.float64(x[k]) * np.float64(z[k])
             lifted[k] += z[k] if inside[k] else 0.0
-    share = 1 / max(number.sum(), 1.0) if of_zero_sum else 0.0
+    share = 1 / max(number.sum(), 1.0)
     mean = share * s_sum.sum()
     beta = max(0.0, -(overlap.sum() - mean * lifted.sum()) / curvature) if curvature > 0 else 0.0
-    mean += share * beta * t_sum.sum()
+    return beta, mean + share * beta * t_sum.sum()
+
+
+@compiled()
+def trials(
+    pressure: np.ndarray,
+    length: float,
+    descent: np.ndarray,
+    step: np.ndarray,
+    beta: float,
+    mean: float,
+    free: np.ndarray,
+    trial: np.ndarray,
+) -> None:
+    """trial <- p + length d on the free nodes, with d of `conjugation`; p elsewhere, infinite where that is a cap."""
+    s, t, p, moves, result = (
+        descent.reshape(-1), step.reshape(-1), pressure.reshape(-1), free.reshape(-1), trial.reshape(-1)
+    )  # fmt: skip
     for k in range(p.size):
         moved = p[k] + length * (s[k] + beta * t[k] - mean)
         held = p[k] if p[k] == 0 else np.inf
         result[k] = moved if moves[k] else held
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def clipped_step(
-    pressure: np.ndarray, trial: np.ndarray, shift: float, cap: float, misfit: np.ndarray, step: np.ndarray
+    pressure: np.ndarray,
+    length: float,
+    descent: np.ndarray,
+    beta: float,
+    mean: float,
+    free: np.ndarray,
+    shift: float,
+    cap: float,
+    misfit: np.ndarray,
+    step: np.ndarray,
 ) -> tuple[float, int]:
-    """Write the step from p to the trial, plus the shift where that is positive, clipped to [0, cap].
+    """step <- the way from p to its trial of `trials`, plus the shift where that is positive, clipped to [0, cap].
 
-    Returns inner(misfit, step) and the number of nodes that were clipped; infinite trials stay at the cap.
+    Returns inner(misfit, step) and the number of nodes that were clipped.
     """
-    flat_p, flat_trial, flat_r, flat_t = pressure.reshape(-1), trial.reshape(-1), misfit.reshape(-1), step.reshape(-1)
-    partial = np.zeros(LANES)
-    count = np.zeros(LANES, dtype=np.int64)
-    for first in range(0, pressure.size, LANES):
-        end = first + LANES
-        p, tried, r, t = flat_p[first:end], flat_trial[first:end], flat_r[first:end], flat_t[first:end]
-        for k in range(p.size):
-            moved = tried[k] + shift if tried[k] > 0 else tried[k]
-            allowed = min(max(moved, 0.0), cap)
-            count[k] += (allowed != moved) & (moved < np.inf)
-            t[k] = allowed - p[k]
-            partial[k] += r[k] * (allowed - p[k])
-    return partial.sum(), count.sum()
+    p, s, moves = pressure.reshape(-1), descent.reshape(-1), free.reshape(-1)
+    r, t = misfit.reshape(-1), step.reshape(-1)
+    slope, clipped = 0.0, 0.0
+    for k in range(p.size):
+        tried = p[k] + length * (s[k] + beta * t[k] - mean)
+        moved = tried + shift if tried > 0 else tried
+        allowed = min(max(moved, 0.0), cap)
+        change = allowed - p[k] if moves[k] else 0.0
+        t[k] = change
+        slope += r[k] * change
+        clipped += 1.0 if (allowed != moved) & moves[k] else 0.0
+    return slope, int(clipped)
+
+
+@compiled()
+def on_bounds(
+    pressure: np.ndarray, gap: np.ndarray, offset: float, diagonal: float, cap: float, result: np.ndarray
+) -> None:
+    """result <- clip(p - w / B_00, 0, cap) where this or p is a bound, else p: nodes change between contact and gap."""
+    p, w, bounded = pressure.reshape(-1), gap.reshape(-1), result.reshape(-1)
+    for k in range(p.size):
+        target = min(max(p[k] - (w[k] + offset) / diagonal, 0.0), cap)
+        is_between = (p[k] > 0) & (p[k] < cap) & (target > 0) & (target < cap)
+        bounded[k] = p[k] if is_between else target
 
 
 @compiled()
@@ -286,8 +317,9 @@ def stencil_product(
 ) -> None:
     """Write a stencil of 5 x 5 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
 
-    The field is zero outside the mesh. It is copied into `padded` : (nx + 4, ny + 4), whose border is zero, so that
-    some rows of a narrow mesh are one row of the padded one.
+    The field is zero outside the mesh, and may be the result. It is copied into `padded` : (nx + 4, ny + 4), whose
+    border is zero, so that some rows of a narrow mesh are one row of the padded one. Rows are summed first, by their
+    distance in columns, into rows of FLAT numbers.
     """
     nx, ny = field.shape
     width = ny + 4
@@ -298,32 +330,32 @@ def stencil_product(
     w00, w01, w02 = stencil[2, 2], stencil[2, 3], stencil[2, 4]
     w10, w11, w12 = stencil[3, 2], stencil[3, 3], stencil[3, 4]
     w20, w21, w22 = stencil[4, 2], stencil[4, 3], stencil[4, 4]
-    rows = max(1, LANES // ny)
-    sums = np.empty(rows * width, stencil.dtype)
-    for first in range(0, nx, rows):
-        end = min(first + rows, nx)
-        if not nodes[first:end].any():
-            result[first:end] = 0.0
-            continue
-        length = (end - first) * width - 4
-        start = (first + 2) * width + 2
-        c = flat[start - 2 : start + length + 2]
-        a = flat[start - 2 - width : start + length + 2 - width]
-        b = flat[start - 2 + width : start + length + 2 + width]
-        e = flat[start - 2 - 2 * width : start + length + 2 - 2 * width]
-        f = flat[start - 2 + 2 * width : start + length + 2 + 2 * width]
-        for k in range(length):
-            sums[k] = (
-                (w00 * c[k + 2] + w01 * (c[k + 1] + c[k + 3]) + w02 * (c[k] + c[k + 4]))
-                + (w10 * (a[k + 2] + b[k + 2]) + w11 * ((a[k + 1] + a[k + 3]) + (b[k + 1] + b[k + 3])))
-                + (w12 * ((a[k] + a[k + 4]) + (b[k] + b[k + 4])) + w20 * (e[k + 2] + f[k + 2]))
-                + w21 * ((e[k + 1] + e[k + 3]) + (f[k + 1] + f[k + 3]))
-                + w22 * ((e[k] + e[k + 4]) + (f[k] + f[k + 4]))
-            )
-        for i in range(first, end):
-            row, wanted, base = result[i], nodes[i], (i - first) * width
-            for j in range(ny):
-                row[j] = sums[base + j] if wanted[j] else result.dtype.type(0.0)
+    rows, piece, zero = max(1, FLAT // width), min(FLAT, width), field.dtype.type(0.0)
+    sums, total = np.empty(3 * FLAT, stencil.dtype), np.empty(FLAT, stencil.dtype)
+    for top in range(0, nx, rows):
+        bottom = min(top + rows, nx)
+        for left in range(0, ny, piece - 4):
+            columns = min(piece, width - left)
+            length = (bottom - top - 1) * width + columns
+            start = top * width + left
+            e, a = flat[start : start + length], flat[start + width : start + width + length]
+            start += 2 * width
+            c, b = flat[start : start + length], flat[start + width : start + width + length]
+            start += 2 * width
+            f = flat[start : start + length]
+            for k in range(length):
+                near, far = a[k] + b[k], e[k] + f[k]
+                sums[k] = w00 * c[k] + w10 * near + w20 * far
+                sums[FLAT + k] = w01 * c[k] + w11 * near + w21 * far
+                sums[2 * FLAT + k] = w02 * c[k] + w12 * near + w22 * far
+            for k in range(length - 4):
+                beside = (sums[FLAT + k + 1] + sums[FLAT + k + 3]) + (sums[2 * FLAT + k] + sums[2 * FLAT + k + 4])
+                total[k] = sums[k + 2] + beside
+            for i in range(top, bottom):
+                row, wanted = result[i, left : left + columns - 4], nodes[i, left : left + columns - 4]
+                values = total[(i - top) * width : (i - top) * width + columns - 4]
+                for j in range(row.size):
+                    row[j] = values[j] if wanted[j] else zero
 
 
 @compiled(error_model="numpy")

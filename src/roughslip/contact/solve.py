@@ -54,7 +54,7 @@ class ContactSolution:
     @property
     def signed_gap(self) -> np.ndarray:
         """(nx, ny) [m] B p - u_bar: the gap, and where the surface yields minus the plastic displacement."""
-        return self.gap - self.plastic_displacement
+        return self.gap if math.isinf(self.hardness_pa) else self.gap - self.plastic_displacement
 
     @property
     def contact(self) -> np.ndarray:
@@ -183,19 +183,22 @@ def sweep(
     _check(influence, tolerance, hardness_pa, at_plane=True)
     solutions: dict[float, ContactSolution] = {}
     for plane in sorted(set(planes.tolist()), reverse=True):
-        start = _extrapolated(list(solutions.values())[-2:], heights, plane)
-        solutions[plane] = replace(_solve(influence, heights - plane, tolerance, start, hardness_pa), plane=plane)
+        interference = heights - plane
+        start = _extrapolated(list(solutions.values())[-2:], interference, plane)
+        solutions[plane] = replace(_solve(influence, interference, tolerance, start, hardness_pa), plane=plane)
     return [solutions[plane] for plane in planes.tolist()]
 
 
-def _extrapolated(above: Sequence[ContactSolution], heights: np.ndarray, plane: float) -> Start:
+def _extrapolated(above: Sequence[ContactSolution], interference: np.ndarray, plane: float) -> Start:
     """Pressure and displacement at a plane, linearly from two planes above it, or those of one."""
     if not above:
         return None, None
-    fields = [(solution.pressure, solution.signed_gap + heights - solution.plane) for solution in above]
     planes = [solution.plane for solution in above]
-    pressure, displacement = (_on_line(planes, values, plane) for values in zip(*fields, strict=True))
-    return np.maximum(pressure, 0.0), displacement if pressure.min() >= 0 else None
+    pressure = _on_line(planes, [solution.pressure for solution in above], plane)
+    if pressure.min() < 0:
+        return np.maximum(pressure, 0.0), None
+    gap = _on_line(planes, [solution.signed_gap for solution in above], plane)  # B p - u_bar is linear in the plane
+    return pressure, gap + interference if len(above) == 2 else gap + (interference + (plane - planes[0]))
 
 
 def _on_line(places: Sequence[float], fields: Sequence[np.ndarray], place: float) -> np.ndarray:

@@ -226,12 +226,10 @@ class _Iteration:
         self, problem: Problem, tolerance: float, guess: np.ndarray | None, displacement: np.ndarray | None = None
     ) -> None:
         self.problem, self.products, self.curvature = problem, 0, 0.0
-        self.is_loose = tolerance >= LOOSE
-        self.plane, self.sum = 0.0, 0.0
+        self.is_loose, self.plane, self.sum = tolerance >= LOOSE, 0.0, 0.0
         self.length, self.usual_length, self.short_steps = 1.0, 1.0, 0
         self.pressure, self.gap = self._start(guess, displacement)
-        given = problem.pressure_sum is not None
-        is_single = not given or self._fits_single(self.pressure)
+        is_single = problem.pressure_sum is None or self._fits_single(self.pressure)
         self.work = _workspace(problem.influence, np.float32 if is_single else np.float64)
 
     def assess(self) -> float:

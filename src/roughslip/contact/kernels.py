@@ -133,9 +133,8 @@ def trials(
     trial: np.ndarray,
 ) -> None:
     """trial <- p + length d on the free nodes, with d of `conjugation`; p elsewhere, infinite where that is a cap."""
-    s, t, p, moves, result = (
-        descent.reshape(-1), step.reshape(-1), pressure.reshape(-1), free.reshape(-1), trial.reshape(-1)
-    )  # fmt: skip
+    s, t, moves, result = descent.reshape(-1), step.reshape(-1), free.reshape(-1), trial.reshape(-1)
+    p = pressure.reshape(-1)
     for k in range(p.size):
         moved = p[k] + length * (s[k] + beta * t[k] - mean)
         held = p[k] if p[k] == 0 else np.inf
@@ -161,7 +160,7 @@ def clipped_step(
     """
     p, s, moves = pressure.reshape(-1), descent.reshape(-1), free.reshape(-1)
     r, t = misfit.reshape(-1), step.reshape(-1)
-    slope, clipped = 0.0, 0.0
+    slope = clipped = 0.0
     for k in range(p.size):
         tried = p[k] + length * (s[k] + beta * t[k] - mean)
         moved = tried + shift if tried > 0 else tried
@@ -318,8 +317,7 @@ def stencil_product(
     """Write a stencil of 5 x 5 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
 
     The field is zero outside the mesh, and may be the result. It is copied into `padded` : (nx + 4, ny + 4), whose
-    border is zero, so that some rows of a narrow mesh are one row of the padded one. Rows are summed first, by their
-    distance in columns, into rows of FLAT numbers.
+    border is zero, so that some rows of a narrow mesh are one row of the padded one. Rows are summed first.
     """
     nx, ny = field.shape
     width = ny + 4
@@ -337,20 +335,18 @@ def stencil_product(
         for left in range(0, ny, piece - 4):
             columns = min(piece, width - left)
             length = (bottom - top - 1) * width + columns
-            start = top * width + left
+            start, below = top * width + left, (top + 2) * width + left
             e, a = flat[start : start + length], flat[start + width : start + width + length]
-            start += 2 * width
-            c, b = flat[start : start + length], flat[start + width : start + width + length]
-            start += 2 * width
-            f = flat[start : start + length]
+            c, b = flat[below : below + length], flat[below + width : below + width + length]
+            f = flat[below + 2 * width : below + 2 * width + length]
             for k in range(length):
                 near, far = a[k] + b[k], e[k] + f[k]
                 sums[k] = w00 * c[k] + w10 * near + w20 * far
                 sums[FLAT + k] = w01 * c[k] + w11 * near + w21 * far
                 sums[2 * FLAT + k] = w02 * c[k] + w12 * near + w22 * far
             for k in range(length - 4):
-                beside = (sums[FLAT + k + 1] + sums[FLAT + k + 3]) + (sums[2 * FLAT + k] + sums[2 * FLAT + k + 4])
-                total[k] = sums[k + 2] + beside
+                farther = sums[2 * FLAT + k] + sums[2 * FLAT + k + 4]
+                total[k] = sums[k + 2] + (sums[FLAT + k + 1] + sums[FLAT + k + 3] + farther)
             for i in range(top, bottom):
                 row, wanted = result[i, left : left + columns - 4], nodes[i, left : left + columns - 4]
                 values = total[(i - top) * width : (i - top) * width + columns - 4]

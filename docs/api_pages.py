@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 SNIPPETS = re.compile(r"^## (\S+)\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-FIRST = ("surface", "scan", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
+FIRST = ("surface", "scan", "record", "contact", "chaos", "friction", "oscillator", "probability")  # along the chain
 _LISTED = sorted(file.parent.name for file in (ROOT / "src/roughslip").glob("*/__init__.pyi"))
 _INNER = (*FIRST, *(name for name in _LISTED if name not in FIRST), "plot")
 PACKAGES = ("roughslip", *(f"roughslip.{name}" for name in _INNER))

@@ -27,7 +27,7 @@ ALLOWED = {
     **dict.fromkeys(GROUND, ()),
     **dict.fromkeys((*SUBJECTS, "scene", "figures", "report", "datasets"), ()),
     "plot": ("contact", "oscillator"),
-    "record": (),
+    "record": ("oscillator",),  # a measured curve as a friction law
     "scan": ("surface",),
     "verdicts": ("chaos", "friction"),
     "study": (*SUBJECTS, "scan", "record", "figures", "verdicts", "report", "scene"),

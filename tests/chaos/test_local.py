@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
-from roughslip.chaos.local import GROUPS, Samples, best_gap_stiffness, fit_local, jackknife_deviations
+from roughslip.chaos.local import GROUPS, SolvedSurfaces, best_gap_stiffness, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import (
     CURVATURE,
     OUTSIDE_SCALE,
@@ -58,7 +58,7 @@ def samples(target, seed=0, surfaces=SURFACES, variables=8, drift=DRIFT):
     u[:, 0] = generator.standard_normal(shape[::2])  # by itself
     distance2 = np.array([0.0, 0.5, 1.0])
     r = response(u) - drift * distance2 + scatter(u) * generator.standard_normal((surfaces, 1))
-    return Samples(u, distance2, *pressures(r, target))
+    return SolvedSurfaces(u, distance2, *pressures(r, target))
 
 
 def truth(target, count=1_000_000):
@@ -116,7 +116,7 @@ def test_the_stiffness_takes_the_kink_out():
         stiffness = best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), guess)
         assert stiffness == pytest.approx(1.3, abs=0.001 * guess)  # its grid
     assert best_gap_stiffness(basis, group, 1.3 * np.maximum(v, 0), np.maximum(-v, 0), 0.1) == pytest.approx(0.2)
-    whole = Samples(u[:, None], np.zeros(1), 1.3 * np.maximum(v, 0)[:, None], np.maximum(-v, 0)[:, None])
+    whole = SolvedSurfaces(u[:, None], np.zeros(1), 1.3 * np.maximum(v, 0)[:, None], np.maximum(-v, 0)[:, None])
     noisy = replace(whole, gap=whole.gap * (1 + 1e-3 * u[:, 1:] ** 2))
     fit = fit_local(noisy, 1, PressureTarget("trial_pressure", 1.0))
     assert fit.target.gap_stiffness == pytest.approx(1.3, abs=0.01)
@@ -125,7 +125,7 @@ def test_the_stiffness_takes_the_kink_out():
 def test_ill_posed_samples_are_refused():
     target = TARGETS["squared_pressure"]
     whole = samples(target, 3, 200, 3)
-    few = Samples(whole.variables[:19], whole.distance2, whole.pressure[:19], whole.gap[:19])
+    few = SolvedSurfaces(whole.variables[:19], whole.distance2, whole.pressure[:19], whole.gap[:19])
     for given_samples, message in (
         (few, "19 surfaces are too few"),
         (replace(whole, pressure=0 * whole.pressure), "no sample is in contact"),
@@ -148,7 +148,7 @@ def test_draws_are_balanced_by_what_was_solved(kind):
     each of 800. With a hardness nothing is scaled."""
     target = TARGETS[kind]
     part = samples(target, seed=6)
-    one = Samples(part.variables[:, :1, :3], np.zeros(1), part.pressure[:, :1], part.gap[:, :1])
+    one = SolvedSurfaces(part.variables[:, :1, :3], np.zeros(1), part.pressure[:, :1], part.gap[:, :1])
     fit = fit_local(one, 3, target)
     predicted = hermite_basis(one.variables[:, 0], fit.indices) @ fit.whole.coefficients
     near = predicted > fit.lowest

@@ -24,7 +24,7 @@ import math
 import numpy as np
 from scipy.stats import chi2, ks_2samp
 
-from roughslip.chaos.local import Samples, fit_local
+from roughslip.chaos.local import SolvedSurfaces, fit_local
 from roughslip.chaos.pressure import KINDS, PressureTarget
 from roughslip.chaos.strip import fit_strip
 from roughslip.chaos.variables import Stencil, local_functionals
@@ -89,7 +89,7 @@ def attempt_node(trial: Trial) -> None:
     trial.case |= {"kind": kind, "variables": variables, "nodes": nodes, "degree": degree, "scatter": scatter}
     clear = contact == "half" and scatter >= 0.1 and count >= max(25 * terms, 200)
     trial.answers = () if clear else (IllPosedError, ConvergenceError)
-    expansion = fit_local(Samples(u, distance2, pressure, gap), degree, target)
+    expansion = fit_local(SolvedSurfaces(u, distance2, pressure, gap), degree, target)
     fresh = other.standard_normal((FRESH, variables))
     true = pressure_of(response_of(form, slope, fresh) + scatter * other.standard_normal(FRESH))
     drawn = expansion.draw(np.random.default_rng([trial.number, 4]), FRESH)

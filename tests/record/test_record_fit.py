@@ -14,7 +14,7 @@ from roughslip import IllPosedError
 from roughslip.oscillator import Oscillator, TableLaw, existence_limit
 from roughslip.record.curve import FrictionCurve, SpeedBasis, _spline_curve, fitted_curve, stribeck_columns
 from roughslip.record.fit import _moments, _tilted, fit_record
-from roughslip.record.likelihood import Samples, fitted_process, scatter_path, through_instrument, whitened
+from roughslip.record.likelihood import SlidingSamples, fitted_process, scatter_path, through_instrument, whitened
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
 RECORDS, N = 60, 1200
@@ -46,7 +46,7 @@ def record(
     friction = through_instrument(friction, np.full(n, np.exp(-1.0))) + noise * generator.standard_normal(n)
     step = speed * dt
     step[0] = -1.0
-    return Samples(friction, speed, step, np.full(n, dt), np.gradient(speed, dt))
+    return SlidingSamples(friction, speed, step, np.full(n, dt), np.gradient(speed, dt))
 
 
 def around(lengths):
@@ -163,7 +163,7 @@ def test_what_a_record_cannot_hold_is_said():
     late, _ = fitted(3, 400.0, True, lag=1.0)
     assert late.ramps < 1e-3
     assert any("ramps up and down differ" in note for note in late.notes)
-    few = Samples(*(getattr(samples, name)[:100] for name in ("friction", "speed", "step", "seconds", "change")))
+    few = SlidingSamples(*(getattr(samples, name)[:100] for name in ("friction", "speed", "step", "seconds", "change")))
     with pytest.raises(IllPosedError, match="100 samples of sliding"):
         fit_record(few)
 
@@ -171,7 +171,14 @@ def test_what_a_record_cannot_hold_is_said():
 def test_a_period_is_found_without_its_length():
     """A wave as large as the scatter; wavelengths are tried in steps of half a period in the record, of 7.3."""
     waved, without = (record(2, 400.0, wobble=wobble) for wobble in (0.02, 0.0))
-    found = fit_record(waved, None, SECONDS / N)
+    said = []
+    found = fit_record(waved, None, SECONDS / N, progress=said.append)
+    assert len(said) == 3
+    assert f"{waved.friction.size} samples" in said[0]
+    law = found.curve.law(static_friction=0.9)
+    np.testing.assert_allclose(law.mu(found.curve.speeds_m_per_s), found.curve.friction, rtol=1e-6)
+    assert (law.static, float(law.mu(0.0))) == (0.9, pytest.approx(found.curve.at_rest))
+    assert law.slowest_known == found.curve.speeds_m_per_s[0]
     assert found.period < 1e-3
     assert found.period_m == pytest.approx(around(400.0), rel=0.5 / 7.3)
     assert np.isnan(fit_record(without, None, SECONDS / N).period_m)
@@ -259,7 +266,7 @@ def test_moments_of_the_scatter_are_those_of_the_residuals():
         generator.uniform(1.0, 2.0, n),
     )
     step = np.full(n, 0.5)
-    samples = Samples(mean + weight * residual, step, step, step, step)
+    samples = SlidingSamples(mean + weight * residual, step, step, step, step)
     fit = SimpleNamespace(weight=weight, deviation=np.sqrt(share * np.var(residual)), length=1.0)
     (skewness, s_error), (excess, e_error) = _moments(samples, mean, fit)
     assert skewness == pytest.approx(stats.skew(residual) / share**1.5)
@@ -303,7 +310,7 @@ def test_a_fit_sees_through_the_instrument():
     path = 0.02 * scatter_path(np.cumsum(step), 1e-3, generator)
     friction = 0.3 + through_instrument(path, memory) + 0.01 * generator.standard_normal(n)
     step[0] = -1.0
-    samples = Samples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n))
+    samples = SlidingSamples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n))
     fit = fitted_process(samples, np.ones((n, 1)), None, np.ones(n))
     errors = np.sqrt(np.diag(fit.log_covariance))
     assert np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3])) == pytest.approx([0, 0], abs=4 * errors.max())

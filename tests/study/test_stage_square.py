@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from roughslip.chaos import centre_distribution
 from roughslip.chaos.centre_distribution import cumulative_given_contact
-from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
+from roughslip.chaos.hermite import even_terms, multi_indices, terms_at
 from roughslip.chaos.variables import latin_hypercube
 from roughslip.contact.influence import Influence
 from roughslip.errors import IllPosedError
@@ -191,7 +191,7 @@ def test_expansions_that_are_exact_have_no_error(distributions, modes, variables
     np.testing.assert_allclose(variables[0, 0], height / np.linalg.norm(height), atol=1e-12)
     rows = np.concatenate([TRAINING @ one.T for one in variables])
     signs = np.array([[0, 0], [1, 0], [0, 1], [0, 0]])  # height, slopes, curvature: mirrored along x, along y
-    basis = hermite_basis(rows, even_terms(multi_indices(4, 2), signs))
+    basis = terms_at(rows, even_terms(multi_indices(4, 2), signs))
     assert basis.shape == (800, 8)  # 1, h, c, h^2, h c, c^2, and the squares of the slopes
     condition = np.linalg.cond(basis / np.linalg.norm(basis, axis=0))
     assert distributions["fit_condition_number"][2] == pytest.approx(condition)
@@ -226,10 +226,10 @@ def test_equations_given_contact_are_those_of_a_direct_sample_given_contact(dist
     in contact everywhere.
     """
     pressure = trial_pressure(HYPERCUBES[0], variables[0])
-    basis = hermite_basis((HYPERCUBES[0] @ variables[0].T)[pressure > 0], multi_indices(4, 2))
+    basis = terms_at((HYPERCUBES[0] @ variables[0].T)[pressure > 0], multi_indices(4, 2))
     coefficients = np.linalg.lstsq(basis, np.log(pressure[pressure > 0]), rcond=None)[0]
     u = np.random.default_rng(21).standard_normal((400_000, 4))
-    direct = np.exp(hermite_basis(u[MEAN + SCATTER * u @ RESPONSE > 0], multi_indices(4, 2)) @ coefficients)
+    direct = np.exp(terms_at(u[MEAN + SCATTER * u @ RESPONSE > 0], multi_indices(4, 2)) @ coefficients)
     levels = distributions["pressure"]
     exact = (norm.cdf((levels - MEAN) / SCATTER) - 1 + PROBABILITY) / PROBABILITY
     known = design_of(MONTE_CARLO, samples=SURFACES, modes=MODES) @ variables[0].T

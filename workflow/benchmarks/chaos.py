@@ -23,7 +23,7 @@ from scipy.stats import qmc
 
 from roughslip import store
 from roughslip.chaos.centre_distribution import fit_equation
-from roughslip.chaos.local import Samples, fit_local
+from roughslip.chaos.local import SolvedSurfaces, fit_local
 from roughslip.chaos.variables import latin_hypercube
 from roughslip.contact.solve import sweep
 from roughslip.errors import IllPosedError
@@ -145,7 +145,7 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, stre
     if method == OURS:
         variables = np.einsum("km,nvm->knv", solved.xi, square.directions)
         pressure, gap = solved.pressure[:, level], solved.gap[:, level]
-        samples = Samples(variables, square.nodes.distance2, pressure, gap, square.odd)
+        samples = SolvedSurfaces(variables, square.nodes.distance2, pressure, gap, square.odd)
         return fit_local(samples, square.degree, square.target).draw(np.random.default_rng(seed), DRAWS)
     variables, pressures = [solved.xi @ square.directions[0].T], [solved.pressure[:, level, 0]]
     return fit_equation(variables, pressures, square.degree, logarithm=method == "equation_9").draw(seed)[0]

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.chaos.hermite import hermite_basis, multi_indices
+from roughslip.chaos.hermite import multi_indices, terms_at
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
 from roughslip.chaos.pressure import fit_in_contact
 from roughslip.chaos.regression import Fit
@@ -95,7 +95,7 @@ class Equation:
 
     def pressure(self, variables: np.ndarray) -> np.ndarray:
         """p : (designs, n) [Pa] at variables : (n, v)."""
-        return self.at(hermite_basis(variables, self.indices))
+        return self.at(terms_at(variables, self.indices))
 
     def at(self, basis: np.ndarray) -> np.ndarray:
         """The same at the terms : (n, P) of the variables."""
@@ -111,7 +111,7 @@ def draw(equations: Mapping[str, Equation], seed: list[int]) -> dict[str, np.nda
     for number in range(BLOCKS if equations else 0):
         indices = next(iter(equations.values())).indices
         draws = np.random.default_rng([*seed, number]).standard_normal((BLOCK, indices.shape[1]))
-        basis = hermite_basis(draws, indices)
+        basis = terms_at(draws, indices)
         for name, equation in equations.items():
             blocks[name].append(equation.at(basis))
     return {name: np.concatenate(parts, axis=1) for name, parts in blocks.items()}
@@ -130,7 +130,7 @@ def fit_equation(
     indices, fits = multi_indices(variables[0].shape[1], degree), []
     for number, (xi, pressure) in enumerate(zip(variables, pressures, strict=True), start=1):
         try:
-            fits.append(fit_in_contact(hermite_basis(xi, indices), pressure, logarithm=logarithm))
+            fits.append(fit_in_contact(terms_at(xi, indices), pressure, logarithm=logarithm))
         except IllPosedError as error:
             raise IllPosedError(f"design {number} of {len(variables)}: {error}") from error
     return Equation(logarithm, indices, tuple(fits))

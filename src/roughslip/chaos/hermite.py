@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from itertools import chain, combinations_with_replacement
 
 import numpy as np
@@ -12,6 +13,7 @@ from roughslip.errors import ParameterError
 from roughslip.validation import finite, gate, whole_at_least
 
 MOST_TERMS = 20_000  # a table of as many terms at 5000 samples takes 0.8 GB
+CORRELATED = 0.2  # correlation of two variables, below which shares of the variance err by a few per cent
 BLOCK = 256  # points at which terms are multiplied at a time: 165 terms take 0.3 MB, which stays in the cache
 
 
@@ -73,9 +75,34 @@ def hermite_basis(xi: np.ndarray, indices: np.ndarray) -> np.ndarray:
     xi : (K, variables) [-] samples of the standard normal variables
     indices : (P, variables) exponents, from `multi_indices`
 
-    Returns basis : (K, P). Raises ParameterError where the variables do not match or a sample is not finite.
+    Returns basis : (K, P). Warns of samples with correlated variables. Raises ParameterError where the variables do not
+    match or a sample is not finite.
     """
-    return HermiteBasis(indices).by_term(finite("xi", xi, 2).T).T
+    xi = finite("xi", xi, 2)
+    _warn_of_correlation(xi)
+    return terms_at(xi, indices)
+
+
+def terms_at(xi: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """The same without a warning, for variables that need not be independent, as those in contact."""
+    return HermiteBasis(indices).by_term(xi.T).T
+
+
+def _warn_of_correlation(xi: np.ndarray) -> None:
+    """Warn of a correlation of two variables above CORRELATED, and five standard errors 1 / sqrt(K)."""
+    if len(xi) <= 25 or not 2 <= xi.shape[1] <= 100:
+        return
+    moved = xi - xi.mean(axis=0)
+    norm = np.sqrt(np.sum(moved**2, axis=0))
+    correlation = np.triu(moved.T @ moved / np.maximum(np.outer(norm, norm), np.finfo(float).tiny), 1)
+    i, j = np.unravel_index(np.argmax(np.abs(correlation)), correlation.shape)
+    if abs(correlation[i, j]) > max(CORRELATED, 5 / math.sqrt(len(xi))):
+        warnings.warn(
+            f"variables {i} and {j} of `xi` have the correlation {correlation[i, j]:.2f}: terms are orthonormal in "
+            "independent variables alone, so squares of coefficients are no shares of the variance: expand in "
+            "independent ones, such as xi @ inv(cholesky(correlation)).T",
+            stacklevel=4,
+        )
 
 
 class HermiteBasis:

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtri
 
-from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
+from roughslip.chaos.hermite import HermiteBasis, even_terms, multi_indices, terms_at
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION, Fit, Regression
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
@@ -33,7 +33,7 @@ BLOCK = 20_000  # draws evaluated at a time
 
 
 @dataclass(frozen=True)
-class Samples:
+class SolvedSurfaces:
     """Solved surfaces, each at some nodes around the centre.
 
     variables : (K, nodes, v) [-] orthonormal local functionals
@@ -116,7 +116,7 @@ def jackknife_deviations(values: np.ndarray) -> np.ndarray:
     return np.sqrt((groups - 1) / groups) * (values - values.mean(axis=0))
 
 
-def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExpansion:
+def fit_local(samples: SolvedSurfaces, degree: int, target: PressureTarget) -> LocalExpansion:
     """Expand the pressure around the centre.
 
     samples : at least GROUPS surfaces
@@ -155,7 +155,7 @@ def fit_local(samples: Samples, degree: int, target: PressureTarget) -> LocalExp
     return LocalExpansion(indices, members[0], tuple(members[1:]), lowest, target, fit)
 
 
-def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
+def _terms(samples: SolvedSurfaces, degree: int) -> tuple[np.ndarray, np.ndarray]:
     """Exponents : (P, v), and the terms at each node of each surface, a row each.
 
     Terms that change sign in a mirror image are left out, because nodes are trained together with their images. Where
@@ -169,7 +169,7 @@ def _terms(samples: Samples, degree: int) -> tuple[np.ndarray, np.ndarray]:
     indices = multi_indices(count, degree)
     if samples.odd.size:
         indices = even_terms(indices, samples.odd)
-    basis = hermite_basis(samples.variables.reshape(-1, count), indices)
+    basis = terms_at(samples.variables.reshape(-1, count), indices)
     if np.ptp(samples.distance2) > 0:
         basis = np.column_stack([basis, np.tile(samples.distance2, surfaces)])
     return indices, basis

@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from roughslip.chaos.regression import MORE_CONTACT, Fit, least_squares
+from roughslip.chaos.regression import MORE_CONTACT, Fit, Regression
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate, not_negative, positive
 
@@ -148,4 +148,4 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
             "expansion.degree"
         )
     target = np.log(pressure[contact]) if logarithm else pressure[contact]
-    return least_squares(basis[contact], target)
+    return Regression(basis[contact]).fit(target)  # in contact variables are not normal, and squares are no variance

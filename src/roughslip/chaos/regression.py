@@ -9,6 +9,8 @@ orthonormal first.
 
 from __future__ import annotations
 
+import math
+import warnings
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +23,7 @@ from roughslip.validation import finite, gate
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 WELL_CONDITIONED = 100.0  # up to it a Gram matrix loses four digits of sixteen
 LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of what a group leaves of a column: below it there is rounding error
+ERRORS = 4.0  # standard errors of a variance by which the sum of squares may exceed it
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
 # What to try where samples do not determine an expansion: the ends of error texts, with the scene keys.
@@ -60,11 +63,31 @@ def least_squares(
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
     group : (K,) whole numbers; samples of one number are left out together, by default each alone
 
-    Raises ParameterError for input that is not finite or of the wrong shape. Raises IllPosedError as `Regression`, and
-    for a constant target.
+    Warns where the coefficients of a basis of `hermite_basis` are not those of the response: orthonormal terms carry
+    the sum of their squares, which is no more than the variance. Raises ParameterError for input that is not finite or
+    of the wrong shape. Raises IllPosedError as `Regression`, and for a constant target.
     """
     weights = None if weights is None else finite("weights", weights, 1)
-    return Regression(basis, weights, group).fit(target)
+    fit = Regression(basis, weights, group).fit(target)
+    if weights is None:
+        _warn_of_variance(basis, target, fit.coefficients)
+    return fit
+
+
+def _warn_of_variance(basis: np.ndarray, target: np.ndarray, coefficients: np.ndarray) -> None:
+    """Warn where an expansion has more variance than samples have, with its standard error sqrt((m4 - s^4) / K)."""
+    if basis.shape[1] < 2 or np.any(basis[:, 0] != 1.0) or not 0.5 < np.mean(basis[:, 1] ** 2) < 2.0:
+        return  # not orthonormal terms: the constant, a variable of variance 1, and others
+    squares, from_mean = float(np.sum(coefficients[1:] ** 2)), target - np.mean(target)
+    variance = float(np.mean(from_mean**2))
+    error = math.sqrt((float(np.mean(from_mean**4)) - variance**2) / len(target))
+    if squares > 1.1 * variance + ERRORS * error:
+        warnings.warn(
+            f"the squares of the coefficients of `target` sum to {squares:.3g}, and the samples have a variance of "
+            f"{variance:.3g}: the expansion holds near the samples alone, and its variance, tails and shares of inputs "
+            "are wrong: take a lower degree in `basis`, or more samples",
+            stacklevel=4,
+        )
 
 
 class Regression:

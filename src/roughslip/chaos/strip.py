@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from roughslip.chaos.hermite import HermiteBasis, even_terms, hermite_basis, multi_indices
+from roughslip.chaos.hermite import HermiteBasis, even_terms, multi_indices, terms_at
 from roughslip.chaos.pressure import PressureTarget
 from roughslip.chaos.regression import Regression
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
@@ -98,7 +98,7 @@ def fit_strip(
     missed, predicted = np.empty((rows, levels)), np.empty((levels, nodes, rows))
     for row in range(rows):
         whiten[row] = whitening(functionals[:, row], odd)
-        basis = hermite_basis(functionals[:, row] @ whiten[row].T, indices)
+        basis = terms_at(functionals[:, row] @ whiten[row].T, indices)
         regression = None
         for level in range(levels):
             values = np.ascontiguousarray(target_values[:, row, level])

@@ -1,7 +1,8 @@
 """Measured friction records: the mean curve over speed and the scatter about it, with their errors.
 
     slid = sliding(read_records(["trace.csv"]), Rig(mass_kg=2.0, stiffness_n_per_m=800.0))
-    found = fit_record(slid.samples)
+    found = fit_record(slid.samples, progress=print)
+    law = found.curve.law()
 
 - read_records: text of a tribometer, in one file or several
 - sliding: samples of sliding, in slips of stick-slip by the balance of forces

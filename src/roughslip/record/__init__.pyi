@@ -1,7 +1,7 @@
 from roughslip.record.curve import FrictionCurve as FrictionCurve
 from roughslip.record.fit import RecordFit as RecordFit
 from roughslip.record.fit import fit_record as fit_record
-from roughslip.record.likelihood import Samples as Samples
+from roughslip.record.likelihood import SlidingSamples as SlidingSamples
 from roughslip.record.reading import Trace as Trace
 from roughslip.record.reading import read_records as read_records
 from roughslip.record.slips import Rig as Rig

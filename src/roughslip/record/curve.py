@@ -6,12 +6,16 @@ All least squares are of whitened columns, so tests and errors take the correlat
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.results import described, result
+
+if TYPE_CHECKING:
+    from roughslip.oscillator.table_law import TableLaw
 
 MOST_COLUMNS = 9  # of the spline
 KNOTS = 30  # of the stored curve
@@ -43,6 +47,18 @@ class FrictionCurve:
         """Ends : (K,) [-] of the pointwise 95 % intervals."""
         half = NORMAL_95 * np.sqrt(np.sum(self.factor**2, axis=1))
         return self.friction - half, self.friction + half
+
+    def law(self, static_friction: float = 0.0) -> TableLaw:
+        """The curve as a friction law, from rest on; beyond the speeds measured friction is constant.
+
+        static_friction : limit of stick, where it is larger than the friction at the slowest speed
+        """
+        from roughslip.oscillator.table_law import TableLaw  # with numba, which a fit does not need
+
+        static = max(static_friction, float(self.friction[0]))
+        speeds = (0.0, *self.speeds_m_per_s.tolist())
+        values = (min(self.at_rest, static), *self.friction.tolist())
+        return TableLaw(speeds, values, static, measured_from_m_per_s=speeds[1])
 
 
 class SpeedBasis:

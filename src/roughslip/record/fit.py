@@ -6,6 +6,8 @@ fitted about a flexible curve, so that a law which does not fit leaves nothing t
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +16,10 @@ import scipy
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.record.curve import FrictionCurve, SpeedBasis, f_test, fitted_curve, left
-from roughslip.record.likelihood import ProcessFit, Samples, fitted_process
+from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process
 from roughslip.results import described, result
 
+LOGGER = logging.getLogger("roughslip")
 FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell the scatter
 FEWEST_SAMPLES = 200
 CLEAR_RATIO = 3.0  # of log likelihoods: one kind of scatter is twenty times as likely as the other
@@ -74,16 +77,18 @@ class RecordFit:
 
 
 def fit_record(
-    samples: Samples,
+    samples: SlidingSamples,
     circumference_m: float | None = None,
     time_constant_s: float | None = None,
     from_slips: bool = False,
+    progress: Callable[[str], None] = LOGGER.info,
 ) -> RecordFit:
     """Fit curve and scatter of all records together.
 
     circumference_m : [m] of the track; not given, a period is searched
     time_constant_s : [s] of the instrument; not given, it is fitted
     from_slips : whether samples are of slips between sticks, whose speed follows from the friction that they met
+    progress : called with what begins, such as `print`; parts take up to a minute each at MOST_SAMPLES
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
@@ -98,12 +103,13 @@ def fit_record(
     drift, separate = _drift_columns(samples, spline)
     if not separate:
         notes.append("drift cannot be told from the curve: record ramps up and down, or speeds in random order")
-    ramps = _ramp_columns(samples)
-    known = {"drift": drift, "ramps": ramps}
+    known = {"drift": drift, "ramps": _ramp_columns(samples)}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
+    progress(f"scatter about the mean curve, {n} samples")
     fit = fitted_process(samples, _columns(spline, known), time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
+    progress("period of a revolution, drift and ramps")
     if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
     p_values = {name: _p_value(samples, spline, known, name, fit) for name in known}
@@ -113,11 +119,11 @@ def fit_record(
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
     mean, explained = _explained(samples, spline, columns, fit)
+    progress("additive or multiplicative scatter")
     fits, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
     curve = _curve(samples, columns[:, spline.shape[1] :], chosen, from_slips)
-    moments = _moments(samples, explained, chosen)
     total = float(samples.slipped[-1])
     if (lengths := total / chosen.length) < FEWEST_LENGTHS:
         notes.append(
@@ -130,7 +136,7 @@ def fit_record(
         _scatter(fits["multiplicative"], total, 1.0 / float(np.mean(mean))),
         kind,
         ratio,
-        *moments,
+        *_moments(samples, explained, chosen),
         p_values.get("drift", np.nan) if separate else np.nan,
         p_values.get("period", np.nan),
         period_m,
@@ -143,7 +149,7 @@ def fit_record(
 
 
 def _additive_or_multiplicative(
-    samples: Samples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
+    samples: SlidingSamples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
 ) -> tuple[dict[str, ProcessFit], str, float]:
     """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
     relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
@@ -156,7 +162,7 @@ def _additive_or_multiplicative(
     return fits, "cannot tell" if not told else "multiplicative" if ratio > 0.0 else "additive", ratio
 
 
-def _curve(samples: Samples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
+def _curve(samples: SlidingSamples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
     """The curve about which the fitted scatter is, with variances that are averaged over the errors of the scatter."""
     curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: fit.whiten(samples, columns))
     wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
@@ -179,7 +185,7 @@ def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
     return np.column_stack([spline, *known.values()])
 
 
-def _drift_columns(samples: Samples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
+def _drift_columns(samples: SlidingSamples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
     """(n, 2) a slow trend over time, and whether it can be told from the curve."""
     u = 2.0 * samples.elapsed / samples.elapsed[-1] - 1.0
     trend = np.column_stack([u, 1.5 * u**2 - 0.5])
@@ -189,7 +195,7 @@ def _drift_columns(samples: Samples, spline: np.ndarray) -> tuple[np.ndarray, bo
     return trend if separate else np.empty((u.size, 0)), separate
 
 
-def _ramp_columns(samples: Samples) -> np.ndarray:
+def _ramp_columns(samples: SlidingSamples) -> np.ndarray:
     """(n, 2) whether speed rises or falls, and that times the logarithm of speed; none without ramps of both kinds."""
     least = LEAST_RAMP * np.ptp(samples.speed) / samples.elapsed[-1]
     sign = np.where(np.abs(samples.change) < least, 0.0, np.sign(samples.change))
@@ -199,14 +205,16 @@ def _ramp_columns(samples: Samples) -> np.ndarray:
     return np.column_stack([sign, sign * (log_speed - log_speed.mean()) / max(float(np.std(log_speed)), 1e-9)])
 
 
-def _waves(samples: Samples, wavelength_m: float) -> np.ndarray:
+def _waves(samples: SlidingSamples, wavelength_m: float) -> np.ndarray:
     """(n, 2 records) a wave over the slipped distance, with a phase of its own in each record."""
     phase = 2.0 * np.pi * samples.slipped / wavelength_m
     record = np.cumsum(samples.step < 0.0)[:, None] == np.arange(1, np.count_nonzero(samples.step < 0.0) + 1)
     return np.hstack([np.cos(phase)[:, None] * record, np.sin(phase)[:, None] * record])
 
 
-def _p_value(samples: Samples, spline: np.ndarray, known: dict[str, np.ndarray], name: str, fit: ProcessFit) -> float:
+def _p_value(
+    samples: SlidingSamples, spline: np.ndarray, known: dict[str, np.ndarray], name: str, fit: ProcessFit
+) -> float:
     """That the regressors of this name explain nothing: an F test of whitened columns. NaN where there are none."""
     tested = known[name].shape[1]
     if tested == 0:
@@ -217,7 +225,7 @@ def _p_value(samples: Samples, spline: np.ndarray, known: dict[str, np.ndarray],
     return f_test(target[:, 0], simple, more, tested)
 
 
-def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> float | None:
+def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> float | None:
     """The wavelength [m] of the wave that explains most, where it is no chance among all that are tried."""
     total = float(samples.slipped[-1])
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
@@ -234,7 +242,7 @@ def _searched_period(samples: Samples, columns: np.ndarray, fit: ProcessFit) -> 
 
 
 def _explained(
-    samples: Samples, spline: np.ndarray, columns: np.ndarray, fit: ProcessFit
+    samples: SlidingSamples, spline: np.ndarray, columns: np.ndarray, fit: ProcessFit
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) of the curve alone, and of all regressors, by generalised least squares."""
     white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
@@ -243,7 +251,7 @@ def _explained(
 
 
 def _moments(
-    samples: Samples, explained: np.ndarray, fit: ProcessFit
+    samples: SlidingSamples, explained: np.ndarray, fit: ProcessFit
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Skewness and excess kurtosis of the scatter with their standard errors, of as many values as are independent.
 

@@ -29,7 +29,7 @@ AT_BOUND = 0.05  # of a logarithm: nearer to a bound a parameter is not identifi
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class SlidingSamples:
     """All records, one after another.
 
     friction : (n,) [-] as measured; speed : (n,) [m/s] of sliding
@@ -150,14 +150,14 @@ class ProcessFit:
     log_likelihood: float
     weight: np.ndarray
 
-    def whiten(self, samples: Samples, columns: np.ndarray) -> np.ndarray:
+    def whiten(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
         """Columns : (n, k) as independent unit normals."""
         memory, noise = samples.memory(self.time_constant), (self.noise / self.deviation) ** 2
         return whitened(self.length, samples.step, memory, self.weight, noise, columns)[0] / self.deviation
 
 
 def fitted_process(
-    samples: Samples,
+    samples: SlidingSamples,
     regressors: np.ndarray,
     time_constant_s: float | None,
     weight: np.ndarray,
@@ -220,7 +220,7 @@ def fitted_process(
 
 
 def _search_space(
-    samples: Samples, time_constant_s: float | None, start: ProcessFit | None
+    samples: SlidingSamples, time_constant_s: float | None, start: ProcessFit | None
 ) -> tuple[list[float], list[tuple[float, float]]]:
     """Start and bounds of the logarithms of length, noise and time constant."""
     total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))

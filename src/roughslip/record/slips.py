@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.record.likelihood import Samples
+from roughslip.record.likelihood import SlidingSamples
 from roughslip.record.reading import Trace
 
 MOST_SAMPLES = 6000  # of a fit; means of neighbours take their place
@@ -50,7 +50,7 @@ class Sliding:
     from_slips : whether samples are of slips between sticks
     """
 
-    samples: Samples
+    samples: SlidingSamples
     stick: list[np.ndarray]
     notes: tuple[str, ...]
     from_slips: bool
@@ -85,7 +85,7 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
         _thinned(trace, friction, speed, keep, block)
         for trace, (friction, speed, _), keep in zip(traces, parts, used, strict=True)
     ]
-    samples = Samples(*np.concatenate(pieces).T)
+    samples = SlidingSamples(*np.concatenate(pieces).T)
     return Sliding(samples, sticks, tuple(notes), bool(lost and rig))
 
 

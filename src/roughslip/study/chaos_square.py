@@ -26,7 +26,7 @@ from roughslip.chaos.centre_distribution import (
     resolved_by_designs,
     sampled_rows,
 )
-from roughslip.chaos.local import LocalExpansion, Samples, fit_local
+from roughslip.chaos.local import LocalExpansion, SolvedSurfaces, fit_local
 from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS, designs_of
 from roughslip.probability.estimate import NORMAL_95, wilson_interval
@@ -162,7 +162,7 @@ def local_expansion(
         directions, odd = expansion.directions(model, grid, modes, nodes, FUNCTIONALS)
         centre = directions[0]
         variables = np.einsum("km,nvm->knv", training_design(scene, len(modes)), directions)
-        samples = Samples(variables, nodes.distance2, pressure, gap, odd)
+        samples = SolvedSurfaces(variables, nodes.distance2, pressure, gap, odd)
         local = fit_local(samples, scene.expansion.degree, expansion.target(scene, model, grid))
         edges = EdgeCorrection(pressure, points, samples.group)
         drawn = edges.apply(local.draw(np.random.default_rng(drawing), DRAWS))

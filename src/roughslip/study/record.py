@@ -57,7 +57,7 @@ def work(scene: Scene, job: Job) -> None:
     traces = read_records(job.paths("record"), wanted.radius_m)
     slid = sliding(traces, rig)
     around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
-    found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips)
+    found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips, job.say)
     job.warn(*found.notes, *slid.notes)
     asked = scene.friction.scatter
     if found.kind not in (asked, "cannot tell"):

@@ -28,7 +28,7 @@ def directions(
     count : number of variables
 
     Returns directions : (nodes, count, M), orthonormal rows: directions @ xi are local functionals of the heights; and
-    odd : (count, symmetries) what the symmetries of the surface do to each, as in `Samples`.
+    odd : (count, symmetries) what the symmetries of the surface do to each, as in `SolvedSurfaces`.
     """
     functionals = local_functionals(modes, stencil(surface, grid))[:count, :, nodes.x, nodes.y]
     chosen = np.stack([orthonormal_directions(functionals[:, :, node]) for node in range(len(nodes.x))])

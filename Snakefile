@@ -21,7 +21,7 @@ if not SOURCE.is_dir():
     sys.exit(
         f"{ROOT}: the study runs from a clone: clone the project, `make setup`, and name the Snakefile of the clone"
     )
-if lacking := [name for name in ("numpy", "scipy", "numba", "netCDF4", "matplotlib") if not find_spec(name)]:
+if lacking := [name for name in ("numpy", "scipy", "numba", "netCDF4", "matplotlib", "seaborn") if not find_spec(name)]:
     sys.exit(
         f"{sys.executable} has no {', '.join(lacking)}: `make setup` in {ROOT}, then run {ROOT}/.venv/bin/snakemake"
     )

@@ -91,7 +91,7 @@ def test_the_root_holds_the_ground_floor_and_each_format_has_one_reader():
     assert of_xarray == {"roughslip.store", "roughslip.datasets"}
     assert importers_of("netCDF4") <= {"roughslip.store", "roughslip.scan.instrument_file"}
     assert {room(module) for module in importers_of("SurfaceTopography")} == {"scan"}
-    assert {room(module) for module in importers_of("matplotlib")} == {"figures", "plot"}
+    assert {room(module) for module in importers_of("seaborn", "matplotlib")} == {"figures", "plot"}
     assert importers_of("snakemake", "workflow") == set()
 
 
@@ -102,7 +102,7 @@ def test_the_wheel_is_the_library():
     assert study == {"scene", "study", "figures", "verdicts", "report"}
     library = {module for module in MODULES if room(module) not in study}
     assert not {(module, name) for module in library for name in imported(module) if room(name) in study}
-    assert {room(module) for module in importers_of("jinja2", "yaml", "jsonschema", "snakemake")} <= study
+    assert {room(module) for module in importers_of("jinja2", "yaml", "jsonschema", "snakemake", "seaborn")} <= study
 
 
 def test_nothing_imports_a_stage_that_is_a_command():

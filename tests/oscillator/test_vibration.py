@@ -92,6 +92,7 @@ def test_a_machine_in_three_states_along_its_damping():
     assert steady == pytest.approx(2000.0 * 0.4 / hopf_damping(SLIDE, HUMP), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_vibration_that_has_not_grown_yet_is_not_decided():
     """From sliding it grows by e in 1 / (2 pi (D_Hopf - D)) natural periods, 32 here: after 40 it still slides."""
     law = of_powers(0.2, 0.2, -0.4)

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from roughslip.oscillator.attractors import LEAST, State, attractors_of, state_from_rest
+from roughslip.oscillator.attractors import LEAST, State, attractors_of, settled_peak, state_from_rest, vibration_limit
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
+from roughslip.oscillator.slip_orbit import slip_flow
 from roughslip.oscillator.table_law import TableLaw, friction_law
 from roughslip.probability.search import first_change
 from tests.oscillator.motions import LAW, STUDY
@@ -69,6 +70,11 @@ def test_two_cycles_meet_in_a_fold_and_until_there_the_start_decides():
     assert (found.from_rest.state, found.from_sliding.state) == (State.VIBRATION, State.SLIDING)
     assert found.from_rest.amplitude == pytest.approx(math.sqrt(3 * b / (5 * c)) * BELT.V, rel=2e-3)
     assert found.least_vibration == found.from_rest
+    made = Machine(BELT, law)
+    assert vibration_limit(made, existence_limit(BELT, law)) == pytest.approx(first, rel=1e-5)
+    near = slip_flow(replace(BELT, damping_ratio=first * (1.0 - 1e-7)), law)
+    peaks = [settled_peak(near, start, rises=False) for start in np.linspace(0.9, 0.97, 8)]
+    assert peaks == pytest.approx([math.sqrt(3 * b / (5 * c))] * 8, rel=2e-3)  # wherever the search begins
 
 
 def test_friction_that_falls_in_the_middle_has_a_vibration_between_stick_slip_and_sliding():
@@ -83,6 +89,8 @@ def test_friction_that_falls_in_the_middle_has_a_vibration_between_stick_slip_an
 
     assert first_change(state, 0.4, 0.01)[1] == pytest.approx(existence_limit(SLIDE, HUMP), rel=2e-6)
     assert first_change(state, 0.4, 10.0)[1] == pytest.approx(hopf_damping(SLIDE, HUMP), rel=2e-6)
+    assert vibration_limit(machine, existence_limit(SLIDE, HUMP)) == hopf_damping(SLIDE, HUMP)
+    assert vibration_limit(Machine(STUDY, LAW), existence_limit(STUDY, LAW)) is None
 
 
 def test_the_cycle_of_stick_slip_has_its_own_amplitude_and_period():

@@ -48,6 +48,10 @@ def test_a_slip_vibrates_from_the_middle_between_response_and_cycle_on():
     cycle = attractors_of(hump(0.4).oscillator, HUMP).least_vibration
     assert least_amplitude(hump(0.4)) == 0.5 * cycle.amplitude
     assert least_amplitude(hump(0.8)) is None
+    both, law = replace(BELT, damping_ratio=0.11), of_powers(0.2, 0.2, -0.4)  # where sliding attracts too
+    cycle, middle = attractors_of(both, law).least_vibration, Machine(both, law, Friction(0.3, 1e-3, 1e-3))
+    assert least_amplitude(middle) == 0.5 * (cycle.amplitude + linear_response(middle))
+    assert least_amplitude(Machine(both, law, Friction(0.3, 0.05, 1e-3))) == cycle.amplitude
     assert least_amplitude(Machine(STUDY, LAW, Friction(0.3, 0.03, LENGTH))) is None
 
 

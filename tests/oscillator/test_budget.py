@@ -67,7 +67,7 @@ def test_the_parts_of_the_outcome_add_up(found):
     p = found.probability
     variance = p.mean * (1.0 - p.mean)
     assert found.scatter + p.standard_uncertainty**2 / variance == pytest.approx(1.0, rel=1e-12)
-    assert found.scatter + sum(found.outcome.values()) == pytest.approx(1.0, abs=0.25)
+    assert found.scatter + sum(part for part, _, _ in found.outcome.values()) == pytest.approx(1.0, abs=0.25)
     total = sum(one[0] for one in p.total.values())
     assert sum(one[0] for one in p.first.values()) < 1.0 + 0.1 < total + 0.2
 

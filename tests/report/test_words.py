@@ -146,7 +146,7 @@ PARTS = {"damping": (0.8, 0.7, 0.9), "mass": (0.1, 0.0, 0.2)}
 BUDGET = {
     "probability": {"mean": 0.62},
     "answer": {"value": 0.98},
-    "outcome": {"damping": 0.5, "mass": 0.05},
+    "outcome": {"damping": (0.5, 0.4, 0.62), "mass": (0.05, 0.0, 0.1)},
     "scatter": 0.4,
     "limits": {"damping": {"value": 0.32, "interval": (0.28, 0.36), "first": PARTS, "beyond": 0.08}},
     "units": {"damping": "1"},

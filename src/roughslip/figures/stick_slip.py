@@ -94,6 +94,7 @@ def figure_budget(result: Shown) -> Figure:
     sources, rows = [str(name) for name in result["source_name"].values], np.arange(len(result["source_name"]))
     outcome, *others = np.ravel(axes)
     outcome.barh(rows, result["outcome"], color="C0")
+    outcome.hlines(rows, result["outcome_low"], result["outcome_high"], color=".15", lw=1.2)
     outcome.barh(len(rows), float(result["outcome_scatter"]), color="C7")
     outcome.set(xlabel="share of the variance")
     for panel in others[len(limits) :]:

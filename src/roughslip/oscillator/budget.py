@@ -72,14 +72,15 @@ class Budget:
 
     probability : of stick-slip, given the inputs; its mean is that over all that is uncertain
     scatter : E[p (1 - p)] over the variance of the outcome; 0 where that has none
-    outcome : the parts of the variance of the outcome that exact knowledge of each source would take away
+    outcome : the parts of the variance of the outcome that exact knowledge of each source would take away, as (value,
+        low, high), with the error of the index
     limits : of the cycle without scatter, by names of `machine.PARAMETERS`; those that exist at the given values. And
         VIBRATION, the damping ratio up to which a mass that does not stick vibrates, where it does at the given values
     """
 
     probability: Uncertain
     scatter: float
-    outcome: Mapping[str, float]
+    outcome: Mapping[str, tuple[float, float, float]]
     limits: Mapping[str, Uncertain]
 
 
@@ -142,7 +143,7 @@ def uncertainty_budget(
     return Budget(
         probability=found[0],
         scatter=float(np.mean(p * (1.0 - p))) / variance if variance > 0.0 else 0.0,
-        outcome={name: part * min(max(first[0], 0.0), 1.0) for name, first in found[0].first.items()},
+        outcome={name: (part * np.clip(first, 0.0, 1.0)).tolist() for name, first in found[0].first.items()},
         limits=dict(zip(at_given, found[1:], strict=True)),
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from roughslip.probability.estimate import TAILS
@@ -42,23 +42,30 @@ def is_sure(budget: Mapping[str, Any]) -> bool:
     return max(mean, 1.0 - mean) > CERTAIN
 
 
-def bars(budget: Mapping[str, Any]) -> list[tuple[str, float]]:
-    """Source and its part [%], the largest first: of the outcome, or of the limit in damping where that is sure."""
+def bars(budget: Mapping[str, Any]) -> list[tuple[str, float, str]]:
+    """Source, its part [%] and its interval in words: of the outcome, or of the limit in damping where that is sure.
+
+    The largest first.
+    """
     if is_sure(budget) and "damping" in budget["limits"]:
-        parts = {name: max(first[0], 0.0) for name, first in budget["limits"]["damping"]["first"].items()}
+        parts = budget["limits"]["damping"]["first"]
     else:
-        parts = {**budget["outcome"], SCATTER: budget["scatter"]}
-    return sorted(((name, 100.0 * min(part, 1.0)) for name, part in parts.items()), key=lambda one: -one[1])
+        parts = {**budget["outcome"], SCATTER: [budget["scatter"]]}
+    found = []
+    for name, values in parts.items():
+        part, *ends = (100.0 * min(max(value, 0.0), 1.0) for value in values)
+        found.append((name, part, " to ".join(f"{end:.0f}" for end in ends)))
+    return sorted(found, key=lambda one: -one[1])
 
 
 def next_to_measure(budget: Mapping[str, Any]) -> str:
     """The source whose exact knowledge takes away most, and how much."""
-    rows: Sequence[tuple[str, float]] = bars(budget)
-    known = [row for row in rows if row[0] != SCATTER and row[1] > 0.0]
+    known = [row for row in bars(budget) if row[0] != SCATTER and row[1] > 0.0]
     if not known:
         return "No number that the scene gives with an uncertainty matters here."
-    (name, part), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
-    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % of the variance of {word}"
+    (name, part, ends), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
+    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % ({ends} %) of "
+    sentence += f"the variance of {word}"
     if is_sure(budget):
         return f"That is sure enough. {sentence}."
     kept = digits(100 * budget["scatter"], SURE)

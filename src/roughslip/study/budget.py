@@ -79,11 +79,11 @@ def variables(found: Budget) -> dict[str, store.Variable]:
     results = {"probability": found.probability, **found.limits}
     source, both = ("source",), ("result", "source")
     names = list(found.probability.first)
-    shares = [found.outcome[name] for name in names]
+    shares = np.reshape([found.outcome[name] for name in names] or [(0.0, 0.0, 0.0)], (-1, 3))
     stored = {
         "source_name": store.Variable(source, np.array(names or [""]), "1", "sources of uncertainty"),
         "result_name": store.Variable(("result",), np.array(list(results)), "1", "results; limits are of the cycle"),
-        "outcome": store.Variable(source, np.array(shares or [0.0]), "1", "share of the variance of the outcome"),
+        **store.with_interval("outcome", source, shares.T, "1", "share of the variance of the outcome"),
         "outcome_scatter": store.Variable((), found.scatter, "1", "the same, of the scatter of friction"),
         "averaged_probability": store.Variable((), found.probability.mean, "1", "over all that is uncertain"),
     }

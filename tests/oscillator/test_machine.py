@@ -18,7 +18,10 @@ from roughslip.oscillator import (
     limit_cycle,
 )
 from roughslip.oscillator.answer_parts import Limits, Quantity
-from roughslip.oscillator.answers import smallest_change
+from roughslip.oscillator.answer_runs import Runs
+from roughslip.oscillator.answers import memory_of_the_start, smallest_change
+from roughslip.oscillator.attractors import State
+from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.machine import PARAMETERS, FrictionOverLoad
 
 BELT, LAW, LENGTH = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0), StribeckLaw(0.3, 0.4), 3e-4
@@ -161,3 +164,11 @@ def test_the_smallest_change_ends_what_is_likely():
         found = smallest_change(limits, *shares)
         assert (found.aim, found.state, found.value) == (aim, state, pytest.approx(change))
     assert smallest_change(limits, 0.1, 0.3) is None
+
+
+def test_a_vibration_that_does_not_grow_is_never_reached():
+    """Coulomb friction without damping is neutral, at a Hopf damping of 0: no time of runs decides."""
+    machine = Machine(dataclasses.replace(BELT, damping_ratio=0.0), CoulombLaw(0.3, 0.3), OWN.friction)
+    seen = {"from_rest": {State.VIBRATION: np.ones(72, bool)}, "from_sliding": {State.VIBRATION: np.zeros(72, bool)}}
+    found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen, State.VIBRATION)
+    assert (found["decided"], found["needs"].value) == (False, None)

@@ -297,7 +297,8 @@ def memory_of_the_start(
     scales = time_scales(runs.own)
     if from_sliding == State.VIBRATION:
         belt, law = runs.own.oscillator, runs.own.law
-        scales["growth of a vibration"] = GROWTHS / (2.0 * np.pi * (hopf_damping(belt, law) - belt.damping_ratio))
+        rate = 2.0 * np.pi * (hopf_damping(belt, law) - belt.damping_ratio)
+        scales["growth of a vibration"] = GROWTHS / rate if rate > 0.0 else math.inf
     scale, needed = max(scales.items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,

@@ -18,6 +18,7 @@ from roughslip.study.from_scene import Stream, geometry
 from roughslip.study.job import Job
 
 REPLICATES = 400
+UNSEEN = 5e-3  # noise that no statistic shows
 MODELS = ("solved", "expansion")
 TITLES: dict[str, tuple[tuple[str, ...], str, str]] = {  # a pad is a square of so many windows, or a row of them
     "force_per_window": (("level",), "N", "mean normal force on a window, windows without contact too"),
@@ -75,7 +76,7 @@ def over_penetration(
         table = friction_table(sums, others, *rest)
     except IllPosedError as error:
         table = friction_table(unresolved(sums, np.random.default_rng([*draws, layout.count])), others, *rest)
-        job.warn(f"a share of {ROUNDING:g} stands for no scatter: {error}")
+        job.warn(f"noise of {UNSEEN:g} of the range stands for no scatter: {error}")
     known = table.layout.percentiles
     loads = load_table(job, [blocks[int(np.flatnonzero(percentiles == level)[0])] for level in known], table)
     job.warn(*(f"the penetration of {level:g} % is left out: {reason}" for level, reason in table.missing.items()))
@@ -87,8 +88,16 @@ def over_penetration(
 
 
 def unresolved(sums: list[Windows], generator: np.random.Generator) -> list[Windows]:
-    """Windows with a scatter of ROUNDING of their mean, for contact that yields everywhere: mu = tau / H has none."""
-    return [(area * (1.0 + ROUNDING * generator.standard_normal(area.shape)), force) for area, force in sums]
+    """Windows with noise of ROUNDING of their mean, or UNSEEN of their range, for contact that yields in most of them.
+
+    There mu = tau / H has no scatter, in all strips or in those of a resampled set.
+    """
+    noisy = []
+    for area, force in sums:
+        mu = area[force > 0.0] / force[force > 0.0]
+        share = max(ROUNDING, UNSEEN * float(np.ptp(mu) / mu.mean())) if mu.size else ROUNDING
+        noisy.append((area * (1.0 + share * generator.standard_normal(area.shape)), force))
+    return noisy
 
 
 def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table:

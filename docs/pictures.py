@@ -5,12 +5,14 @@ Other pages than tutorials start with `from pictures import panel`. Pictures are
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib_inline.backend_inline import set_matplotlib_formats
 
 from roughslip.figures.style import STYLE
 
-mpl.rcParams.update(STYLE | {"figure.constrained_layout.use": True})
+sns.set_theme("paper", "ticks", "colorblind", font_scale=1.1, rc=STYLE)  # as roughslip.figures.style
+mpl.rcParams["figure.constrained_layout.use"] = True
 set_matplotlib_formats("svg", bbox_inches=None, metadata={"Date": None})
 
 

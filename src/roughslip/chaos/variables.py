@@ -15,7 +15,7 @@ import numpy as np
 import scipy  # its parts when they are used
 
 from roughslip.compilation.cache import compiled
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.validation import gate, whole_at_least
 
 NAMES = ("height", "slope x", "slope y", "curvature xx", "curvature yy", "curvature xy", "near mean", "far mean")
@@ -26,11 +26,6 @@ NO_SYMMETRY = MIRRORED[:, :0]  # without a known symmetry
 HALF_TURN = (-1.0) ** MIRRORED.sum(axis=1)  # factor of each under half a turn, which is two mirror images
 
 SOBOL_BITS = 30
-SOBOL_NUMBERS = (  # of each variable its primitive polynomial as bits, and its first direction numbers
-    (1,), (3, 1), (7, 1, 3), (11, 1, 3, 1), (13, 1, 1, 1), (19, 1, 1, 3, 3), (25, 1, 3, 5, 13), (37, 1, 1, 5, 5, 17),
-    (41, 1, 1, 5, 5, 5), (47, 1, 1, 7, 11, 19), (55, 1, 1, 5, 1, 1), (59, 1, 1, 1, 3, 11), (61, 1, 3, 5, 5, 31),
-    (67, 1, 3, 3, 9, 7, 49), (91, 1, 1, 1, 15, 21, 21), (97, 1, 3, 1, 13, 27, 49),
-)  # fmt: skip
 INDEPENDENT = 1e-6  # least share of the standard deviation of a functional that is independent of those before it
 
 
@@ -182,39 +177,15 @@ def sobol_places(generator: np.random.Generator, samples: int, variables: int) -
 
     generator : the same state gives the same sequence for every length
     samples : from 1 to 2^30; with a power of two every variable has one sample in each of as many strata
-    variables : from 1 to 16
+    variables : at least 1
 
-    Returns places : (samples, variables) in (0, 1), each uniform. Raises ParameterError for more variables.
+    Returns places : (samples, variables) in (0, 1), each uniform.
 
-    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86, with the numbers of Joe and Kuo, SIAM J. Sci.
-    Comput. 30 (2008) 2635; Owen scrambling by random linear maps of the digits and a digital shift, Matousek, J.
-    Complexity 14 (1998) 527. As `scipy.stats.qmc.Sobol`, without an import of a second.
+    Method: I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86; Owen scrambling by random linear maps of the
+    digits and a digital shift, Matousek, J. Complexity 14 (1998) 527.
     """
-    if not variables <= len(SOBOL_NUMBERS):
-        raise ParameterError(f"a Sobol sequence has up to {len(SOBOL_NUMBERS)} variables here, not {variables}")
-    bits, generator = np.arange(SOBOL_BITS), generator.spawn(1)[0]
-    shift = generator.integers(2, size=(variables, SOBOL_BITS), dtype=np.uint32) @ (1 << bits)
-    maps = np.tril(generator.integers(2, size=(variables, SOBOL_BITS, SOBOL_BITS), dtype=np.uint32).astype(np.int64))
-    maps[:, bits, bits] = 1
-    places = np.empty((variables, 1 << (samples - 1).bit_length()), dtype=np.int64)
-    for row, digits, first, numbers in zip(places, maps, shift, SOBOL_NUMBERS, strict=False):
-        columns = np.array(_directions(*numbers)) >> bits[::-1, None] & 1
-        row[0] = first
-        for k, direction in enumerate((1 << bits[::-1]) @ (digits @ columns % 2)):
-            if 1 << k < len(row):  # the order of Gray's code: one digit changes from place to place
-                row[1 << k : 2 << k] = row[: 1 << k][::-1] ^ direction
+    from scipy.stats import qmc  # its import takes a second, and few stages draw
+
+    sequence = qmc.Sobol(variables, scramble=True, bits=SOBOL_BITS, rng=generator)
     # In the middle of the finest cells, of side 2^-bits: never 0 or 1, where a normal is infinite.
-    return ((places[:, :samples] + 0.5) * 0.5**SOBOL_BITS).T
-
-
-def _directions(polynomial: int, *starts: int) -> list[int]:
-    """Direction numbers of a variable, from the coefficients of a primitive polynomial as bits and the first ones."""
-    numbers, degree = [*starts], len(starts)
-    if polynomial == 1:  # the first variable: the radical inverse
-        numbers, degree = [1] * SOBOL_BITS, 0
-    for k in range(len(numbers), SOBOL_BITS):
-        number = numbers[k - degree] ^ numbers[k - degree] << degree
-        for i in range(1, degree):
-            number ^= (polynomial >> (degree - i) & 1) * numbers[k - i] << i
-        numbers.append(number)
-    return [number << SOBOL_BITS - 1 - k for k, number in enumerate(numbers)]
+    return sequence.random_base2((samples - 1).bit_length())[:samples] + 0.5 ** (SOBOL_BITS + 1)

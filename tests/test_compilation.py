@@ -56,18 +56,6 @@ def test_equal_code_is_compiled_once_and_an_edit_reaches_callers_in_other_files(
     assert start(tmp_path / "src").communicate()[0] == "inf\n"
 
 
-@pytest.mark.slow
-def test_set_up_compiles_what_contact_and_motion_take():
-    """Where all is compiled it takes some seconds."""
-    root = Path(__file__).resolve().parents[1]
-    environment = {**os.environ, "PYTHONPATH": f"{root / 'src'}:{root}"}
-    command = [sys.executable, "-m", "workflow.study.compile"]
-    run = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=root, check=False)
-    assert (run.returncode, run.stderr) == (0, "")
-    compiled = {file.name.partition("-")[0] for file in source_hash.compiled_folder().rglob("*.nbi")}
-    assert {"dense_solver._each", "conjugate_gradients._search", "event_loop.continue_run"} <= compiled
-
-
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
 STAGE = "pkg.stages.contact"
 # A stage that reaches each module in another way; `lonely`, `other` and `two` are outside its closure.

@@ -201,17 +201,6 @@ def test_what_a_scan_cannot_tell_is_refused():
 SCANS = Path(__file__).resolve().parents[2] / "config/scans"
 
 
-def test_the_shipped_scan_has_a_lay_along_x_and_negative_skewness():
-    """Grains leave grooves along x in a plateau; its Sq and lengths are those of scene `measured`."""
-    statistics = scan_statistics(remove_form(read_scan(SCANS / "ground.nc"), "plane"))
-    assert statistics.sub_areas.sufficient
-    assert statistics.rms_height.value == pytest.approx(3.337e-7, rel=1e-3)
-    assert statistics.skewness.high < 0.0
-    assert abs(statistics.autocorrelation.lay.value) < math.radians(3)
-    assert statistics.autocorrelation.length_x.value == pytest.approx(14e-6, rel=0.01)
-    assert statistics.autocorrelation.length_x.low > 2.0 * statistics.autocorrelation.length_y.high
-
-
 def test_a_nearly_gaussian_scan_of_focus_variation():
     scan = read_scan(SCANS / "al3d-1.nc")
     statistics = scan_statistics(remove_form(scan, "quadratic"))

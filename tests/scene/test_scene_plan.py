@@ -16,7 +16,7 @@ from roughslip.scene.types import get, scene_of
 from roughslip.study.graph import STAGES
 from roughslip.study.plan import SHIPPED_SCENES, figures, slice_of, stages_needed
 from roughslip.study.record import has_surface
-from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene, slice_for
+from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene
 
 KEYS = dict(schema.keys())
 
@@ -33,18 +33,6 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
     assert unread == {"extends", "jobs"}
-
-
-def test_a_slice_has_the_shape_of_the_scene_and_its_defaults():
-    scene = shipped_scene("paper")
-    square = {key: scene["square"][key] for key in ("edge_m", "nodes", "modes")}
-    roughness = scene["roughness"] | {"correct_correlation": False}
-    assert without_nulls(slice_for(scene, "karhunen_loeve")) == {"roughness": roughness, "square": square}
-    assert slice_for(shipped_scene("given"), "cycles")["friction"]["statistics"]["standard_deviation"] > 0
-    assert slice_for(scene, "cycles")["friction"] == {"mean": 0.3, "statistics": None, "scatter": "additive"}
-    assert slice_for(scene, "cycles")["oscillator"]["law"] == "stribeck"
-    slice_for(scene, "friction")["strip"]["penetration_percentiles"].clear()
-    assert scene["strip"]["penetration_percentiles"]
 
 
 def test_given_statistics_need_nothing_but_an_oscillator(mine):
@@ -109,35 +97,6 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
         if expected is not None:
             value = reduce(getattr, key.split("."), scene_of(values))
             assert value == as_tuples(expected)
-
-
-def test_defaults_and_absent_sections():
-    scene = {"oscillator": {"law": "coulomb"}, "roughness": {"beta_shapes": [1, 2]}, "folder": "of a page"}
-    assert get(scene, "oscillator.law") == "coulomb"
-    assert get(scene, "ensemble.marginal") == "beta"
-    assert get(scene, "roughness.scan.file") is None
-    assert get(scene, "strip") is None
-    with pytest.raises(KeyError, match=r"oscillator\.laws is no key of a scene"):
-        get(scene, "oscillator.laws")
-    typed = scene_of(scene)
-    assert (typed.oscillator.law, typed.oscillator.windows_in_parallel) == ("coulomb", 1)
-    assert typed.friction.statistics is typed.roughness.scan is None
-    assert typed.roughness.beta_shapes == (1, 2)
-
-
-def test_a_key_that_was_not_read_is_named():
-    scene = scene_of({"strip": {"cell_m": 1e-6, "samples": 8}}, ["strip.cell_m", "strip.expansion_spacing_m"])
-    assert scene.strip.cell_m == 1e-6
-    assert scene.strip.expansion_spacing_m is None
-    with pytest.raises(
-        AttributeError,
-        match=r"^samples is not among the keys that this stage reads;.*cell_m, expansion_spacing_m here$",
-    ):
-        _ = scene.strip.samples
-    with pytest.raises(AttributeError, match=r"^seed is not among"):
-        _ = scene.seed
-    with pytest.raises(AttributeError, match="frozen"):
-        scene.strip.cell_m = 2e-6
 
 
 def test_the_schema_for_editors_and_the_page_of_keys_are_current():

@@ -49,21 +49,6 @@ def test_an_error_of_the_package_is_a_message(tmp_path, monkeypatch, capsys, err
         main()
 
 
-def test_time_to_go_is_said_from_a_tenth_of_a_loop_on(tmp_path, capsys, monkeypatch):
-    """Counted from the first call of each loop, that of samples 64 at a time too: 136 more take 34 s at 4 a second."""
-    now, job = [0.0], job_of("contact", {"seed": 5}, tmp_path / "contact.nc")
-    monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    for loop in (range(64, 201, 8), range(1, 4)):
-        now[0] += 100.0  # of compiling
-        for done in loop:
-            job.progress(done, 200)
-            now[0] += 2.0
-    said = [line.rpartition("about ")[2] for line in capsys.readouterr().err.splitlines()]
-    assert said[0].startswith("contact: 64 of 200")
-    assert said[1:3] == ["contact: 88 of 200 after 0 s, about 28 s to go".rpartition("about ")[2], "22 s to go"]
-    assert "to go" not in said[-1]
-
-
 def test_records_of_jobs_hold_costs_and_warnings_and_add_up(tmp_path, capsys):
     """Warnings each once, and in the log. Memory is that of the largest job."""
     job = job_of("contact", {"seed": 5}, tmp_path / "contact.nc")

@@ -256,16 +256,6 @@ def test_lists_of_dampings_surround_the_scenes_own_limits():
     assert 0.17 in own
 
 
-@pytest.mark.parametrize(("windows", "warns"), [(1, True), (199, True), (201, False), (799, False), (801, True)])
-def test_windows_that_miss_the_load_by_a_factor_of_two_are_warned_of(statistics, windows, warns):
-    """400 windows bear the force at the median."""
-    said: list[str] = []
-    job = SimpleNamespace(scene=parallel(windows), warn=said.append)
-    deterministic.warn_of_load(job, store.read(statistics), 0.04)
-    assert bool(said) == warns
-    assert all("a window bears 6.25 N" in text and "needs 400 windows (400 to 400)" in text for text in said)
-
-
 def test_the_pad_of_the_load_moves_the_limit_as_its_own_windows_do(statistics):
     """400 windows bear the force: their response over that of as many windows is 1, as the scatter is added."""
     scene = parallel(400, friction={"scatter": "additive"})

@@ -1,9 +1,7 @@
 """A run that is killed, or a stage that fails, leaves nothing that passes for a result, and the next run mends it.
 
 Each fault breaks a finished or a running project as a seed chooses, and returns a description. Two run with the tests,
-and twenty with `make faults`. A start also finds stale locks, another run at work, and jobs in the queue of Slurm. The
-study on Slurm runs where one answers and its plug-in (requirements-cluster.lock) is installed, in this Python or in the
-one that CLUSTER_PYTHON names.
+and twenty with `make faults`. A start also finds stale locks, another run at work, and jobs in the queue of Slurm.
 """
 
 from __future__ import annotations
@@ -272,51 +270,3 @@ def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=re.escape(f"{here}: jobs of an interrupted run") + ".*: scancel 12 13$"):
         working_folder.hold(here / ".snakemake")
     held.pop().close()
-
-
-PYTHON = os.environ.get("CLUSTER_PYTHON", sys.executable)
-
-
-def is_missing(*command: str) -> bool:
-    return shutil.which(command[0]) is None or subprocess.run(command, capture_output=True).returncode != 0
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(
-    is_missing("sinfo", "--noheader") or is_missing(PYTHON, "-c", "import snakemake_executor_plugin_slurm"),
-    reason="no Slurm answers here, or the plug-in of requirements-cluster.lock is not installed",
-)
-def test_results_on_slurm_are_those_of_this_machine_whatever_is_killed(finished, tmp_path):
-    """Snakemake itself, whose jobs must be out of the queue before the next; then a job, which is submitted again."""
-    project, log = finished.copy(tmp_path / "copy"), tmp_path / "log"
-
-    def start_on_slurm() -> subprocess.Popen:
-        command = [PYTHON, "-m", "snakemake", "tiny", "--profile", "profiles/slurm", "--config", "memory_mb=4000"]
-        with log.open("w") as said:
-            return subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, **project.options)
-
-    def latest_job(run: subprocess.Popen, made: str) -> str:
-        """Of those that run on a node as soon as a result is there."""
-        running: list[str] = []
-        while not running:
-            assert run.poll() is None, log.read_text()[-5000:]
-            time.sleep(0.2)
-            running = working_folder.queued_jobs(project.folder, "RUNNING") if [*project.folder.glob(made)] else []
-        return max(running, key=int)
-
-    run = start_on_slurm()
-    job = latest_job(run, made="results/store/karhunen_loeve")
-    run.kill()
-    run.wait()
-    assert start_on_slurm().wait(timeout=300) == 1
-    assert f"{project.folder}: jobs of an interrupted run are in the queue" in log.read_text()
-    left = log.read_text().rpartition("scancel ")[2].split()
-    assert job in left
-    subprocess.run(["scancel", *left], check=True)
-
-    run = start_on_slurm()
-    job = latest_job(run, made="results/store/karhunen_loeve/*/surface/modes.nc")
-    subprocess.run(["scancel", "--signal=KILL", "--full", job], check=True)
-    assert run.wait(timeout=1500) == 0, log.read_text()[-5000:]
-    assert "Trying to restart job" in log.read_text()
-    assert digests(project.path("results/tiny")) == digests(finished.path("results/tiny"))

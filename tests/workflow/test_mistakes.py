@@ -1,10 +1,8 @@
-"""Mistakes of the user end before any job, in one line each. What the terminal shows of a run that fails or ends."""
+"""Mistakes of the user end before any job, in one line each. What the terminal shows of a run that ends."""
 
 from __future__ import annotations
 
-import io
 import json
-import logging
 import os
 import shutil
 import signal
@@ -14,13 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from snakemake.logging import ColorizingTextHandler, LogEvent
 
 from roughslip.errors import InputError
-from roughslip.scene.mistakes import with_origins
 from tests.workflow.project import ROOT
 from workflow.keys import Names
-from workflow.study import terminal
 from workflow.study.scenes import Scenes, check_config, check_targets
 from workflow.study.terminal import MOST_WARNINGS, closing_lines
 
@@ -237,74 +232,6 @@ def test_an_interrupt_of_the_run_alone_ends_its_jobs():
     assert run.returncode != 0
     with pytest.raises(ProcessLookupError):
         os.kill(job, 0)
-
-
-SNAKEFILE = """\
-import sys
-sys.path[:0] = [{root!r}, {root!r} + "/src"]
-from workflow.study.terminal import show_own_errors
-
-show_own_errors(lambda folder: folder)
-rule broken:
-    output: "results/a/made"
-    log: "results/a/logs/broken.log"
-    shell: "{command}"
-"""
-STATED = "echo 'broken: 3 of 4 after 1 s' > {log}; echo 'broken: error: load.area_m2 = 1: too large' >> {log}; exit 1"
-FAULT, INTERRUPT = "echo 'ZeroDivisionError: x' > {log}; exit 1", "sleep 1; kill -INT $PPID; sleep 1; exit 1"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("command", [STATED, FAULT, INTERRUPT])
-def test_an_error_of_a_stage_is_one_line_and_a_fault_of_the_code_has_its_log(tmp_path, command):
-    """Ctrl-C shows no error of the job that it ends. Snakemake's own log has all."""
-    (tmp_path / "Snakefile").write_text(SNAKEFILE.format(root=str(ROOT), command=command))
-    words = [sys.executable, "-m", "snakemake", "-j1", "--show-failed-logs", "--quiet", "host", "reason", "--nocolor"]
-    options = {"cwd": tmp_path, "capture_output": True, "text": True}
-    run = subprocess.run(words, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL), **options)
-    said = (run.stdout + run.stderr).splitlines()
-    assert run.returncode == 1
-    own = "a: broken: load.area_m2 = 1: too large [results/a/logs/broken.log]"
-    assert (own in said) == (command == STATED)
-    assert ("ZeroDivisionError: x" in said) == ("Error in rule broken:" in said) == (command == FAULT)
-    (log,) = (tmp_path / ".snakemake" / "log").glob("*.log")
-    assert "Error in rule broken" in log.read_text()
-
-
-def test_progress_has_the_time_to_go(monkeypatch):
-    """A job of stage `slow` weighs 9 s and one of `fast` 1 s: after one of each, in 5 s, half of the work is done."""
-    now = [100.0]
-    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
-    handler = ColorizingTextHandler(nocolor=True, stream=io.StringIO())
-    own = terminal.OwnErrors()
-    own.progress = terminal.Progress(lambda: {"slow": 9.0, "fast": 1.0})
-    handler.setFormatter(own)
-    handler.addFilter(own.filter)
-
-    def say(text, level=logging.INFO, **extra):
-        words = {"msg": text, "levelno": level, "levelname": logging.getLevelName(level)}
-        handler.handle(logging.makeLogRecord(words | extra))
-
-    say("Job stats", event=LogEvent.RUN_INFO, stats={"slow": 2, "fast": 2, "total": 4})
-    now[0] += 5.0
-    for rule in ("slow", "fast", "slow", "fast"):
-        say(f"Finished jobid: 3 (Rule: {rule})", event=LogEvent.JOB_FINISHED)
-        say("", event=LogEvent.PROGRESS, done=0, total=0)
-    say("disk is full", logging.ERROR)
-    say("Complete log(s): here")
-    steps = [f"{n} of 4 steps done, about {left} s to go" for n, left in ((1, 6), (2, 5), (3, 0))]
-    lines = [*steps, "4 of 4 steps done", "disk is full", "Complete log(s): here"]
-    unknown = terminal.Progress(dict)  # scenes that git keeps no run of
-    unknown.takes(logging.makeLogRecord({"event": LogEvent.RUN_INFO, "stats": {"slow": 2, "total": 2}}), "Job stats")
-    unknown.takes(logging.makeLogRecord({}), "Finished jobid: 3 (Rule: slow)")
-    assert unknown.line() == "1 of 2 steps done"
-    assert handler.stream.getvalue().splitlines() == lines
-
-
-def test_a_warning_names_the_scene_of_a_value_that_is_not_of_the_scene_itself():
-    text = "oscillator.static_friction = 0.4 is less than oscillator.mass_kg = 1"
-    origins = {"oscillator.static_friction": "given", "oscillator.mass_kg": "mine"}
-    assert with_origins(text, origins, "mine") == text.replace("friction =", "friction of scene given =")
 
 
 def test_answer_and_warnings_of_each_scene_that_the_run_made(tmp_path):

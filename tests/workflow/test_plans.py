@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
@@ -16,11 +15,8 @@ from roughslip.errors import InputError
 from roughslip.study.graph import STAGES
 from tests.scene.shipped import SCENES, overlays
 from workflow.keys import Names
-from workflow.study.commands import NODE_MB, asked_mb
 from workflow.study.scenes import Scenes, checked
 from workflow.study.working_folder import unused
-
-ROOT = Path(__file__).resolve().parents[2]
 
 # Snakemake runs in this process, and its warnings are its own.
 pytestmark = pytest.mark.filterwarnings("default")
@@ -162,17 +158,6 @@ def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
     for first in range(0, len(names), TOGETHER):
         some = names[first : first + TOGETHER]
         assert set(plan(project.folder, *some)) >= set(some)
-
-
-def test_memory_grows_at_each_attempt_up_to_that_of_a_node():
-    """A stage declares a tenth more than the kept runs took [MiB]."""
-    once = STAGES["contact_square"].memory_mb + NODE_MB
-    assert [asked_mb("contact_square", attempt, 4000) for attempt in (1, 2, 3)] == [once, 4 * once, 4000]
-    assert asked_mb("contact_square", 1, None) == once - NODE_MB
-    for name in ("paper", "resolved"):
-        for row in json.loads((ROOT / f"results/reference/{name}/costs.json").read_text()):
-            if row["stage"] in STAGES and not STAGES[row["stage"]].caption:
-                assert 1.1 * 1.048576 * row["peak_memory_mib"] < STAGES[row["stage"]].memory_mb, row["stage"]
 
 
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios

@@ -1,5 +1,5 @@
-"""Whole runs: as a module of another workflow, from a read-only tree, with a stage of the user's, from a scan, and the
-five cases of engineering. Results hold what made them. What git keeps of campaigns can be drawn."""
+"""Whole runs: as a module of another workflow, from a read-only tree, from a scan, and the five cases of
+engineering. Results hold what made them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ import re
 import stat
 import subprocess
 import sys
-from pathlib import Path
 
 import netCDF4
-import numpy as np
 import pytest
 
 from roughslip import store
@@ -23,9 +21,7 @@ from roughslip.study.from_scene.machine import friction_of
 from roughslip.study.graph import STAGES
 from tests.scene.shipped import CASES, CONFIG, shipped_scene
 from tests.workflow.project import Project, as_a_user, copy_project
-from workflow.benchmarks.rows import FIGURES
 
-ROOT = Path(__file__).resolve().parents[2]
 MODULE = """\
 module roughslip:
     snakefile: {snakefile}
@@ -60,43 +56,6 @@ def test_a_module_makes_the_scenes_of_its_caller(empty, tmp_path):
     whole = snakemake("roughslip_mine", "-n").stdout  # the rule of the scene itself
     jobs = dict(re.findall(r"^roughslip_(\w+) +(\d+)$", whole, re.MULTILINE))
     assert (jobs["page"], jobs["publish"], "karhunen_loeve" in jobs) == ("1", "1", False)
-
-
-WORK = '''"""Stage slopes: slopes of the square along the sliding direction."""
-
-import numpy as np
-
-from roughslip import store
-
-
-def work(scene, job):
-    """Write the slopes of all modes."""
-    slope = np.diff(store.read(job.path("modes"))["modes"], axis=1) / (scene.square.edge_m / scene.square.nodes)
-    store.write(job.output, {"slope": store.Variable(("mode", "x", "y"), slope, "1", "slope of a mode")}, job.key)
-'''
-ROW = """_ROWS = (
-    Stage(
-        name="slopes",
-        reads="square.edge_m square.nodes",
-        takes={"modes": "karhunen_loeve"},
-        makes="slopes.nc",
-        target="slopes",
-    ),
-"""
-
-
-@pytest.mark.slow
-def test_a_stage_is_a_row_and_its_work(empty, tmp_path):
-    """As CONTRIBUTING.md says."""
-    copy = empty.copy(tmp_path / "copy")
-    copy.path("src/roughslip/study/slopes.py").write_text(WORK)
-    copy.edit("src/roughslip/study/graph.py", "_ROWS = (\n", ROW)
-    copy.scene("steep", "extends: tiny\ntargets: [slopes]\n")
-    copy.make("-j1", "results/steep/slopes.nc")
-    assert not copy.path("results/store/contact_square").exists()
-    (modes,) = copy.path("results/store").glob("karhunen_loeve/*/surface/modes.nc")
-    rise = np.diff(store.read(modes)["modes"], axis=1)
-    np.testing.assert_allclose(store.read(copy.path("results/steep/slopes.nc"))["slope"], rise / (6e-4 / 8))
 
 
 @pytest.mark.slow
@@ -219,13 +178,3 @@ def test_a_case_has_the_answer_of_the_document_and_the_contact_of_theory(cases, 
         assert any(0.995 * one["interval"][0] <= value <= 1.005 * one["interval"][1] for one in nearest)
     assert f"| {100 * answer['probability']['value']:.0f} % [" in row
     assert f"| {answer['decides']['by']} |" in row
-
-
-def test_the_kept_evidence_can_be_drawn():
-    """Of `make benchmark` and `make stress`, of which no problem failed."""
-    kept = ROOT / "results/reference/evidence"
-    assert set(FIGURES) <= {path.stem for path in kept.glob("*.json")}
-    for name, figure in FIGURES.items():
-        assert figure(json.loads((kept / f"{name}.json").read_text())["rows"]).axes
-    stress = json.loads((kept / "stress.json").read_text())["stages"]
-    assert all(one["failures"] == 0 for one in stress)

@@ -21,7 +21,6 @@ from roughslip.probability.search import (
     central_counts,
     first_change,
     lattice_map,
-    spread,
 )
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
@@ -105,8 +104,6 @@ def test_a_seventh_of_the_nodes_errs_less_than_a_full_lattice():
         errors.append(abs(band(*node) - before.probability[tuple(node)]))
     assert maps[-1].prediction_error == pytest.approx(np.mean(errors), rel=1e-9)
     assert lattice_map(band, POINTS, START**2).prediction_error == 0.0
-    other = np.where(maps[-1].is_computed, maps[-1].probability, np.nan)
-    np.testing.assert_allclose(spread(other, maps[-1].is_computed), maps[-1].probability, rtol=1e-9)
 
 
 def test_each_node_is_asked_for_once_and_most_are_in_the_band():

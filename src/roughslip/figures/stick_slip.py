@@ -75,7 +75,7 @@ def figure_map(result: Shown) -> Figure:
 
 
 def vibration_area(axes: Axes, x: np.ndarray, y: np.ndarray, vibration: np.ndarray) -> list[Patch]:
-    """Hatch where vibration without sticking takes more than half of the time; what the legend shows of it."""
+    """Hatch where the motion without scatter vibrates and does not stick; what the legend shows of it."""
     if not vibration.max() > 0.5:
         return []
     axes.contourf(x, y, vibration.T, [0.5, 1.01], colors="none", hatches=["///"])

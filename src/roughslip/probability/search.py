@@ -296,16 +296,6 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
     return LatticeMap(spline.reshape(shape), is_computed.reshape(shape), float(np.mean(last)) if last else 0.0)
 
 
-def spread(values: np.ndarray, is_computed: np.ndarray) -> np.ndarray:
-    """Another probability at all nodes of a map : (points, points), by the spline through its computed nodes."""
-    points = len(values)
-    place = np.stack(np.divmod(np.arange(points**2), points), axis=1) / (points - 1)
-    known = np.flatnonzero(is_computed).tolist()
-    spline = _spline(place, known, values.ravel()[known].tolist())
-    spline[known] = values.ravel()[known]
-    return spline.reshape(points, points)
-
-
 def _spline(place: np.ndarray, known: list[int], values: list[float]) -> np.ndarray:
     """(nodes,) the spline at all nodes through the values at the known ones."""
     quantiles = ndtri(LEAST + (1.0 - 2.0 * LEAST) * np.array(values))

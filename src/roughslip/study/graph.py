@@ -294,8 +294,8 @@ _ROWS = (
         draws="stick_slip",
         caption="Where stick-slip occurs: its probability over two parameters, with dots at the points that "
         "were run. Lines without scatter, where one axis is damping: the cycle exists left of the "
-        "solid one, steady sliding is unstable left of the dashed one. In the hatched area the mass vibrates without "
-        "sticking for more than half of the time.",
+        "solid one, steady sliding is unstable left of the dashed one. In the hatched area, without scatter too, the "
+        "mass vibrates and does not stick.",
     ),
     figure(
         name="figure_record",

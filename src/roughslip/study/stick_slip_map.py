@@ -1,20 +1,17 @@
-"""Stage stick_slip_map: probabilities of stick-slip and vibration over two parameters, and limits without scatter."""
+"""Stage stick_slip_map: the probability of stick-slip over two parameters; vibration and limits without scatter."""
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from roughslip import store
-from roughslip.oscillator.attractors import vibration_limit
+from roughslip.oscillator.attractors import State, state_from_rest, vibration_limit
 from roughslip.oscillator.limits import limits_or_nan
 from roughslip.oscillator.machine import OF_FRICTION, PARAMETERS, Machine
-from roughslip.oscillator.motion import trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import run_until_known
-from roughslip.oscillator.vibration import least_amplitude, vibrations
 from roughslip.probability.estimate import wilson_interval
-from roughslip.probability.search import lattice_map, spread
+from roughslip.probability.search import lattice_map
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import machine_of
@@ -26,10 +23,10 @@ if TYPE_CHECKING:
 # Points that are run: a tenth of the runs at 24 x 24 points, and the same error of the probability, 0.006; of a coarse
 # map a quarter of its points.
 MOST_COMPUTED, SHARE = 56, 1 / 4
-SAMPLES = 50  # a natural period, of a run that may vibrate: amplitudes err by (pi / SAMPLES)^2 / 2
 RUNS, PERIODS = 20, 40  # of a point: a probability to a tenth; settled after half of them
 FACTOR = 4.0  # of a range around the scene's own value
 POINT = ("x", "y")
+VIBRATES = "1 where the mass, from rest and without scatter, vibrates and does not stick"
 LIMITS = {
     "hopf_damping": "damping ratio below which steady sliding is unstable",
     "existence_limit": "damping ratio above which the stick-slip cycle does not exist",
@@ -44,7 +41,6 @@ def work(scene: Scene, job: Job) -> None:
     names = tuple(ranges)
     axes = [spaced(*ranges[name], asked.points) for name in names]
     kept: dict[tuple[float, ...], tuple[list[KeptPath], float]] = {}
-    vibrating = np.zeros((asked.points, asked.points))
 
     def probability(i: int, j: int) -> float:
         """At a point. One generator per run serves every point, so that neighbours err together."""
@@ -56,20 +52,15 @@ def work(scene: Scene, job: Job) -> None:
             kept[of_friction] = paths, point.paths.spacing
         paths, spacing = kept[of_friction]
         job.count(runs=RUNS)
-        least = least_amplitude(point)
-        found = np.mean([shares_of_run(point, path, spacing, least) for path in paths], axis=0)
-        vibrating[i, j] = found[1]
-        return float(found[0])
+        return float(np.mean([share_of_stick_slip(point, path, spacing) for path in paths]))
 
     shares = lattice_map(probability, asked.points, min(MOST_COMPUTED, int(SHARE * asked.points**2)))
     limits = limits_along(job, own, names[1], axes[1] if names[0] == "damping" else None)
     interval = shares.probability, *wilson_interval(RUNS * shares.probability, RUNS)
     title = "probability of stick-slip, share of the second half of the runs"
-    vibration = spread(vibrating, shares.is_computed) if vibrating.any() else vibrating
+    vibration = vibrating(own, dict(zip(names, axes, strict=True)), shares.is_computed, limits[-1])
     variables = store.with_interval("probability", POINT, interval, "1", title) | {
-        "vibration": store.Variable(
-            POINT, vibration, "1", "probability of vibration without sticking, in the same runs"
-        ),
+        "vibration": store.Variable(POINT, vibration, "1", VIBRATES),
         "is_computed": store.Variable(POINT, shares.is_computed, "1", "1 where runs were made, else of the spline"),
         "prediction_error": store.Variable(
             (), shares.prediction_error, "1", "mean error of the spline at the last third of the points"
@@ -86,21 +77,24 @@ def work(scene: Scene, job: Job) -> None:
     store.write(job.output, variables, job.key)
 
 
-def shares_of_run(machine: Machine, path: KeptPath, spacing_m: float, least: float | None) -> tuple[float, float]:
-    """Stick-slip and vibration in the second half of a run from rest, counted from its first departure.
+def share_of_stick_slip(machine: Machine, path: KeptPath, spacing_m: float) -> float:
+    """In the second half of a run from rest on the belt, counted from its first departure; micro-slips are none."""
+    _, first, states = run_until_known(machine, path, spacing_m, PERIODS)
+    return float(np.nan_to_num(states.share(first + 0.5 * PERIODS, first + PERIODS)))
 
-    least : [m] amplitude from which sliding vibrates; None where nothing does
-    """
-    motion, first, states = run_until_known(machine, path, spacing_m, PERIODS)
-    begin, end = first + 0.5 * PERIODS, first + PERIODS
-    stuck = float(np.nan_to_num(states.share(begin, end)))
-    if least is None or stuck == 1.0 or not states.sliding.size:
-        return stuck, 0.0
-    periods, options = motion.duration / (2 * np.pi), replace(machine.options, samples_per_period=SAMPLES)
-    drawn = trajectory(machine.oscillator, machine.law, path, spacing_m, periods, options)
-    times = np.clip(vibrations(drawn, states, least), begin, end)
-    slid = np.diff(np.clip(states.sliding, begin, end)).sum()
-    return stuck, (1.0 - stuck) * float(np.diff(times).sum() / slid) if slid > 0.0 else 0.0
+
+def vibrating(own: Machine, axes: dict[str, np.ndarray], is_computed: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """(points, points) 1 where the mass vibrates; searched where a computed point or a limit shows that it may."""
+    (x, first), (y, second) = axes.items()
+
+    def vibrates(i: int, j: int) -> bool:
+        point = own.changed({x: float(first[i]), y: float(second[j])})
+        return state_from_rest(point) is State.VIBRATION
+
+    found = np.zeros(is_computed.shape)
+    if np.isfinite(limit).any() or any(vibrates(i, j) for i, j in np.argwhere(is_computed).tolist()):
+        found[:] = [[vibrates(i, j) for j in range(second.size)] for i in range(first.size)]
+    return found
 
 
 def limits_along(job: Job, own: Machine, name: str, values: np.ndarray | None) -> np.ndarray:

@@ -19,7 +19,7 @@ from roughslip.oscillator import (
 )
 from roughslip.oscillator.answer_parts import Limits, Quantity
 from roughslip.oscillator.answer_runs import Runs
-from roughslip.oscillator.answers import memory_of_the_start, smallest_change
+from roughslip.oscillator.answers import memory_of_the_start, smallest_changes
 from roughslip.oscillator.attractors import State
 from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.machine import PARAMETERS, FrictionOverLoad
@@ -161,9 +161,9 @@ def test_the_smallest_change_ends_what_is_likely():
         ((0.9, 0.1), "end", "stick_slip", 0.5),
         ((0.2, 0.8), "end", "vibration", 0.55),
     ):
-        found = smallest_change(limits, *shares)
+        (found,) = smallest_changes(limits, *shares)
         assert (found.aim, found.state, found.value) == (aim, state, pytest.approx(change))
-    assert smallest_change(limits, 0.1, 0.3) is None
+    assert smallest_changes(limits, 0.1, 0.3) == ()
 
 
 def test_a_vibration_that_does_not_grow_is_never_reached():
@@ -172,3 +172,34 @@ def test_a_vibration_that_does_not_grow_is_never_reached():
     seen = {"from_rest": {State.VIBRATION: np.ones(72, bool)}, "from_sliding": {State.VIBRATION: np.zeros(72, bool)}}
     found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen, State.VIBRATION)
     assert (found["decided"], found["needs"].value) == (False, None)
+
+
+def limits_at(**factors):
+    """Limits of a likely stick-slip: for each parameter a factor of its own value 2 at which it ends."""
+    none = {"0.05": None, "0.95": None, "steady_without_scatter": None}
+
+    def one(factor):
+        side = none | {"0.05": Quantity(2.0 * factor, None, "1")}
+        sides = (none, side) if factor > 1.0 else (side, none)
+        return Limits(2.0, None, "1", "", *sides, Quantity(None, None, "1"))
+
+    return {name: one(factor) for name, factor in factors.items()}
+
+
+@pytest.mark.parametrize(
+    ("factors", "can_change", "named"),
+    [
+        ({"damping": 2.0, "mass": 1 / 2.5}, None, ["damping"]),  # -60 % is farther than +100 %
+        ({"damping": 2.26, "load": 1 / 2.26, "mass": 3.0}, None, ["damping", "load"]),
+        ({"damping": 2.26, "load": 1 / 1.2}, None, ["damping"]),  # the load is what the machine is for
+        ({"load": 1 / 1.2}, None, ["load"]),
+        ({"damping": 2.26, "load": 1 / 1.2}, {"load": (1.0, 2.0), "damping": (1.0, 9.0)}, ["load"]),
+        ({"damping": 2.26, "mass": 3.0}, {"mass": (1.0, 6.5), "damping": (1.0, 4.0)}, ["mass"]),
+        ({"damping": 2.26}, {}, []),
+    ],
+)
+def test_changes_are_ranked_by_their_factor(factors, can_change, named):
+    """Within the ranges of what can change; those of the same factor together."""
+    changes = smallest_changes(limits_at(**factors), 1.0, 0.0, can_change)
+    assert [change.parameter for change in changes] == named
+    assert all(change.value == pytest.approx(factors[change.parameter] - 1.0) for change in changes)

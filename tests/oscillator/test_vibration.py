@@ -90,9 +90,9 @@ def test_a_machine_in_three_states_along_its_damping():
     ending = found.without_scatter["from_rest"]
     for name in ("amplitude", "frequency"):
         assert found.vibration[name].value == pytest.approx(getattr(ending, name).value, rel=0.01)
-    assert found.smallest_change.parameter == "load"
-    assert (found.smallest_change.state, found.smallest_change.aim) == (State.VIBRATION, "end")
-    steady = 2000.0 * (1.0 + found.smallest_change.value)
+    assert found.smallest_changes[0].parameter == "load"
+    assert (found.smallest_changes[0].state, found.smallest_changes[0].aim) == (State.VIBRATION, "end")
+    steady = 2000.0 * (1.0 + found.smallest_changes[0].value)
     assert steady == pytest.approx(2000.0 * 0.4 / hopf_damping(SLIDE, HUMP), rel=1e-5)
 
 

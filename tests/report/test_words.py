@@ -76,7 +76,7 @@ MACHINE = {
         "mean_vibration_s": [None] * 3,
         "mean_sliding_s": [None, 2.38, None],
     },
-    "smallest_change": {"parameter": "damping"},
+    "smallest_changes": [{"parameter": "damping"}],
     "decides": {
         "by": "mean curve",
         "friction_slope": number(-0.0542, unit="s m-1"),
@@ -125,7 +125,7 @@ def test_the_verdict_follows_from_the_shares_of_states(rest, sliding, differ, de
     answer = MACHINE | shares(rest, sliding) | {"starts_differ": differ, "decided": decided}
     said = verdict(answer)
     assert (said["word"], said["kind"]) == (word, kind)
-    none = {"smallest_change": None, "amplitude": number(None, unit="m"), "decides": NOTHING}
+    none = {"smallest_changes": [], "amplitude": number(None, unit="m"), "decides": NOTHING}
     bare = none | {"limits": OTHERS | {"mass": limits("mass m", 1.0, "kg")}}
     for one in (answer, answer | bare, answer | {"vibration": VIBRATION}):
         summary = " ".join(answer_summary(one))

@@ -297,7 +297,7 @@ def test_without_scatter_the_answer_is_the_limit_cycle_up_to_its_existence(answe
         assert below[label] is None
     assert above["without_scatter"]["value"] == pytest.approx(EXISTENCE, rel=4e-6)
     assert result["decides"]["by"] == "mean curve"
-    change = result["smallest_change"]
+    (change,) = result["smallest_changes"]
     assert (change["parameter"], change["side"], change["aim"]) == ("damping", "above", "end")
     assert change["value"] == pytest.approx(EXISTENCE / 0.17 - 1, rel=4 * ACCURACY)
     assert result["frequency"]["value"] == pytest.approx(316 / float(hardly["deterministic_period"]), rel=3e-4)

@@ -114,8 +114,8 @@ class Answer:
         deviation
     vibration : the same four of the vibration without sticking
     limits : by names of `machine.PARAMETERS`
-    smallest_change : relative, that ends stick-slip or vibration, whichever is likely, or begins stick-slip; None where
-        no limit is found
+    smallest_changes : of one parameter, least by their factor, that end stick-slip or vibration, whichever is likely,
+        or begin stick-slip; several of the same factor, or none
     decides : mean curve or scatter
     outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
     motion : a few periods to draw, with_scatter and without_scatter
@@ -139,7 +139,7 @@ class Answer:
     frequency_scatter: Quantity
     vibration: Mapping[str, Quantity]
     limits: Mapping[str, Limits]
-    smallest_change: Change | None
+    smallest_changes: tuple[Change, ...]
     decides: Decision
     outside_measured_speeds: bool
     motion: Mapping[str, Curve]

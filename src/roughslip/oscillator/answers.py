@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ LEVELS = {"0.05": 0.05, "0.95": 0.95}
 LEAST_KNOWN = 0.1  # of the belt's velocity, down to which a law has to be measured
 LIKELY = 0.5  # share of the runs from which on a state is to be ended
 GROWTHS = 20.0  # times e in size in a run whose first half serves a vibration to grow
+EQUAL = 0.02  # of two changes, by the logarithms of their factors, which are then the same: as near as limits are found
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
 STARTS = {"from_rest": False, "from_sliding": True}
@@ -49,6 +50,7 @@ def answer(
     parameters: Sequence[str] = OF_OSCILLATOR,
     seed: Sequence[int] = (0,),
     progress: Callable[[int, int], None] = lambda done, of: None,
+    can_change: Mapping[str, tuple[float, float]] | None = None,
 ) -> Answer:
     """Whether a machine stick-slips, at which values of its parameters that begins or ends, how it moves, what decides.
 
@@ -58,6 +60,7 @@ def answer(
     seed : numbers; each run adds its own
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
     progress : is told how many parts are done, of how many: the runs at the scene's values, then each parameter
+    can_change : range of each parameter that can change, for the smallest change; None where all can
 
     Raises as `check_has_answer` and `simulate`.
     """
@@ -83,7 +86,7 @@ def answer(
         limits[name], more = limits_of(name, runs, at_start)
         trials += more
         progress(done, 1 + len(parameters))
-    share = float(np.mean(at_start))
+    share, vibration = float(np.mean(at_start)), float(np.mean(seen["from_rest"][State.VIBRATION]))
     return Answer(
         runs=count,
         periods=Quantity(periods, None, "1"),
@@ -97,7 +100,7 @@ def answer(
         **cycle,
         vibration=cycle_statistics(vibrating.cycles, omega, np.random.default_rng([*seed, 2])),
         limits=limits,
-        smallest_change=smallest_change(limits, share, float(np.mean(seen["from_rest"][State.VIBRATION]))),
+        smallest_changes=smallest_changes(limits, share, vibration, can_change),
         decides=deciding(machine, share, limits.get("damping")),
         outside_measured_speeds=leaves_known_speeds(machine),
         motion=runs.curves(of["from_rest"]),
@@ -228,10 +231,19 @@ def steady_end(runs: Runs, name: str, start: float, reach: float) -> float | Non
     return None if slides(start) is None else first_change(slides, start, reach)[1]
 
 
-def smallest_change(limits: Mapping[str, Limits], stick_slip: float, vibration: float) -> Change | None:
-    """The parameter with the relatively nearest limit that ends the state that is likely, or else begins stick-slip.
+def smallest_changes(
+    limits: Mapping[str, Limits],
+    stick_slip: float,
+    vibration: float,
+    can_change: Mapping[str, tuple[float, float]] | None = None,
+) -> tuple[Change, ...]:
+    """The change of one parameter, least by its factor, that ends the state that is likely, or begins stick-slip.
 
     stick_slip, vibration : [-] shares of the runs from rest
+    can_change : range of each parameter that can change; None where all can
+
+    Those of the same factor come together. Without `can_change` the load, which is what most machines are for, counts
+    with others of the same factor only, or alone.
     """
     state, aim, label = State.STICK_SLIP, "begin", "0.95"
     if stick_slip > LIKELY:
@@ -239,15 +251,18 @@ def smallest_change(limits: Mapping[str, Limits], stick_slip: float, vibration: 
     elif vibration > LIKELY:
         state, aim, label = State.VIBRATION, "end", "steady_without_scatter"
     changes = []
-    for name, of_parameter in limits.items():
-        for side in SIDES:
-            limit = getattr(of_parameter, side)[label]
-            if limit is not None and limit.value is not None and of_parameter.value:
-                own = of_parameter.value
-                interval = None if limit.interval is None else tuple(end and end / own - 1.0 for end in limit.interval)
-                change = limit.value / own - 1.0
-                changes.append((abs(change), name, Change(change, interval, "1", name, side, aim, state)))
-    return min(changes, key=lambda entry: entry[:2])[2] if changes else None
+    for (name, of_parameter), side in product(limits.items(), SIDES):
+        limit, own = getattr(of_parameter, side)[label], of_parameter.value
+        if limit is None or limit.value is None or not own:
+            continue
+        low, high = (0.0, math.inf) if can_change is None else can_change.get(name, (math.inf, 0.0))
+        if low <= limit.value <= high:
+            interval = None if limit.interval is None else tuple(end and end / own - 1.0 for end in limit.interval)
+            change = Change(limit.value / own - 1.0, interval, "1", name, side, aim, state)
+            changes.append((abs(math.log(limit.value / own)), change))
+    first = [pair for pair in changes if can_change is not None or pair[1].parameter != "load"] or changes
+    least = min((far for far, _ in first), default=0.0)
+    return tuple(change for far, change in changes if abs(far - least) <= EQUAL)
 
 
 def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision:

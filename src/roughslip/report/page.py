@@ -137,6 +137,7 @@ def environment() -> Environment:
         "decision": words.decision,
         "facts": words.facts,
         "smallest_change": words.smallest_change,
+        "other_chances": words.other_chances,
         "plots": plots,
         "verdict": words.verdict,
         "counts": _counts,

@@ -35,6 +35,7 @@ CHANGES = {  # downwards, upwards
 }
 SAME = 1e-3  # relative, of two limits that are one
 REACH = 100.0  # factor up to which limits are searched: the full length of a bar
+NEAR = 0.02  # relative, of a limit to that of steady sliding, which it then is
 WIDE = 1.5  # factor from which a change is given as one, not in per cent
 
 
@@ -77,27 +78,33 @@ def answer_summary(answer: Mapping[str, Any]) -> list[str]:
     """Three lines: whether it stick-slips and how it moves; what would change that; what decides."""
     found = verdict(answer)
     moves = "; ".join(f"{title} {number}{f' ({note})' if note else ''}" for title, number, note in facts(answer))
-    others = "; ".join(f"{row.name}, {row.change}, to {row.there}" for row in change_rows(answer)[1:] if row.needed)
+    rows = [row for row in change_rows(answer) if row.needed and not row.is_smallest]
+    others = "; ".join(f"{row.name}, {row.change}, to {row.there}" for row in rows)
+    said = " ".join(part for part in (found["text"], other_chances(answer)) if part)
     return [
-        f"Stick-slip: {found['word'].lower()}, {chance(answer)}. {found['text']} {moves[0].upper()}{moves[1:]}.",
+        f"Stick-slip: {found['word'].lower()}, {chance(answer)}. {said} {moves[0].upper()}{moves[1:]}.",
         f"{smallest_change(answer)}{f' Others: {others}.' if others else ''}",
         decision(answer["decides"]),
     ]
 
 
 def chance(answer: Mapping[str, Any]) -> str:
-    """The probability of stick-slip, and of vibration where runs show it; of both starts where they differ."""
-    vibrates = has_vibration(answer)
-
-    def of_start(start: str) -> str:
-        shares = answer["shares"][start]
-        more = f", vibration {percent(shares['vibration'])}" if vibrates else ""
-        return percent(shares["stick_slip"]) + more
-
-    text = of_start("from_rest")
-    if answer["starts_differ"]:
-        text += f" from rest, {of_start('from_sliding')} from sliding"
+    """The probability of stick-slip, of runs from rest where the start matters."""
+    text = percent(answer["shares"]["from_rest"]["stick_slip"])
+    text += " from rest" if answer["starts_differ"] else ""
     return f"{text}, outside the measured speeds" if answer.get("outside_measured_speeds") else text
+
+
+def other_chances(answer: Mapping[str, Any]) -> str:
+    """The shares of runs that stand below the probability in the head, of vibration and from sliding; may be empty."""
+    lines, vibrates = [], has_vibration(answer)
+    for start, shares in answer["shares"].items():
+        differs = start == "from_sliding" and answer["starts_differ"]
+        parts = [f"{percent(shares['stick_slip'])} of the runs stick-slip"] if differs else []
+        if vibrates and (start == "from_rest" or differs):
+            parts.append(f"{percent(shares['vibration'])} {'' if differs else 'of the runs '}vibrate without sticking")
+        lines += [f"{start.replace('_', ' ').capitalize()}, {joined(parts)}."] if parts else []
+    return " ".join(lines)
 
 
 def has_vibration(answer: Mapping[str, Any]) -> bool:
@@ -122,14 +129,27 @@ def changed_state(answer: Mapping[str, Any]) -> str:
 
 
 def smallest_change(answer: Mapping[str, Any]) -> str:
-    """The smallest change of one parameter that ends stick-slip or the vibration, or begins stick-slip."""
-    row, does = (
-        change_rows(answer)[0],
-        f"{aim(answer)} {'the vibration' if changed_state(answer) == 'vibration' else 'it'}",
-    )
-    if not row.needed:
-        return f"No change of one parameter within a factor of 100 {does}."
-    return f"The smallest change that {does}: {row.name}, {row.change}, from {row.now} to {row.there}."
+    """The smallest change of one parameter that ends stick-slip or the vibration, or begins stick-slip.
+
+    Near the Hopf limit D / N alone counts, so that damping and normal force are one change there.
+    """
+    verb, state = aim(answer), "the vibration" if changed_state(answer) == "vibration" else "it"
+    shown = [
+        f"{row.name}, {row.change}, from {row.now} to {row.there}" for row in change_rows(answer) if row.is_smallest
+    ]
+    if not shown:
+        where = "in its range" if answer.get("can_change") else "within a factor of 100"
+        return f"No change of one parameter {where} {verb} {state}."
+    if len(shown) == 1:
+        return f"The smallest change that {verb} {state}: {shown[0]}."
+    text = f"The smallest changes that {verb[:-1]} {state}, of the same factor: {joined(shown, '; or ')}."
+    names, hopf = {change["parameter"] for change in answer["smallest_changes"]}, answer["decides"]["hopf_damping"]
+    limit = nearest_limit(answer, "damping") if {"damping", "load"} <= names else None
+    if limit is not None and hopf["value"] > 0.0 and abs(math.log(limit["value"] / hopf["value"])) < NEAR:
+        text += (
+            " Damping and normal force are one change there: D / N decides where steady sliding loses its stability."
+        )
+    return text
 
 
 def decision(decides: Mapping[str, Any]) -> str:
@@ -163,6 +183,7 @@ class Row:
     is_smallest : of all relative changes
     outside : whether the limit lies beyond the measured speeds
     vibrates : where the mass vibrates without sticking on the way, in words
+    barred : why the machine does not allow the change, in words
     """
 
     name: str
@@ -174,17 +195,29 @@ class Row:
     is_smallest: bool = False
     outside: bool = False
     vibrates: str = ""
+    barred: str = ""
 
     @property
     def there(self) -> str:
         """The needed value with its interval."""
         beyond = "beyond the measured speeds" if self.outside else ""
-        notes = [part for part in (self.interval, beyond, self.vibrates) if part]
+        notes = [part for part in (self.interval, beyond, self.vibrates, self.barred) if part]
         return f"{self.needed} ({', '.join(notes)})" if notes else self.needed
 
 
-def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """Where along a parameter the likely state ends, or else stick-slip begins, nearest to the scene's value."""
+def barred(answer: Mapping[str, Any], name: str, value: float) -> str:
+    """Why a parameter cannot take a value, by what the scene says; empty where it can."""
+    ranges = answer.get("can_change")
+    if ranges is None:
+        return ""
+    if name not in ranges:
+        return "cannot change"
+    return "" if ranges[name][0] <= value <= ranges[name][1] else "beyond its range"
+
+
+def nearest_limit(answer: Mapping[str, Any], name: str) -> Mapping[str, Any] | None:
+    """Where along a parameter the likely state ends, or else stick-slip begins: the nearest that the machine allows."""
+    parameter = answer["limits"][name]
     label = "0.05" if aim(answer) == "ends" else "0.95"
     if changed_state(answer) == "vibration":
         label = "steady_without_scatter"
@@ -192,7 +225,11 @@ def nearest_limit(answer: Mapping[str, Any], parameter: Mapping[str, Any]) -> Ma
         parameter[side][label] for side in SIDES if (parameter[side][label] or {"value": None})["value"] is not None
     ]
     own = parameter["value"] or 1.0
-    return min(near, key=lambda limit: abs(math.log(limit["value"] / own)), default=None)
+    return min(
+        near,
+        key=lambda limit: (barred(answer, name, limit["value"]), abs(math.log(limit["value"] / own))),
+        default=None,
+    )
 
 
 def vibrates_on_the_way(answer: Mapping[str, Any], parameter: Mapping[str, Any], way: float) -> str:
@@ -215,12 +252,12 @@ def vibrates_on_the_way(answer: Mapping[str, Any], parameter: Mapping[str, Any],
 
 
 def change_rows(answer: Mapping[str, Any]) -> list[Row]:
-    """A row a parameter, the smallest change first; without a limit it has no change."""
-    smallest, ranked = answer["smallest_change"] or {"parameter": None}, []
+    """A row a parameter, the smallest changes first; without a limit it has no change."""
+    smallest, ranked = {change["parameter"] for change in answer["smallest_changes"]}, []
     for name, parameter in answer["limits"].items():
         own, unit = parameter["value"], parameter["unit"]
         title = parameter["title"] if name == "damping" else parameter["title"].rpartition(" ")[0]
-        limit = nearest_limit(answer, parameter)
+        limit = nearest_limit(answer, name)
         if limit is None or not own:
             ranked.append((math.inf, Row(title, amount(own, unit))))
             continue
@@ -232,9 +269,10 @@ def change_rows(answer: Mapping[str, Any]) -> list[Row]:
             ends(limit, own),
             factor(limit["value"] / own),
             100.0 * min(abs(way) / math.log(REACH), 1.0),
-            name == smallest["parameter"],
+            name in smallest,
             bool(limit.get("outside_measured_speeds")),
             vibrates_on_the_way(answer, parameter, way),
+            barred(answer, name, limit["value"]),
         )
         ranked.append((0.0 if row.is_smallest else abs(way), row))
     return [row for _, row in sorted(ranked, key=lambda pair: pair[0])]
@@ -338,7 +376,7 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
         mean, minimum, _ = states[f"mean_{name}_s"]
         if mean is not None or minimum is not None:
             known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
-            durations.append(f"{word} lasts {'at least ' if mean is None else ''}{known}")
+            durations.append(f"{word} lasts {'longer than ' if mean is None else ''}{known}")
     value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
     if value is None:
         number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]

@@ -94,6 +94,21 @@ class StickSlipMap(Section):
     """Points on either axis, of which a quarter are run, at most 56."""
 
 
+class Changeable(Section):
+    """What can change at the machine, each from its first value to its last; without this section, all."""
+
+    damping: Range | None = many(default=None)
+    """Damping ratio D."""
+    belt_velocity: Range | None = many(default=None)
+    """Velocity of the belt [m/s]."""
+    mass: Range | None = many(default=None)
+    """Mass [kg]."""
+    stiffness: Range | None = many(default=None)
+    """Stiffness [N/m]."""
+    load: Range | None = many(default=None)
+    """Normal force [N]."""
+
+
 class Answer(Section):
     """Runs for the probability of stick-slip, and for where it ceases or begins: answer.json."""
 
@@ -103,8 +118,11 @@ class Answer(Section):
     duration_periods: float | None = key(ge=20, le=1_000_000, default=None)
     """Duration of a run after its first departure, in natural periods; its second half counts. Where not given, 40 to
     400, as decay of the vibration, cycle and correlation of friction take."""
+    can_change: Changeable | None = None
+    """What can change at the machine: the smallest change is one of these within its range."""
 
 
+_CHANGES = [f"answer.can_change.{name}" for name in Changeable.model_fields]
 _STATIC, _LAW = "oscillator.static_friction", "oscillator.law"
 TABLE, RATIOS = "oscillator.friction_table", "ensemble.damping_ratios"
 _FORCE, _PERIODS = "oscillator.excitation_force_n", "ensemble.duration_periods"
@@ -173,6 +191,10 @@ RULES = (
         "strictly increasing speeds from 0 on",
     ),
     Rule((RATIOS,), is_increasing, "strictly increasing"),
+    *(
+        Rule((key,), lambda ends: ends is None or ends[0] < ends[1], "a smaller value, then a larger")
+        for key in _CHANGES
+    ),
     fits(("ensemble.realisations", _PERIODS), operator.mul, f"realisations times {_PERIODS} = {{1}}", MOST_PERIODS),
     fits(
         ("ensemble.realisations", RATIOS),

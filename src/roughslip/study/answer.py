@@ -35,7 +35,9 @@ def work(scene: Scene, job: Job) -> None:
         lines = [f"Stick-slip: no answer, because {error}."]
         store.write_json(job.output, {"given": False, "reason": str(error), "summary": lines})
         return
-    answered = answer(machine, runs, periods, VARIED, seed, job.progress)
+    asked = scene.answer.can_change
+    ranges = None if asked is None else {name: ends for name, ends in vars(asked).items() if ends is not None}
+    answered = answer(machine, runs, periods, VARIED, seed, job.progress, ranges)
     job.count(runs=answered.trials)
     shown_friction = {
         "friction_mean": friction.mean,
@@ -48,6 +50,7 @@ def work(scene: Scene, job: Job) -> None:
     over_load = None if machine.over_load is None else asdict(machine.over_load)
     result = {"given": True, "friction_over_load": over_load, **shown} | {
         **{name: asdict(Quantity(value, None, "1")) for name, value in shown_friction.items()},
+        "can_change": ranges,
         "states": states_of_answer(answered.durations, answered.durations_by_theory, omega),
     }
     store.write_json(job.output, result | {"summary": answer_summary(result)})

@@ -202,7 +202,7 @@ _ROWS = (
     ),
     Stage(
         name="answer",
-        reads=f"{MACHINE} answer.realisations? answer.duration_periods?",
+        reads=f"{MACHINE} answer.realisations? answer.duration_periods? answer.can_change?",
         takes={"friction": FRICTION},
         makes="answer.json",
         target="answer",

@@ -5,15 +5,18 @@ import re
 import pytest
 
 from roughslip.report.budget_words import budget_summary
+from roughslip.report.curve_words import friction_curve
 from roughslip.report.page import plots
 from roughslip.report.words import (
     amount,
     answer_summary,
+    chance,
     change_rows,
     digits,
     factor,
     facts,
-    friction_curve,
+    other_chances,
+    smallest_change,
     verdict,
 )
 
@@ -174,3 +177,31 @@ def test_digits_and_units_are_those_of_readers():
 def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
     of_record = {"oscillator": {}, "friction": {"record": {"file": ["up.csv", "down.csv"]}}}
     assert friction_curve(of_record, {}) == "The curve is that of the records up.csv, down.csv."
+
+
+def test_changes_of_the_same_factor_and_those_that_the_machine_does_not_allow():
+    """At the Hopf damping D / N alone counts; away from it the two are two changes of the same factor."""
+    at_hopf = limits("damping ratio D", 0.1, "1", above={"0.05": number(0.216)})
+    load = limits("normal force N", 2160.0, "N", below={"0.05": number(1000.0, unit="N")})
+    both = {"smallest_changes": [{"parameter": "damping"}, {"parameter": "load"}]}
+    answer = MACHINE | both | {"limits": LIMITS | OTHERS | {"damping": at_hopf, "load": load}}
+    text = "more damping, D, × 2.2, from 0.1 to 0.216; or less normal force, ÷ 2.2, from 2.16 kN to 1 kN."
+    assert smallest_change(answer).startswith(
+        f"The smallest changes that end it, of the same factor: {text} Damping and"
+    )
+    off = answer | {"decides": MACHINE["decides"] | {"hopf_damping": number(0.1)}}
+    assert smallest_change(off).endswith(text)
+    fixed = MACHINE | {"can_change": {"damping": [0.1, 0.18]}, "smallest_changes": []}
+    assert smallest_change(fixed) == "No change of one parameter in its range ends it."
+    assert [row.barred for row in change_rows(fixed)] == ["beyond its range", "cannot change", "", "", ""]
+
+
+def test_one_probability_stands_in_the_head_and_the_others_below_it():
+    answer = MACHINE | shares((1.0, 0.0), (0.0, 0.6)) | {"starts_differ": True}
+    assert chance(answer) == "100 % [96, 100] from rest"
+    rest, sliding = (
+        "From rest, 0 % [0, 4] of the runs vibrate",
+        "From sliding, 0 % [0, 4] of the runs stick-slip and 60 %",
+    )
+    assert other_chances(answer) == f"{rest} without sticking. {sliding} [50, 70] vibrate without sticking."
+    assert other_chances(MACHINE) == ""

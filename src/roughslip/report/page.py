@@ -16,6 +16,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report import budget_words, words
+from roughslip.report.curve_words import friction_curve
 from roughslip.report.sections import (
     MARKS,
     SECTIONS,
@@ -132,7 +133,7 @@ def environment() -> Environment:
         "chance": words.chance,
         "change_rows": words.change_rows,
         "borrowed": borrowed,
-        "curve": lambda scene: words.friction_curve(json.loads(scene.configuration), scene.origins, scene.name),
+        "curve": lambda scene: friction_curve(json.loads(scene.configuration), scene.origins, scene.name),
         "numbers": numbers,
         "decision": words.decision,
         "facts": words.facts,

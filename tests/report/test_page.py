@@ -154,13 +154,9 @@ def test_the_page_says_which_scene_gives_each_number_that_decides():
     oscillator = json.loads(OSCILLATOR)["oscillator"] | {"mass_kg": 8.0, "stribeck_decay_s_per_m": 1.42}
     oscillator |= {"excitation_force_n": 0.0, "excitation_frequency_rad_per_s": 316.0}
     configuration = {"oscillator": oscillator, "roughness": {"hurst": 0.5}, "strip": {"samples": 60}}
-    origins = {f"{section}.{key}": "paper" for section, keys in configuration.items() for key in keys}
-    origins |= {
-        "oscillator.mass_kg": "mine",
-        "roughness.hurst": "disc_brake",
-        "oscillator.friction_table": "disc_brake",
-    }
-    del origins["oscillator.law"]
+    origins = {f"{section}.{key}": "paper" for section, keys in configuration.items() for key in keys if key != "law"}
+    origins |= {"oscillator.mass_kg": "mine"}
+    origins |= dict.fromkeys(("roughness.hurst", "oscillator.friction_table"), "disc_brake")
     answer = MACHINE | {"summary": answer_summary(MACHINE)}
     text = texts(scene(answer=answer, configuration=json.dumps(configuration), origins=origins))
     assert (

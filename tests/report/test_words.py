@@ -139,7 +139,7 @@ def test_the_verdict_follows_from_the_shares_of_states(rest, sliding, differ, de
 def test_a_budget_names_what_to_measure_next():
     """The damping takes half of the variance of the outcome, or 80 % of that of the limit where the outcome is sure."""
     for changes, words in (
-        ({}, "Measure the damping next: known exactly, it takes away 50 % of the variance of whether it stick-slips"),
+        ({}, "Measure the damping next: known exactly, it takes away 50 % (40 to 62 %) of the variance of whether"),
         ({"probability": {"mean": 0.99}}, "That is sure enough. Measure the damping next: known exactly, it takes"),
         ({"outcome": {}}, "No number that the scene gives with an uncertainty matters here."),
     ):

@@ -7,7 +7,6 @@ import re
 from functools import reduce
 
 import pytest
-import yaml
 from jsonschema import Draft202012Validator
 
 from roughslip.scene import schema
@@ -33,14 +32,6 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
     assert unread == {"extends", "jobs"}
-
-
-def test_given_statistics_need_nothing_but_an_oscillator(mine):
-    """tests/workflow/test_plans.py has the stages of other targets."""
-    paper = shipped_scene("paper")
-    own = {key: paper[key] for key in ("description", "seed", "oscillator", "ensemble")}
-    own |= {"targets": ["figure5"], "friction": shipped_scene("given")["friction"]}
-    assert stages_needed(mine(yaml.safe_dump(own))) == OSCILLATOR | ALWAYS
 
 
 def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):

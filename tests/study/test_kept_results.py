@@ -1,10 +1,8 @@
-"""Kept results: which files are kept, and which differences of a run are allowed."""
+"""Kept results: which differences of a run are allowed."""
 
 import pytest
 
-from roughslip.errors import StoreError
-from roughslip.study.verify import KEPT as KEPT_FILES
-from roughslip.study.verify import compared_claims, compared_summaries, keep
+from roughslip.study.verify import compared_claims, compared_summaries
 
 KEPT = [
     {"id": "one", "verdict": "reproduced", "ours": 1.0, "interval": [0.9, 1.2]},
@@ -55,21 +53,3 @@ def test_numbers_of_a_summary_stay_within_the_kept_intervals(old, new, wrong):
     assert disagreeing(compared_summaries(TABLE, TABLE)) == []
     assert len(compared_summaries(TABLE, TABLE)) == 1 + 2 * 4
     assert disagreeing(compared_summaries(TABLE.replace(old, new), TABLE)) == wrong
-
-
-def results(folder, names=KEPT_FILES):
-    folder.mkdir()
-    for name in (*names, "big.nc"):
-        (folder / name).write_bytes(f"{name} of {folder.name}".encode())
-    return folder
-
-
-def test_the_kept_files_of_a_complete_scene_and_no_others_are_copied(tmp_path):
-    for run in ("old", "new"):
-        keep(results(tmp_path / run), tmp_path / "reference" / "paper")
-        copied = {path.name: path.read_bytes() for path in (tmp_path / "reference" / "paper").iterdir()}
-        assert copied == {name: f"{name} of {run}".encode() for name in KEPT_FILES}
-    source = results(tmp_path / "given", KEPT_FILES[2:])
-    with pytest.raises(StoreError, match=r"given: lacks figure_chain\.png, figure2\.png"):
-        keep(source, tmp_path / "other")
-    assert not (tmp_path / "other").exists()

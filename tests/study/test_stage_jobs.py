@@ -1,4 +1,4 @@
-"""What all stages share: errors in one line, the record of cost, the end of a job, sums of costs, what a page shows."""
+"""What all stages share: errors in one line, the record of cost, the end of a job, sums of costs."""
 
 import json
 import os
@@ -13,7 +13,7 @@ import pytest
 
 from roughslip.errors import ConvergenceError, InputError
 from roughslip.study.job import main
-from roughslip.study.page import read_scene, total_costs
+from roughslip.study.page import total_costs
 from tests.study.conftest import job_of
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
@@ -101,32 +101,3 @@ def test_a_job_dies_with_its_parent_and_ctrl_c_shows_no_traceback(tmp_path, is_k
     process.send_signal(signal.SIGKILL if is_killed else signal.SIGINT)
     assert process.communicate(timeout=20) == ("", "")
     assert process.returncode == -(signal.SIGKILL if is_killed else signal.SIGINT)
-
-
-def test_only_what_this_run_made_is_shown(tmp_path, monkeypatch):
-    """A scene that ran one stage for Figure 5, in a folder where Figure 2 was made before. Links lead from the page to
-    files of the scene."""
-    configurations = {
-        "page": {"description": "Mine", "targets": ["figure5"], "captions": {}, "origins": {"seed": "paper"}},
-        "cycles": {"oscillator": {"damping_ratio": 0.17}},
-        "answer": {"oscillator": {"mass_kg": 1.0}},
-        "contact_square": {"oscillator": {"damping_ratio": 0.4}, "square": {"nodes": 10}},
-    }
-    monkeypatch.chdir(tmp_path)
-    contents = {
-        f"keys/{name}.json": json.dumps({"configuration": one, "code": "a"}) for name, one in configurations.items()
-    }
-    contents |= {f"figure5.{kind}": f"<svg>figure5 {kind}</svg>" for kind in ("svg", "png")} | {"claims.json": "[]"}
-    contents |= {"costs.json": json.dumps([{"stage": stage} for stage in ("cycles", "answer", "all")])}
-    contents |= {"answer.json": "{}", "config/scenes/mine.yaml": "{}"}
-    for name, text in contents.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    captions, files = {"figure2": "Pressure.", "figure5": "Cycles."}, {name: tmp_path / name for name in contents}
-    own, joint = (read_scene("mine", files, captions, Path(folder)) for folder in ("results/mine", "results"))
-    assert (own.name, own.description, own.folder, joint.folder) == ("mine", "Mine", "", "mine/")
-    assert joint.file == "../config/scenes/mine.yaml"
-    assert own.origins == {"seed": "paper"}
-    assert own.figures == {"figure5": b"<svg>figure5 svg</svg>"}
-    machine = {"damping_ratio": 0.17, "mass_kg": 1.0}
-    assert json.loads(own.configuration) == {"description": "Mine", "targets": ["figure5"], "oscillator": machine}

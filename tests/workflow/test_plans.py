@@ -1,21 +1,17 @@
-"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, random scenes, shared names, memory."""
+"""What a dry run plans: the stages of a scene, the jobs that an edit repeats, shared names."""
 
 from __future__ import annotations
 
 import os
-import re
 import shutil
 from pathlib import Path
 
 import pytest
-import yaml
-from hypothesis import HealthCheck, Phase, given, settings
 
 from roughslip.errors import InputError
 from roughslip.study.graph import STAGES
-from tests.scene.shipped import SCENES, overlays
 from workflow.keys import Names
-from workflow.study.scenes import Scenes, checked
+from workflow.study.scenes import Scenes
 from workflow.study.working_folder import unused
 
 # Snakemake runs in this process, and its warnings are its own.
@@ -111,53 +107,6 @@ def test_an_edit_repeats_the_jobs_that_depend_on_it(project, plan):
     project.scene("newer", "extends: new\ntargets: [figure5]\noscillator: {damping_ratio: 0.3}\n")
     planned = plan(project.folder, "newer", "new")
     assert planned == {"new": STRIP | OSCILLATOR | END, "newer": OSCILLATOR | END}
-
-
-CASES = int(os.environ.get("SCENE_CASES", "30"))
-TOGETHER = 60  # scenes in one graph: starting Snakemake costs more than planning a scene
-
-
-def random_scenes(folder: Path, count: int) -> list[str]:
-    """Write random scenes into the folder and return the names of those that are accepted."""
-    names: list[str] = []
-
-    @settings(
-        max_examples=count,
-        deadline=None,
-        derandomize="SCENE_SEED" not in os.environ,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
-    )
-    @given(overlay=overlays(SCENES, valid=True))
-    def write(overlay: dict) -> None:
-        name = f"fuzz{len(names)}"
-        file = folder / f"{name}.yaml"
-        file.write_text(yaml.safe_dump(overlay), encoding="utf-8")
-        try:
-            checked(name, folder, folder.parents[1])
-            names.append(name)
-        except InputError:
-            file.unlink()
-
-    write()
-    return names
-
-
-@pytest.mark.slow
-def test_each_random_scene_that_is_accepted_is_planned(empty, tmp_path, plan):
-    """Those that no surface or load fits are named first, in one line each."""
-    project, misfits = empty.copy(tmp_path / "copy"), {}
-    names = random_scenes(project.path("config/scenes"), CASES)
-    try:
-        Scenes(project.folder, names)
-    except InputError as error:
-        misfits = {Path(line.partition(": ")[0]).stem: line for line in error.lines}
-    assert all(re.search(r"(roughness|load)[.\w]* ?[:=]", line) for line in misfits.values())
-    names = [name for name in names if name not in misfits]
-    assert len(names) > CASES / 10
-    for first in range(0, len(names), TOGETHER):
-        some = names[first : first + TOGETHER]
-        assert set(plan(project.folder, *some)) >= set(some)
 
 
 OF_POINT = {"answer", "stick_slip_map"}  # which read the oscillator and not the list of damping ratios

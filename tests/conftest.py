@@ -35,14 +35,6 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
     return project
 
 
-@pytest.fixture(scope="module")
-def shared(finished: Project, tmp_path_factory: pytest.TempPathFactory):
-    """A copy of the finished project for all tests of a file, which add scenes to it."""
-    copy = finished.copy(tmp_path_factory.mktemp("shared") / "copy", "tiny")
-    yield copy
-    shutil.rmtree(copy.folder)
-
-
 @pytest.fixture
 def project(finished: Project, tmp_path: Path):
     """A copy of the finished project that a test may change."""

@@ -168,35 +168,21 @@ def names(requirements: list[str]) -> set[str]:
     return {re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", line).group()).lower() for line in requirements}
 
 
-def pins(name: str) -> dict[str, set[str]]:
-    """Package -> its requirement lines: version and marker. Every requirement must be an exact pin with hashes."""
-    pinned: dict[str, set[str]] = {}
-    for block in re.split(r"\n(?=\S)", LOCKS[name]):
-        if block.strip() and not block.startswith("#"):
-            package, pin = re.fullmatch(r"([\w.-]+)==([^\\]+?) \\", block.splitlines()[0]).groups()
-            assert "--hash=sha256:" in block, f"{package} in {name} has no hash"
-            pinned.setdefault(*names([package]), set()).add(pin)
-    return pinned
-
-
 def test_locks_agree_hold_what_is_declared_and_have_no_address():
     """Else the tools for checks, or the public solvers, would change what computes."""
-    groups, run = PROJECT["dependency-groups"], pins("requirements.lock")
-    declared = {
-        "requirements.lock": PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"],
-        "requirements-cluster.lock": EXTRAS["cluster"],
-        "requirements-peers.lock": EXTRAS["peers"],
-        "requirements-dev.lock": groups["dev"],
-        "requirements-docs.lock": groups["docs"],
-    }
-    assert declared.keys() == LOCKS.keys()
-    for lock, needed in declared.items():
-        assert names(needed) <= pins(lock).keys()
-        shared = run.keys() & pins(lock).keys()
-        assert {package: pins(lock)[package] for package in shared} == {package: run[package] for package in shared}
-        assert lock == "requirements-dev.lock" or shared == run.keys()  # the others are complete environments
-        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", LOCKS[lock]) == []
-    assert (names(groups["dev"]) | names(EXTRAS["peers"])) & run.keys() == set()
+    run, groups = EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"], PROJECT["dependency-groups"]
+    declared = {"": PROJECT["project"]["dependencies"] + run, "-dev": groups["dev"], "-docs": groups["docs"]}
+    declared |= {f"-{name}": EXTRAS[name] for name in ("cluster", "peers")}
+    assert {f"requirements{name}.lock" for name in declared} == LOCKS.keys()
+    pin = r"(?m)^([\w.-]+)==([^\\\n]+?) \\$"
+    pins = {name: dict(re.findall(pin, LOCKS[f"requirements{name}.lock"])) for name in declared}
+    for name, needed in declared.items():
+        assert names(needed) <= names(list(pins[name]))
+        shared = pins[""].keys() & pins[name].keys()
+        assert [pins[name][package] for package in shared] == [pins[""][package] for package in shared]
+        assert name == "-dev" or shared == pins[""].keys()  # the others are complete environments
+        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", LOCKS[f"requirements{name}.lock"]) == []
+    assert (names(groups["dev"]) | names(EXTRAS["peers"])) & pins[""].keys() == set()
 
 
 def test_the_version_is_the_same_everywhere():

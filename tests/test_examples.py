@@ -84,10 +84,3 @@ def test_ensemble_near_limit():
     assert example["lost"].difference[0] < 3
     assert 10 < example["lost"].difference[2] < 60
     assert example["lost"].mean[-1] == example["without"][-1] == 0
-
-
-def test_every_example_is_tested_and_listed():
-    names = {file.stem for file in EXAMPLES.glob("*.py")}
-    assert {f"test_{name}" for name in names} <= globals().keys()
-    listed = (ROOT / "docs/library.md").read_text(encoding="utf-8")
-    assert [name for name in names if f"(../examples/{name}.py)" not in listed] == []

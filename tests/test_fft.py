@@ -1,7 +1,4 @@
-"""Transforms without ducc0: equal to its own to rounding, and a solve without it."""
-
-import subprocess
-import sys
+"""Transforms without ducc0: equal to its own to rounding."""
 
 import numpy as np
 import pytest
@@ -32,23 +29,3 @@ def test_scipy_does_what_ducc0_does(shape, axes, precision):
         np.testing.assert_allclose(back[1], back[0], **close | {"atol": close["atol"] * a.size})
     np.testing.assert_allclose(back[1], a, **close)
     assert [fft._good_size(n, True) for n in range(1, 400)] == [ducc0.good_size(n, True) for n in range(1, 400)]
-
-
-SOLVE = """\
-import numpy as np
-from roughslip import Grid
-from roughslip.contact import Influence, solve_load
-grid = Grid(64, 48, 1e-6, 1e-6)
-heights = 1e-7 * np.random.default_rng(2).standard_normal(grid.shape)
-plane = float(solve_load(Influence(grid, 1e11), heights, 2e8, tolerance=1e-12).plane)
-"""
-
-
-@pytest.mark.slow  # another process
-def test_contact_without_ducc0():
-    """The plane of a load, an iteration to 1e-12, with either."""
-    own: dict = {}
-    exec(SOLVE, own)  # noqa: S102
-    script = f"import sys; sys.modules['ducc0'] = None\n{SOLVE}assert 'ducc0.fft' not in sys.modules\nprint(plane)"
-    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert float(run.stdout) == pytest.approx(own["plane"], rel=1e-10)

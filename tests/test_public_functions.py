@@ -39,7 +39,7 @@ RESULTS = {
 }
 # Methods that the package calls: of solvers, also in single precision, of fits, and of laws from scenes.
 INNER = {"apply", "of_fit", "profile", "transform", "check_not_negative", "from_scene", "steeper_than", "from_rows"}
-INNER |= {"of_distance", "of_scale"}
+INNER |= {"of_distance", "of_scale", "slopes_by_lines"}
 
 
 def public():

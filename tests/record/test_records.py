@@ -66,51 +66,43 @@ def test_headers_and_rows_as_programs_write_them(tmp_path, head, row):
         assert trace.friction == pytest.approx(0.3)
 
 
-def test_several_files_are_read_together_and_each_mistake_names_its_file(tmp_path):
-    good = write(tmp_path, "time [s],speed [m/s],friction [1]", TIME, np.ones(200), np.full(200, 0.3))
-    assert len(read_records([good, good])) == 2
-    bad = tmp_path / "bad.csv"
-    bad.write_text(good.read_text().replace("friction [1]", "friction [N]"))
-    with pytest.raises(InputError) as error:
-        read_records([good, bad, tmp_path / "absent.csv"])
-    assert [line.split(":")[0] for line in error.value.lines] == [str(bad), str(tmp_path / "absent.csv")]
-
-
-def test_every_mistake_of_a_header_is_a_line(tmp_path):
-    path = write(tmp_path, "zeit [s],speed [rpm],speed [m/s],force [lb]", *[TIME] * 4)
-    with pytest.raises(InputError) as error:
-        read_records([path])
-    assert [line.removeprefix(f"{path}: column ").partition(";")[0] for line in error.value.lines] == [
-        "'zeit': not known",
-        "speed: rpm needs the radius of the track",
-        "'speed': given twice",
-        "force: unit 'lb' is not allowed",
-        "time: missing",
-        "friction: missing",
-    ]
+HEAD, ROWS = "time [s],speed [m/s],friction [1]", [f"{time:.2f},0.5,0.3" for time in TIME]
 
 
 @pytest.mark.parametrize(
-    ("change", "line"),
+    ("head", "rows", "lines"),
     [
-        (lambda rows: rows[::-1], "column time: falls in 199 of 200 rows; sort the rows by time"),
-        (lambda rows: [row.replace(".", ",") for row in rows], "6 values for 3 columns; decimal commas take"),
-        (lambda rows: [*rows, "1,2", "2.0,0.5,x"], "line 202: 2 values for 3 columns"),
-        (lambda rows: [*rows, "2.0,0.5,x"], "line 202, column friction: 'x' is no finite number"),
-        (lambda rows: [*rows, "9.0,0.5,0.3"], "column time: steps from 0.01 to 7.01 s in record 1, first at 1.99 s"),
-        (lambda rows: [*rows, *rows[:9]], "column time: record 2, where time falls, has 9 rows; at least 100"),
-        (lambda rows: [row.replace("0.3", "-0.3") for row in rows], "column friction: friction is -0.3 on average"),
-        (lambda rows: [row.replace("0.5", "0.0") for row in rows], "column speed: zero in each row"),
-        (lambda rows: [*rows, "2.00,-0.5,0.3"], "column speed: of both signs"),
+        (HEAD, ROWS[::-1], ["column time: falls in 199 of 200 rows; sort the rows by time"]),
+        (HEAD, [row.replace(".", ",") for row in ROWS], ["line 2: 6 values for 3 columns; decimal commas take"]),
+        (HEAD, [*ROWS, "1,2", "2.0,0.5,x"], ["line 202: 2 values for 3 columns"]),
+        (HEAD, [*ROWS, "2.0,0.5,x"], ["line 202, column friction: 'x' is no finite number"]),
+        (HEAD, [*ROWS, "9.0,0.5,0.3"], ["column time: steps from 0.01 to 7.01 s in record 1, first at 1.99 s"]),
+        (HEAD, [*ROWS, *ROWS[:9]], ["column time: record 2, where time falls, has 9 rows; at least 100"]),
+        (HEAD, [row.replace("0.3", "-0.3") for row in ROWS], ["column friction: friction is -0.3 on average"]),
+        (HEAD, [row.replace("0.5", "0.0") for row in ROWS], ["column speed: zero in each row"]),
+        (HEAD, [*ROWS, "2.00,-0.5,0.3"], ["column speed: of both signs"]),
+        (HEAD.replace("friction [1]", "friction [N]"), ROWS, ["column friction: unit 'N' is not allowed"]),
+        (
+            "zeit [s],speed [rpm],speed [m/s],force [lb]",
+            [f"{row},1" for row in ROWS],
+            [
+                *("column 'zeit': not known", "column speed: rpm needs the radius of", "column 'speed': given twice"),
+                *("column force: unit 'lb' is not allowed", "column time: missing", "column friction: missing"),
+            ],
+        ),
     ],
 )
-def test_a_mistake_in_the_rows_is_named(tmp_path, change, line):
-    path = tmp_path / "trace.csv"
-    rows = [f"{time:.2f},0.5,0.3" for time in TIME]
-    path.write_text("\n".join(["time [s],speed [m/s],friction [1]", *change(rows)]))
-    with pytest.raises(InputError, match=r"trace\.csv: ") as error:
-        read_records([path])
-    assert line in error.value.lines[0]
+def test_each_mistake_is_a_line_that_names_its_file(tmp_path, head, rows, lines):
+    """Next to those of other files."""
+    good, bad, absent = (tmp_path / f"{name}.csv" for name in ("good", "bad", "absent"))
+    good.write_text("\n".join([HEAD, *ROWS]))
+    bad.write_text("\n".join([head, *rows]))
+    with pytest.raises(InputError) as error:
+        read_records([good, bad, absent])
+    *found, last = error.value.lines
+    assert last.startswith(f"{absent}:")
+    for line, expected in zip(found[: len(lines)], lines, strict=True):
+        assert line.startswith(f"{bad}: {expected}")
 
 
 def mu(speed):

@@ -18,7 +18,7 @@ from roughslip.report.page import SceneReport, page
 from roughslip.report.sections import SECTIONS, in_brackets
 from roughslip.report.words import answer_summary
 from roughslip.study.plan import captions
-from tests.report.test_words import BUDGET, MACHINE, MOTION
+from tests.report.test_words import BUDGET, MACHINE
 
 VOID = {"meta", "img", "br", "hr", "link", "input"}
 PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 864 252"><path d="M0 0L9 9"/></svg>'
@@ -118,14 +118,6 @@ def test_one_page_without_a_network():
     assert files == kept | {f"{name}.{kind}" for name in CAPTIONS for kind in ("svg", "nc")}
 
 
-def test_the_page_of_a_scene_that_does_not_read_the_paper_begins_with_itself():
-    """The paper stands in its folded statements alone; on a reading its statements and numbers come first."""
-    own = "\n".join(parsed(scene()).text)
-    assert "paper" not in own[: own.index("Statements of the paper")].lower()
-    text = "\n".join(parsed(scene(name="paper")).text)
-    assert text.index("The paper's statements: 1 reproduced in scene paper.") < text.index("Pressure.")
-
-
 def test_every_figure_has_a_title_and_numbers_are_written_with_their_unit_once():
     assert set(SECTIONS) == set(captions())
     shown = ["-0.0891 (-0.0942 to -0.0839)", "18.4 µm (-23.4 µm to 58.5 µm)", "100 % (98.4 % to 100 %)", None]
@@ -167,18 +159,6 @@ def test_the_page_says_which_scene_gives_each_number_that_decides():
         assert line in text
     assert "The curve is the friction_table of scene disc_brake: 0.45 at rest" in text
     assert "Not given by" not in texts(scene(answer=answer, configuration=OSCILLATOR))
-
-
-def test_statements_of_the_paper_are_folded_away_where_the_scene_is_none_of_its_readings():
-    """There those on the paper's own numbers, and those that are not tested, are left out; a scene may have none."""
-    claims = [claim(), claim(id="mu-correlation-250um"), claim(id="fig2-mcs-lhs", verdict="not tested")]
-    for name, count in (("paper", 3), ("resolved", 3), ("mine", 1)):
-        content = parsed(scene(name=name, claims=claims))
-        shown = {attrs["id"] for attrs in content.all("h3") if "id" in attrs}
-        assert shown == {f"{name}-{one['id']}" for one in claims[:count]}
-        summaries = [line for line in content.text if line.startswith("Statements of the paper")]
-        assert len(summaries) == (name == "mine")
-    assert "statements:" not in " ".join(parsed(scene(claims=claims[1:])).text)
 
 
 def test_costs_and_warnings_of_a_run_stand_on_its_page():
@@ -228,14 +208,6 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     assert "Figures behind the answer" not in other
     refused = texts(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused
-
-
-def test_motion_without_stick_slip_is_not_called_a_cycle():
-    for cycles, title in ((4, "The cycle, speed"), (0, "Speed against displacement; no stick-slip")):
-        motion = {name: curve | {"cycles": cycles} for name, curve in MOTION.items()}
-        text = texts(machine_scene(answer=MACHINE | {"motion": motion}))
-        assert title in text
-        assert ("The cycle" in text) == (cycles > 0)
 
 
 REFERENCE = Path(__file__).resolve().parents[2] / "results" / "reference"

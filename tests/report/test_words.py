@@ -5,7 +5,6 @@ import re
 import pytest
 
 from roughslip.report.budget_words import budget_summary
-from roughslip.report.curve_words import friction_curve
 from roughslip.report.page import plots
 from roughslip.report.words import (
     amount,
@@ -54,7 +53,6 @@ OTHERS = {
 }
 END_OF_DAMPING = {"0.05": number(0.19923, 0.1904, 0.2103), "0.95": number(0.181, 0.1804, 0.1823)}
 END_OF_MASS = {"0.05": number(0.02, None, unit="kg") | {"interval": [None, 0.03]}}
-BEYOND_IT = {"without_scatter": number(0.19), "steady_without_scatter": number(0.31)}
 LIMITS = {
     "damping": limits("damping ratio D", 0.17, "1", above=END_OF_DAMPING),
     "mass": limits("mass m", 1.0, "kg", below=END_OF_MASS),
@@ -172,11 +170,6 @@ def test_digits_and_units_are_those_of_readers():
     texts = [amount(value, "m") for value in (2.0, 2e-2, 1.3e-4, 2e-5, 2e-8, 2e-12)]
     assert texts == ["2 m", "20 mm", "0.13 mm", "20 µm", "20 nm", "0.002 nm"]
     assert [amount(value, "N") for value in (0.0, 500.0, 2000.0)] == ["0 N", "500 N", "2 kN"]
-
-
-def test_the_curve_of_a_machine_with_a_record_is_that_of_the_record():
-    of_record = {"oscillator": {}, "friction": {"record": {"file": ["up.csv", "down.csv"]}}}
-    assert friction_curve(of_record, {}) == "The curve is that of the records up.csv, down.csv."
 
 
 def test_changes_of_the_same_factor_and_those_that_the_machine_does_not_allow():

@@ -88,12 +88,6 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
     assert "surface, law of scatter to 10 %" in figure.axes[3].get_legend_handles_labels()[1]
     assert not record.has_surface({key: SCENE[key] for key in ("friction", "oscillator")})
-    for law, words in (
-        (0.01, "roughness is 25% of the"),
-        (0.02, "roughness can be the cause"),
-        (0.03, "are not those"),
-    ):
-        assert words in record.is_roughness_the_cause(law, 0.018, 0.022)
 
 
 def test_shapes_of_the_marginal_have_the_moments():

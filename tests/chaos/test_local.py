@@ -13,26 +13,15 @@ from hypothesis import strategies as st
 
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import GROUPS, SolvedSurfaces, best_gap_stiffness, fit_local, jackknife_deviations
-from roughslip.chaos.pressure import (
-    CURVATURE,
-    OUTSIDE_SCALE,
-    PressureTarget,
-    fit_in_contact,
-    pressure_target,
-)
+from roughslip.chaos.pressure import CURVATURE, OUTSIDE_SCALE, PressureTarget, fit_in_contact, pressure_target
 from roughslip.chaos.scatter import REACH, residual_scatter
-from roughslip.errors import IllPosedError
 
 TARGETS = {
     "trial_pressure": PressureTarget("trial_pressure", 2.0),
     "squared_pressure": PressureTarget("squared_pressure", 2.0, 1.5),
 }
 
-KINDS = list(TARGETS)
-
-SURFACES, NODES = 800, 3
-
-DRIFT = 0.5  # of the target over a unit of squared distance
+NODES = 3
 
 
 def response(u):
@@ -50,35 +39,15 @@ def pressures(r, target):
     return target.pressure(r), np.maximum(-r, 0.0) / target.gap_stiffness
 
 
-def samples(target, seed=0, surfaces=SURFACES, variables=8, drift=DRIFT):
+def samples(target, seed, surfaces=800, variables=8):
     """Nodes of a surface share half the variance of their variables, and their scatter."""
     generator = np.random.default_rng([2011, seed])
     shape = (surfaces, NODES, variables)
     u = (generator.standard_normal(shape) + generator.standard_normal(shape)[:, :1]) / np.sqrt(2)
     u[:, 0] = generator.standard_normal(shape[::2])  # by itself
     distance2 = np.array([0.0, 0.5, 1.0])
-    r = response(u) - drift * distance2 + scatter(u) * generator.standard_normal((surfaces, 1))
+    r = response(u) - 0.5 * distance2 + scatter(u) * generator.standard_normal((surfaces, 1))
     return SolvedSurfaces(u, distance2, *pressures(r, target))
-
-
-def truth(target, count=1_000_000):
-    """Pressures at distance 0."""
-    generator = np.random.default_rng(7)
-    u = generator.standard_normal((count, 3))
-    return pressures(response(u) + scatter(u) * generator.standard_normal(count), target)[0]
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_distribution_at_the_centre_is_recovered_for_any_drift_with_the_distance(kind):
-    """Within four standard errors of so many surfaces seen at one node."""
-    target = TARGETS[kind]
-    p = truth(target)
-    share = np.mean(p > 0)
-    for drift in (0.0, 1.5):
-        drawn = fit_local(samples(target, 1, 400, 3, drift), 3, target).draw(np.random.default_rng(3), 50_000)
-        assert np.mean(drawn > 0) == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 400))
-        assert drawn.mean() == pytest.approx(p.mean(), abs=4 * p.std() / np.sqrt(400))
-        assert drawn.std() == pytest.approx(p.std(), rel=0.2)  # 4 sqrt((kurtosis - 1) / 4 n) with a kurtosis of some 5
 
 
 def test_the_fit_to_all_surfaces_is_weighted_least_squares_and_the_scatter_that_near_contact():
@@ -122,19 +91,6 @@ def test_the_stiffness_takes_the_kink_out():
     assert fit.target.gap_stiffness == pytest.approx(1.3, abs=0.01)
 
 
-def test_ill_posed_samples_are_refused():
-    target = TARGETS["squared_pressure"]
-    whole = samples(target, 3, 200, 3)
-    few = SolvedSurfaces(whole.variables[:19], whole.distance2, whole.pressure[:19], whole.gap[:19])
-    for given_samples, message in (
-        (few, "19 surfaces are too few"),
-        (replace(whole, pressure=0 * whole.pressure), "no sample is in contact"),
-        (replace(whole, pressure=0 * whole.pressure + 1.0, gap=0 * whole.gap), "the same on every sample"),
-    ):
-        with pytest.raises(IllPosedError, match=message):
-            fit_local(given_samples, 1, target)
-
-
 def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
     """Twenty groups of one sample each: the variance of a mean is s^2 / n, exactly."""
     values = np.random.default_rng(9).standard_normal(20)
@@ -142,7 +98,7 @@ def test_jackknife_deviations_of_a_mean_sum_to_its_variance():
     assert np.sum(jackknife_deviations(without) ** 2) == pytest.approx(np.var(values, ddof=1) / 20, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", TARGETS)
 def test_draws_are_balanced_by_what_was_solved(kind):
     """At the samples the mean of the draws is that of the solved pressures, within half a per cent for 100 draws at
     each of 800. With a hardness nothing is scaled."""
@@ -226,18 +182,12 @@ def test_weights_fall_with_the_distance_from_contact():
     np.testing.assert_allclose(target.weights(values), [1.0, 1.0, 1.0, 0.5, 0.1], rtol=1e-14)
     np.testing.assert_allclose(target.weights(1e18 * values), target.weights(values), rtol=1e-14)
     assert np.array_equal(PressureTarget("trial_pressure", 1.0).weights(values), np.ones(5))
-    with pytest.raises(IllPosedError, match="no sample is in contact"):
-        target.weights(np.array([-1.0, 0.0]))
-
-
-def problem(samples=200):
-    xi = np.random.default_rng(1).standard_normal((samples, 2))
-    return xi, hermite_basis(xi, multi_indices(2, 2))
 
 
 @pytest.mark.parametrize("logarithm", [False, True])
 def test_fit_in_contact_is_plain_least_squares_there(logarithm):
-    xi, basis = problem()
+    xi = np.random.default_rng(1).standard_normal((200, 2))
+    basis = hermite_basis(xi, multi_indices(2, 2))
     pressure = np.maximum(np.sin(xi[:, 0]) + 0.3 * xi[:, 1] ** 3, 0.0)
     contact = pressure > 0
     fit = fit_in_contact(basis, pressure, logarithm=logarithm)

@@ -64,17 +64,9 @@ def test_means_of_blocks_are_taken_off_their_free_nodes() -> None:
     assert not field[~free].any()
 
 
-def waves(shape: tuple[int, int], length: float, seed: int) -> np.ndarray:
-    """Heights of unit variance whose spectrum is Gaussian."""
-    heights = np.random.default_rng(seed).standard_normal(shape)
-    q = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
-    heights = np.fft.irfft2(np.fft.rfft2(heights) * np.exp(-0.5 * (length * q) ** 2), shape)
-    return heights / heights.std()
-
-
-def test_strips_take_fewer_products_with_blocks(monkeypatch) -> None:
+def test_strips_take_fewer_products_with_blocks(monkeypatch, surface) -> None:
     """A strip of 120 widths at ten planes, from a tenth to nine tenths of the heights above: 65 in place of 81."""
-    heights = waves((1200, 10), 14.0, 4)
+    heights = surface((1200, 10), 14 / np.pi, 4)
     planes, grid = np.percentile(heights, np.linspace(90, 10, 10)), Grid(1200, 10, 1.0, 1.0)
     with_blocks = sweep(Influence(grid, 1.0), heights, planes, 1e-4)
     monkeypatch.setattr(Influence, "between_blocks", np.zeros(1))
@@ -85,12 +77,9 @@ def test_strips_take_fewer_products_with_blocks(monkeypatch) -> None:
         np.testing.assert_allclose(one.pressure, other.pressure, atol=5e-3 * other.pressure.max())
 
 
-def test_belts_take_as_many_products_as_squares():
+def test_belts_take_as_many_products_as_squares(surface):
     """A belt of 24 widths, either way round. With the stencil alone it takes 51 products, here 23, a square 22."""
-    heights, mean = np.random.default_rng(3).standard_normal((960, 40)), 0.1
-    waves = np.hypot(np.fft.fftfreq(960)[:, None], np.fft.rfftfreq(40))
-    heights = np.fft.irfft2(np.fft.rfft2(heights) * np.exp(-0.5 * (19 * waves) ** 2), (960, 40))
-    heights /= heights.std()
+    heights, mean = surface((960, 40), 19 / np.pi, 3), 0.1
     belt = solve_load(Influence(Grid(960, 40, 1.0, 1.0), 1.0, periodic=True), heights, mean, 1e-6)
     turned = solve_load(Influence(Grid(40, 960, 1.0, 1.0), 1.0, periodic=True), heights.T.copy(), mean, 1e-6)
     assert max(belt.work, turned.work) <= 27

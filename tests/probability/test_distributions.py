@@ -8,11 +8,9 @@ import pytest
 from scipy import stats
 from scipy.special import factorial, log_ndtr, ndtri
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction.process import FrictionProcess
 from roughslip.probability import BetaDistribution, beta_moments, empirical_distribution, translate
-from roughslip.probability import translation as module
-from roughslip.probability.distributions import EmpiricalDistribution
 
 UM = 1e-6
 
@@ -137,29 +135,6 @@ def test_a_plateau_that_differs_by_rounding_is_the_plateau(rounding):
 BETA = BetaDistribution.of_moments(2.1, 5.0, 0.0, 2.0)
 SKEWED = Lognormal(1.0, mirrored=True)
 RHO = np.linspace(-1.0, 1.0, 41)
-
-
-class Falling:
-    standard_deviation = 1.0
-
-    def from_gaussian(self, normal):
-        return -normal
-
-
-def test_what_is_no_distribution_or_has_no_translation_is_refused(monkeypatch):
-    for values in (np.ones(2), np.ones(1)):
-        with pytest.raises(ParameterError, match="of equal length that are finite and ascend"):
-            EmpiricalDistribution(np.array([0.0, 1.0]), values)
-    with pytest.raises(ParameterError, match=r"in order, not 0.5 and 0.4"):
-        BetaDistribution(2.1, 5.0, 0.5, 0.4)
-    with pytest.raises(IllPosedError, match="leaves out"):
-        translate(BetaDistribution(0.02, 0.02, 0.0, 1.0))
-    with pytest.raises(ParameterError, match="increase"):
-        translate(Falling())
-    for name in ("CORRELATION_ERROR", "WORST_CORRELATION_ERROR"):
-        monkeypatch.setattr(module, name, 0.0)
-    with pytest.raises(ConvergenceError, match="less skewed"):
-        translate(SKEWED).gaussian_correlation(np.linspace(0.1, 0.9, 7))
 
 
 @pytest.mark.parametrize("s", [0.2, 1.0])

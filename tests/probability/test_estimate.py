@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.special import bdtr, ndtr, ndtri
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import Source, interval_margin, student_95, variance_split, wilson_interval
 from roughslip.probability.search import (
@@ -65,8 +65,6 @@ def test_the_interval_of_a_share_is_that_of_wilson():
         exact = stats.binomtest(k, n).proportion_ci(method="wilson")
         assert (low[row], high[row]) == pytest.approx((exact.low, exact.high), abs=1e-12)
     assert [float(end) for end in wilson_interval(0.0, 0.0)] == [0.0, 1.0]
-    with pytest.raises(ParameterError, match="between none and all"):
-        wilson_interval(3, 2)
 
 
 POINTS = 33
@@ -116,9 +114,6 @@ def test_each_node_is_asked_for_once_and_most_are_in_the_band():
     assert np.mean([inside[one] for one in asked[START**2 :]]) > 0.6
     for value in (0.0, 1.0, 0.3):  # a probability that does not change is found everywhere
         np.testing.assert_allclose(lattice_map(lambda i, j, value=value: value, 9, 20).probability, value, atol=1e-9)
-    for points, computed in ((3, 9), (9, 15), (9, 82)):
-        with pytest.raises(ParameterError, match="a map of"):
-            lattice_map(band, points, computed)
 
 
 PATHS = 100
@@ -197,10 +192,6 @@ def test_what_the_search_cannot_find():
     search = LevelSearch(occurs, 1.0, 0.01, 100.0, np.ones(PATHS, dtype=bool))
     assert search.crossing(0.05, upwards=True) is None
     assert search.searched == pytest.approx((0.01, 100 ** (1 / 8)))
-    with pytest.raises(ParameterError, match=r"^71 paths do not bound a value of the probability 0.05: take more"):
-        search_of(np.ones(71)).crossing(0.05, upwards=True)
-    with pytest.raises(ParameterError, match=r"^a search goes from a positive start outwards, not from 20"):
-        search_of(np.ones(PATHS), start=20.0)
 
 
 # of an answer at 1: up to where it is the same, then unknown, then the same again; beyond it is another
@@ -223,10 +214,6 @@ def test_an_answer_changes_between_two_neighbouring_values(name, power):
     else:
         assert (last**power, first**power) == pytest.approx((again, again), rel=2e-6)
         assert (answer(last), answer(first)) == ("own", "other")
-    with pytest.raises(ParameterError, match="positive and finite"):
-        first_change(answer, 1.0, 0.0)
-    with pytest.raises(ParameterError, match="at the start value 1 is unknown"):
-        first_change(lambda value: None, 1.0, 10.0)
 
 
 A, B = Source.independent("a", {"x": (1.0, 0.2)}), Source.independent("b", {"y": (2.0, 0.3), "z": (1.0, 0.2)})
@@ -283,16 +270,3 @@ def test_inputs_of_one_source_have_its_covariance():
     assert source.axes <= 6
     drawn = np.array(list(source.drawn(np.random.default_rng(2).standard_normal((source.axes, 100_000))).values()))
     assert np.cov(drawn)[[0, -1], [0, -1]] == pytest.approx([4e-4, 5e-4], rel=0.02)
-
-
-def test_what_is_no_source_is_refused():
-    for values, covariance, message in (
-        ({"x": -1.0}, [[1.0]], "must be finite and positive"),
-        ({"x": 1.0, "y": 1.0}, [[1.0, 0.0], [0.5, 1.0]], "must be symmetric"),
-        ({"x": 1.0, "y": 1.0}, [[0.01, 0.04], [0.04, 0.01]], "it has a negative variance"),
-    ):
-        with pytest.raises(ParameterError, match=message):
-            Source("a", values, np.array(covariance))
-    for sources, samples, message in (((A, A), 64, "no input may stand in two sources"), ((A,), 100, "a power of two")):
-        with pytest.raises(ParameterError, match=message):
-            variance_split(lambda v: (1.0,), sources, samples)

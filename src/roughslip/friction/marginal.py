@@ -9,6 +9,7 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import scipy  # its parts when they are used
 from scipy import special
 
 from roughslip.errors import ConvergenceError, IllPosedError
@@ -37,7 +38,7 @@ PROBABILITIES = (np.arange(_NODES) + 0.5) / _NODES
 _TRIALS = 12
 _LOG_SHAPES = np.linspace(math.log(SHAPES[0]), math.log(SHAPES[1]), _TRIALS)
 _DISTANCE_NODES = 1000
-_DIFFERENCE, _MOST_STEPS = 1e-7, 500  # of the slopes of the fit; a few tens of steps are enough
+_MOST_STEPS = 500
 
 PAPER_BETA = (2.1, 5.0)
 PAPER_MOMENTS = beta_moments(*PAPER_BETA)
@@ -65,9 +66,9 @@ def fit_beta(values: np.ndarray) -> BetaFit:
     values : (any shape) of the sample
 
     Least squares between empirical and Beta quantiles at 200 probabilities (j - 1/2) / 200. For given shapes the ends
-    follow from linear regression, so only log a and log b are searched: on a table, then by the method of Levenberg and
-    Marquardt within the bounds (SIAM J. Appl. Math. 11 (1963) 431) until no step of 1e-10 lowers the distance. Raises
-    IllPosedError where the values have no scatter, ConvergenceError where that takes too long.
+    follow from linear regression, so only log a and log b are searched: on a table, then by least squares (trust
+    region, steps below 1e-12). Raises IllPosedError where the values have no scatter, ConvergenceError where the least
+    squares do not end.
     """
     ascending = np.sort(finite("values", values), axis=None)
     if not ascending.size:
@@ -104,26 +105,12 @@ def _fitted(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
         model = (model - np.mean(model)) / np.std(model)
         return standard - np.mean(standard * model) * model
 
-    point, damping, moved = start, 1e-3, True
-    value = residual(point)
-    for _ in range(_MOST_STEPS):
-        if moved:
-            inwards = np.where(point > _LOG_SHAPES.mean(), -_DIFFERENCE, _DIFFERENCE)
-            slopes = np.array([(residual(point + each) - value) / each.sum() for each in np.diag(inwards)])
-            held = (np.abs(point - _LOG_SHAPES.mean()) >= np.ptp(_LOG_SHAPES) / 2.0) & (slopes @ value * inwards > 0.0)
-            slopes[held] = 0.0
-        normal = slopes @ slopes.T
-        step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)) + np.diag(held), -slopes @ value)
-        trial = np.clip(point + step, _LOG_SHAPES[0], _LOG_SHAPES[-1])
-        found = residual(trial)
-        moved = bool(found @ found < value @ value)
-        if moved:
-            point, value, damping = trial, found, damping / 10.0
-        elif np.max(np.abs(step)) < 1e-10:
-            return point
-        else:
-            damping *= 10.0
-    raise ConvergenceError("Beta fit: misfit of the quantiles; use more windows", float(value @ value), _MOST_STEPS)
+    bounds, nearly = (_LOG_SHAPES[0], _LOG_SHAPES[-1]), {"xtol": 1e-12, "ftol": 1e-15, "gtol": 1e-15}
+    start = np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6)
+    fit = scipy.optimize.least_squares(residual, start, bounds=bounds, max_nfev=_MOST_STEPS, **nearly)
+    if not fit.success:
+        raise ConvergenceError("Beta fit: gradient of the squared distance; use more windows", fit.optimality, fit.nfev)
+    return np.asarray(fit.x)
 
 
 def set_beta(

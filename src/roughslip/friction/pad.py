@@ -20,9 +20,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import product
 
 import numpy as np
+import scipy  # its parts when they are used
 from numpy.polynomial.legendre import legvander
 
 from roughslip.errors import IllPosedError
@@ -155,10 +155,9 @@ def influence_covariance(blocks: Blocks, counts: np.ndarray) -> np.ndarray:
     return _of_products(sums, blocks, counts)[:, : size // 2 if blocks.periodic else size]
 
 
-def adjacent_variance(blocks: Blocks, counts: np.ndarray, windows: int = 1) -> np.ndarray:
-    """Variance (1 + R,) [1/Pa^2] of the mean influence of windows one behind the other, as measured at every place."""
-    adjacent = windows * blocks.window
-    a, f = (window_sums(values, adjacent, 1) / adjacent for values in blocks.rows)
+def adjacent_variance(blocks: Blocks, counts: np.ndarray) -> np.ndarray:
+    """Variance (1 + R,) [1/Pa^2] of the mean influence of a window, as measured at every place."""
+    a, f = (window_sums(values, blocks.window, 1) / blocks.window for values in blocks.rows)
     squares = [np.mean(product, axis=1, keepdims=True) for product in (a * a, 2.0 * a * f, f * f)]
     return np.maximum(_of_products(squares, blocks, counts)[:, 0], 0.0)
 
@@ -188,25 +187,10 @@ def mehler_parts(covariance: np.ndarray, surface: Surface, block_m: float, width
     noise = np.sqrt(blocks - np.arange(blocks))  # C_g of a lag is known as from so many pairs
     q, r = np.linalg.qr(table * noise[:, None])
     seen = (covariance * noise) @ q
-    parts = non_negative(r, seen / (float(np.linalg.norm(seen[0])) or 1.0))
+    scale = float(np.linalg.norm(seen[0])) or 1.0
+    parts = np.array([scipy.optimize.nnls(r, row / scale)[0] for row in seen])
     parts[~parts.any(axis=1), -1] = 1.0
     return parts
-
-
-def non_negative(table: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Least squares of few unknowns >= 0 : (n, M), from a table (K, M) and right sides (n, K): the best of all subsets.
-
-    The solution is the plain one of the unknowns that are positive in it.
-    """
-    best, least = np.zeros((len(rows), table.shape[1])), np.sum(rows**2, axis=1)
-    for kept in product((False, True), repeat=table.shape[1]):
-        columns = np.flatnonzero(kept)
-        found = rows @ np.linalg.pinv(table[:, columns]).T
-        misfit = np.sum((rows - found @ table[:, columns].T) ** 2, axis=1)
-        better = (found >= 0.0).all(axis=1) & (misfit < least)
-        best[better], least = 0.0, np.where(better, misfit, least)
-        best[np.ix_(better, columns)] = found[better]
-    return best
 
 
 @lru_cache(maxsize=4)

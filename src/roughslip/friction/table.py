@@ -24,8 +24,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its parts when they are used
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
 from roughslip.friction.marginal import SET_WINDOWS, BetaFit, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.windows import (
@@ -118,12 +119,8 @@ def combine(
     none = {name: np.full_like(solved[name], np.nan) for name in BY_SOURCE}
     if expansion is None:
         return solved, none
-    (mu, valid), strips, windows = expansion, weights[0].shape[1], solved["autocorrelation"].shape[1]
+    (mu, valid), strips = expansion, weights[0].shape[1]
     others = len(mu) - strips
-    if windows != mu.shape[1] or others < 1:
-        raise ParameterError(
-            f"windows must be equal, and of more strips than are solved, not {(strips, windows)} and {mu.shape}"
-        )
     try:
         same = bootstrap(mu[:strips], valid[:strips], weights[0])
         alone = bootstrap(mu[strips:], valid[strips:], weights[1])
@@ -250,30 +247,8 @@ def curve_over_penetration(percentiles: np.ndarray, estimates: Sequence[Estimate
     percentiles : (L,) [%] of the levels, increasing, at least two
     estimates : L of (), which share their replicates
     """
-    return Estimate.from_rows(monotone_cubic(percentiles, np.stack([each.rows for each in estimates], axis=1), points))
-
-
-def monotone_cubic(x: np.ndarray, rows: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Cubics (n, points) through rows (n, K) at x : (K,), as those of `scipy.interpolate.PchipInterpolator`.
-
-    That needs all of `scipy.optimize`, whose import takes longer than these tables.
-    """
-    h, rise = np.diff(x), np.diff(rows, axis=1) / np.diff(x)
-    slopes = np.repeat(rise[:, :1], len(x), axis=1)
-    if len(x) > 2:
-        before, after, mean = rise[:, :-1], rise[:, 1:], 3.0 * (h[:-1] + h[1:])
-        weighed = (h[:-1] + 2.0 * h[1:]) * after + (2.0 * h[:-1] + h[1:]) * before
-        flat = np.zeros_like(before)
-        slopes[:, 1:-1] = np.divide(mean * before * after, weighed, out=flat, where=before * after > 0.0)
-        for end, far in ((0, 1), (-1, -2)):
-            own, next_one = rise[:, end], rise[:, far]
-            slope = own + (own - next_one) * h[end] / (h[end] + h[far])  # of the parabola through three
-            slope = np.where(slope * own > 0.0, slope, 0.0)
-            slopes[:, end] = np.where((own * next_one < 0.0) & (np.abs(slope) > 3.0 * np.abs(own)), 3.0 * own, slope)
-    k = np.clip(np.searchsorted(x, points, side="right") - 1, 0, len(h) - 1)
-    t, straight, first, last = (points - x[k]) / h[k], rise[:, k], slopes[:, k], slopes[:, k + 1]
-    bent = 3.0 * straight - 2.0 * first - last + t * (first + last - 2.0 * straight)
-    return np.asarray(rows[:, k] + h[k] * t * (first + t * bent))
+    rows = np.stack([each.rows for each in estimates], axis=1)
+    return Estimate.from_rows(scipy.interpolate.PchipInterpolator(percentiles, rows, axis=1)(points))
 
 
 def trend(percentiles: np.ndarray, estimates: Sequence[Estimate]) -> tuple[Estimate, Estimate]:

@@ -257,11 +257,7 @@ def variance_split(
 
 def _indices(of_a: np.ndarray, of_b: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and total indices (results, sources) from results (results, samples) and (sources, results, samples)."""
-    both = np.concatenate((of_a, of_b), axis=1)
-    variance, b = np.var(both, axis=1), of_b - np.mean(both, axis=1, keepdims=True)
-    first, total = np.mean(b * (mixed - of_a), axis=-1).T, 0.5 * np.mean((of_a - mixed) ** 2, axis=-1).T
-    scatters = (variance > 0.0)[:, None]
-    of_variance = (
-        np.divide(part, variance[:, None], out=np.zeros_like(part), where=scatters) for part in (first, total)
-    )
-    return next(of_variance), next(of_variance)
+    columns = {"f_A": of_a, "f_B": of_b, "f_AB": mixed}
+    indices = scipy.stats.sobol_indices(func=columns, n=of_a.shape[1])
+    shape = len(of_a), len(mixed)
+    return np.reshape(indices.first_order, shape), np.reshape(indices.total_order, shape)

@@ -20,6 +20,7 @@ from typing import Literal, get_args
 import numpy as np
 import scipy
 import scipy.sparse
+from numpy.polynomial.legendre import legvander
 from scipy.ndimage import binary_dilation, find_objects, label
 from scipy.sparse.linalg import spsolve
 
@@ -124,17 +125,9 @@ def remove_form(scan: Topography, form: Form) -> Topography:
     """
     if form not in get_args(Form):
         raise ParameterError(f"form {form!r} is not known: mean, plane or quadratic")
-    u = np.linspace(-1.0, 1.0, scan.grid.nx)
-    v = np.linspace(-1.0, 1.0, scan.grid.ny)
-    one_x, one_y = np.ones_like(u), np.ones_like(v)
-    terms = {
-        "mean": [(one_x, one_y)],
-        "plane": [(one_x, one_y), (u, one_y), (one_x, v)],
-        "quadratic": [
-            *[(one_x, one_y), (u, one_y), (one_x, v)],
-            *[(1.5 * u**2 - 0.5, one_y), (u, v), (one_x, 1.5 * v**2 - 0.5)],
-        ],
-    }[form]
+    degree = get_args(Form).index(form)
+    of_x, of_y = (legvander(np.linspace(-1.0, 1.0, n), degree).T for n in scan.grid.shape)
+    terms = [(p, of_y[j]) for i, p in enumerate(of_x) for j in range(degree + 1 - i)]
     weight = scan.measured.astype(np.float64)
     normal = np.array([[np.einsum("x,xy,y", p * r, weight, q * s) for r, s in terms] for p, q in terms])
     right = np.array([np.einsum("x,xy,y", p, weight * scan.heights, q) for p, q in terms])
@@ -171,29 +164,18 @@ def _filled(heights: np.ndarray, missing: np.ndarray, dx: float, dy: float) -> n
     Harmonic rather than biharmonic: holes lie next to steep flanks, where a biharmonic surface overshoots, while a
     harmonic one stays within the heights around the hole. Rather than nearest: no steps, which raise the spectrum.
     """
-    filled = np.where(missing, 0.0, heights)
-    holes = np.nonzero(missing.ravel())[0]
-    if len(holes) == 0:
+    filled, holes = np.where(missing, 0.0, heights), np.flatnonzero(missing)
+    if not holes.size:
         return filled
-    number = np.full(missing.size, -1)
-    number[holes] = np.arange(len(holes))
-    i, j = np.unravel_index(holes, missing.shape)
-    diagonal, right = np.zeros(len(holes)), np.zeros(len(holes))
-    rows, columns, values = [], [], []
-    for di, dj, weight in ((1, 0, dx**-2), (-1, 0, dx**-2), (0, 1, dy**-2), (0, -1, dy**-2)):
-        ni, nj = i + di, j + dj
-        here = np.nonzero((ni >= 0) & (ni < missing.shape[0]) & (nj >= 0) & (nj < missing.shape[1]))[0]
-        ni, nj = ni[here], nj[here]
-        diagonal[here] += weight
-        right[here] += weight * filled[ni, nj]  # zero where the neighbour is missing too
-        unknown = missing[ni, nj]
-        rows.append(here[unknown])
-        columns.append(number[ni[unknown] * missing.shape[1] + nj[unknown]])
-        values.append(np.full(unknown.sum(), -weight))
-    matrix = scipy.sparse.coo_matrix(
-        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(len(holes), len(holes))
-    )
-    filled[i, j] = spsolve((matrix + scipy.sparse.diags(diagonal)).tocsc(), right)
+    number, edges = np.arange(missing.size).reshape(missing.shape), []
+    for axis, step in enumerate((dx, dy)):
+        near = np.delete(missing, 0, axis) | np.delete(missing, -1, axis)
+        one, other = (np.delete(number, end, axis)[near] for end in (0, -1))
+        edges.append((np.full(one.size, step**-2), one, other))
+    weight, one, other = (np.concatenate(parts) for parts in zip(*edges, strict=True))
+    graph = scipy.sparse.coo_array((weight, (one, other)), shape=(missing.size, missing.size))
+    laplacian = scipy.sparse.csgraph.laplacian(graph, symmetrized=True).tocsr()[holes]
+    filled[missing] = spsolve(laplacian[:, holes].tocsc(), -(laplacian @ filled.ravel()))
     return filled
 
 

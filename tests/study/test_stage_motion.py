@@ -94,10 +94,10 @@ def test_the_cycle_without_scatter_is_that_of_eq_13(run, cycles, hardly):
 
 
 def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(hardly):
-    """A standard deviation of 1e-9 moves no count, and no place by more than the errors of steps, some 1e-4 of F."""
+    """A standard deviation of 1e-9 moves no count and no place by more than some 1e-8 of F."""
     plain = hardly["deterministic_cycles"]
     np.testing.assert_array_equal(hardly["cycles"], np.tile(plain, (8, 1)))
-    np.testing.assert_allclose(hardly["reattachment"], hardly["deterministic_reattachment"], atol=1e-4 * F)
+    np.testing.assert_allclose(hardly["reattachment"], hardly["deterministic_reattachment"], atol=1e-7 * F)
     period = float(hardly["deterministic_period"]) / (2 * np.pi)
     owners, events = np.unique(hardly["reattachment_realisation"], return_counts=True)
     np.testing.assert_array_equal(owners, range(8))
@@ -106,7 +106,7 @@ def test_an_ensemble_that_hardly_scatters_is_the_deterministic_run(hardly):
     assert np.all((last[:, :2] > 30 - period) & (last[:, :2] <= 30))
     np.testing.assert_array_equal(hardly["nominal_last_cycle"], last[:, 1])
     assert hardly["position"].shape == (2, len(hardly["time"]))
-    for name, close in (("position", 2e-3 * F), ("velocity", 2e-3 * F)):
+    for name, close in (("position", 1e-6 * F), ("velocity", 1e-5 * F)):
         np.testing.assert_allclose(hardly[name][0], hardly[f"deterministic_{name}"], atol=close)
 
 
@@ -300,11 +300,12 @@ def test_without_scatter_the_answer_is_the_limit_cycle_up_to_its_existence(answe
     (change,) = result["smallest_changes"]
     assert (change["parameter"], change["side"], change["aim"]) == ("damping", "above", "end")
     assert change["value"] == pytest.approx(EXISTENCE / 0.17 - 1, rel=4 * ACCURACY)
-    assert result["frequency"]["value"] == pytest.approx(316 / float(hardly["deterministic_period"]), rel=3e-4)
+    # some steps of a cycle err by the tolerance, 1e-5, one way
+    assert result["frequency"]["value"] == pytest.approx(316 / float(hardly["deterministic_period"]), rel=3e-5)
     belt = machine.oscillator_of(SimpleNamespace(**OSCILLATOR))
     drawn = trajectory(belt, LAW, None, 0.0, 10.0, MotionOptions(samples_per_period=4000))
     amplitude = 0.5 * np.ptp(drawn.position[20_000:])
-    assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= result["amplitude"]["value"] <= amplitude * (1 + 3e-4)
+    assert amplitude * (1 - 0.5 * (np.pi / 100) ** 2) <= result["amplitude"]["value"] <= amplitude * (1 + 1e-5)
     for name in ("amplitude", "frequency"):
         assert result[f"{name}_scatter"]["value"] < 1e-3 * result[name]["value"]
     assert [result[f"friction_{name}"]["value"] for name in ("mean", "deviation", "pad_deviation")] == [0.3, 1e-9, 1e-9]

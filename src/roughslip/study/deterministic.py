@@ -34,7 +34,6 @@ from roughslip.study.from_scene.machine import (
 )
 from roughslip.study.job import Job
 
-TOLERANCE = 1e-5  # of the motion without scatter, which is one run
 MISSED = 2.0  # factor between the windows of a scene and those of its load, above which it warns
 
 LIMITS = {
@@ -60,7 +59,6 @@ def without_scatter(scene: Scene, job: Job) -> dict[str, store.Variable]:
     """Return the limits in damping, the cycle at the scene's damping, and the counts over its list of dampings."""
     ensemble, statistics = scene.ensemble, job.optional("friction")
     friction, machine = friction_of(scene, statistics), machine_of(scene, statistics)
-    machine = replace(machine, options=replace(machine.options, tolerance=TOLERANCE))
     belt, law = machine.oscillator, machine.law
     limits, cycle = (np.nan, np.nan), None
     if belt.excitation_force_n == 0:

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import asdict
 from functools import partial
 from importlib import import_module
 from inspect import getattr_static
@@ -34,9 +35,7 @@ MU = np.random.default_rng(4).normal(0.3, 0.03, (12, 9))
 WEIGHTS = strip_weights(12, 50, np.random.default_rng(3))
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 # Classes that the package makes, and its bases; users read them.
-RESULTS = {
-    *("ContactSolution", "Motion", "Trajectory", "Estimate", "ScanStatistics", "Topography", "Covariance"),
-}
+RESULTS = {*("ContactSolution", "Motion", "Trajectory", "Estimate", "ScanStatistics", "Topography", "Covariance")}
 # Methods that the package calls: of solvers, also in single precision, of fits, and of laws from scenes.
 INNER = {"apply", "of_fit", "profile", "transform", "check_not_negative", "from_scene", "steeper_than", "from_rows"}
 INNER |= {"of_distance", "of_scale", "slopes_by_lines"}
@@ -142,15 +141,7 @@ def test_pictures_without_matplotlib_name_what_installs_it():
     assert "pip install 'roughslip[plot]'" in done.stderr
 
 
-OF_BELT = {
-    "mass_kg": 1.0,
-    "natural_frequency_rad_per_s": 316.0,
-    "damping_ratio": 0.17,
-    "belt_velocity_m_per_s": 0.948,
-    "normal_force_n": 2500.0,
-    "excitation_force_n": 1.0,
-    "excitation_frequency_rad_per_s": 316.0,
-}
+OF_BELT = asdict(BELT) | {"excitation_force_n": 1.0, "excitation_frequency_rad_per_s": 316.0}
 BETA = BetaDistribution(2.1, 5.0, 0.2, 0.6)
 HEIGHTS, POINTS = 1e-9 * np.arange(48.0).reshape(GRID.shape), np.random.default_rng(1).uniform(-1, 1, (60, 2))
 GOOD = {

@@ -13,15 +13,7 @@ from scipy.special import bdtr, ndtr, ndtri
 from roughslip.errors import IllPosedError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import Source, interval_margin, student_95, variance_split, wilson_interval
-from roughslip.probability.search import (
-    ACCURACY,
-    COARSE,
-    START,
-    LevelSearch,
-    central_counts,
-    first_change,
-    lattice_map,
-)
+from roughslip.probability.search import ACCURACY, COARSE, START, LevelSearch, central_counts, first_change, lattice_map
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
 LOW, HIGH = np.quantile(ROWS[1:], (0.025, 0.975), axis=0)

@@ -107,11 +107,7 @@ def spectrum(covariance: Covariance, grid: Grid) -> tuple[np.ndarray, np.ndarray
 
 
 def judge_modes(
-    trial: Trial,
-    matrix: np.ndarray,
-    exact: np.ndarray,
-    eigenvalues: np.ndarray,
-    vectors: np.ndarray,
+    trial: Trial, matrix: np.ndarray, exact: np.ndarray, eigenvalues: np.ndarray, vectors: np.ndarray
 ) -> None:
     """Check eigenvalues (M,) [-] over Sq^2, their vectors (M, nx ny) of unit norm."""
     largest, count = exact[0], len(eigenvalues)

@@ -203,9 +203,6 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     assert len(content.all("polyline")) == 6
     levels = [int(tag[1]) for tag, _ in content.elements if re.fullmatch("h[1-6]", tag)]
     assert all(after <= before + 1 for before, after in pairwise(levels))
-    assert "What is worth measuring" not in texts(machine_scene())
-    other = texts(scene(name="paper", answer=MACHINE | {"summary": []}, configuration=OSCILLATOR))
-    assert "Figures behind the answer" not in other
     refused = texts(scene(answer={"given": False, "summary": ["Stick-slip: no answer, because <it>."]}))
     assert "Stick-slip: no answer, because <it>." in refused
 

@@ -21,18 +21,8 @@ from tests.study.conftest import KEY, OSCILLATOR, changed
 
 SCATTER = {"standard_deviation": 1e-9, "correlation_length_m": 2.5e-4}
 DAMPINGS = [0.1, 0.17, 0.34]
-ENSEMBLE = {
-    "realisations": 8,
-    "duration_periods": 30,
-    "damping_ratios": DAMPINGS,
-    "nodes_per_correlation_length": 8,
-}
-SCENE = {
-    "seed": 7,
-    "friction": {"mean": 0.3, "statistics": SCATTER},
-    "oscillator": OSCILLATOR,
-    "ensemble": ENSEMBLE,
-}
+ENSEMBLE = {"realisations": 8, "duration_periods": 30, "damping_ratios": DAMPINGS, "nodes_per_correlation_length": 8}
+SCENE = {"seed": 7, "friction": {"mean": 0.3, "statistics": SCATTER}, "oscillator": OSCILLATOR, "ensemble": ENSEMBLE}
 V, F = 0.003, 2500 / 316**2  # m
 EXISTENCE = 0.324424  # of eq. (13) with the paper's numbers
 LAW = StribeckLaw(fit=0.3)

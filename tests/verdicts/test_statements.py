@@ -69,11 +69,9 @@ def friction():
     ):
         ones = np.ones(LEVELS)
         table |= with_interval(name, value * ones, (value - half) * ones, (value + half) * ones)
-    table["misfit_triangle"] = np.full(LEVELS, 3e-4)
     table |= {"length_name": np.array(LENGTHS), "triangle_length": np.full(3, 3e-4)}
-    for name in ("beta_a", "beta_b"):
-        table[name] = np.full(LEVELS, 2.0)
-    table["beta_at_bound"] = np.zeros(LEVELS, dtype=np.int8)
+    table |= {"misfit_triangle": np.full(LEVELS, 3e-4), "beta_at_bound": np.zeros(LEVELS, dtype=np.int8)}
+    table |= {name: np.full(LEVELS, 2.0) for name in ("beta_a", "beta_b")}
     for name in ("mean", "std", "variation"):
         table |= with_interval(f"combined_{name}", [0.3, 0.2, 0.1], [0.29, 0.19, 0.09], [0.31, 0.21, 0.11])
         table |= with_interval(f"trend_combined_{name}_change", -0.2, -0.3, -0.1)

@@ -50,11 +50,6 @@ class SineWave:
         """Height over the mean plane of the loaded surface, D (1 - s + s ln s)."""
         return self.amplitude * (1 - self.load + self.load * math.log(self.load))
 
-    @property
-    def energy(self) -> float:
-        """Per nominal area, the integral of p d(-plane): p* D (s^2 / 4 - s^2 ln(s) / 2)."""
-        return self.full_pressure * self.amplitude * self.load**2 * (0.25 - 0.5 * math.log(self.load))
-
     def heights(self, x: np.ndarray) -> np.ndarray:
         return self.amplitude * np.cos(2 * np.pi * x / self.wavelength)
 

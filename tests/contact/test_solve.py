@@ -3,7 +3,6 @@
 Solves and sweeps: work, and changes that must not change a solution.
 """
 
-import importlib
 import math
 
 import numpy as np
@@ -20,7 +19,6 @@ from roughslip.contact.solve import solve, sweep
 from roughslip.errors import ConvergenceError
 from roughslip.grid import Grid
 
-solve_module = importlib.import_module("roughslip.contact.solve")  # the package exports its function
 LARGE = Grid(48, 48, 1.0, 1.0)
 
 
@@ -186,20 +184,6 @@ def test_median_of_a_rough_square_in_few_products(surface) -> None:
 
 
 TOLERANCE = 1e-12
-
-
-@pytest.mark.parametrize("share", [0.3, 1.0, 4.0])
-def test_start_of_a_sweep_has_its_displacement(surface, share: float) -> None:
-    """No pressure falls as the plane descends, so the extrapolation is not negative and B p is extrapolated with it."""
-    influence = Influence(Grid(48, 40, 1.0, 0.8), 1.0)
-    heights = surface((48, 40), 5.0, 5)
-    above = sweep(influence, heights, [0.0, -0.5], TOLERANCE)
-    start = solve_module._extrapolated(above, heights + 0.5 + 0.5 * share, -0.5 - 0.5 * share)
-    assert start[1] is not None
-    lifted = influence.apply(start[0])
-    np.testing.assert_allclose(start[1], lifted, rtol=0, atol=1e-13 * lifted.max())
-    start = solve_module._extrapolated(above[::-1], heights, 0.0)  # upwards pressures reach zero, and B p is not known
-    np.testing.assert_allclose(start[0], above[0].pressure, rtol=0, atol=1e-14)
 
 
 def test_order_of_planes(surface) -> None:

@@ -106,15 +106,6 @@ def test_a_change_leaves_all_other_parts_of_the_machine_alone(name):
     assert parts(other) == pytest.approx(expected, rel=1e-14)
 
 
-def test_mass_and_stiffness_in_proportion_scale_the_damping_ratio_alone():
-    """omega stays and D falls as 1 / m, for d stays; a damping ratio given with them holds as it is."""
-    both = {"mass": 4.0, "stiffness": 4 * 316.0**2}
-    scaled = OWN.changed(both).oscillator
-    assert scaled.natural_frequency_rad_per_s == pytest.approx(316, rel=1e-14)
-    assert scaled.damping_ratio == pytest.approx(0.17 / 4, rel=1e-14)
-    assert OWN.changed(both | {"damping": 0.2}).oscillator.damping_ratio == 0.2
-
-
 def test_friction_of_a_pad_and_of_kinds_of_scatter():
     """n windows scatter less by sqrt(n); scatter that multiplies is over the mean, and the motion knows its kind."""
     window = Machine(BELT, LAW, Friction(0.3, 0.06, LENGTH)).changed({"windows": 16.2})

@@ -16,15 +16,15 @@ from roughslip.chaos.centre_distribution import (
     Reference,
     between,
     changes_by_refits,
-    cumulative_given_contact,
     distance,
-    draw,
     drawn_rows,
     expanded_rows,
     fit_equation,
     given_rows,
+    in_contact,
     resolved_by_designs,
     sampled_rows,
+    share_up_to,
 )
 from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.errors import IllPosedError
@@ -34,7 +34,7 @@ from roughslip.probability.estimate import NORMAL_95
 def test_cumulative_counts_positive_pressures_at_most_each_level():
     pressure = np.array([[0.0, 3.0, 1.0], [0.0, 3.0, np.inf]])
     levels = np.array([0.0, 0.5, 1.0, 2.9, 3.0, 1e300])
-    assert np.array_equal(cumulative_given_contact(pressure, levels), [0, 0, 0.25, 0.25, 0.75, 0.75])
+    assert np.array_equal(share_up_to(in_contact(pressure), levels), [0, 0, 0.25, 0.25, 0.75, 0.75])
 
 
 TRUTH = np.array([-2e7, 4e7, 1e7, 5e6, 0.0, 3e6])
@@ -53,7 +53,7 @@ def test_an_equation_is_fitted_to_each_design_in_contact_and_drawn_at_the_same_v
     eight = fit_equation(xi, pressures, 2, logarithm=False)
     for fit in eight.fits:
         np.testing.assert_allclose(fit.coefficients, TRUTH, atol=1e-6)
-    drawn = draw({"eight": eight}, [3])["eight"]
+    drawn = eight.draw([3])
     assert drawn.shape == (2, BLOCKS * BLOCK)
     np.testing.assert_allclose(drawn[0], drawn[1], atol=1e-3)
     block = np.random.default_rng([3, 1]).standard_normal((BLOCK, 2))

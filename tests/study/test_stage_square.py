@@ -8,7 +8,7 @@ from scipy.special import ndtri
 from scipy.stats import norm
 
 from roughslip.chaos import centre_distribution
-from roughslip.chaos.centre_distribution import cumulative_given_contact
+from roughslip.chaos.centre_distribution import in_contact, share_up_to
 from roughslip.chaos.hermite import even_terms, multi_indices, terms_at
 from roughslip.chaos.variables import latin_hypercube
 from roughslip.contact.influence import Influence
@@ -185,8 +185,8 @@ def test_expansions_that_are_exact_have_no_error(distributions, modes, variables
     assert list(distributions["method"]) == ["monte_carlo", "latin_hypercube", "equation_8", "equation_9", "roughslip"]
     assert np.all(distributions["fit_leave_one_out"][[0, 2]] < 1e-20)
     assert distributions["fit_leave_one_out"][1] > 1e-6
-    in_contact = trial_pressure(np.concatenate(HYPERCUBES), variables[0]) > 0
-    np.testing.assert_array_equal(distributions["fit_samples"], [*[np.sum(in_contact[:4000])] * 2, 800])
+    touches = trial_pressure(np.concatenate(HYPERCUBES), variables[0]) > 0
+    np.testing.assert_array_equal(distributions["fit_samples"], [*[np.sum(touches[:4000])] * 2, 800])
     height = modes["modes"][:, 2, 2]
     np.testing.assert_allclose(variables[0, 0], height / np.linalg.norm(height), atol=1e-12)
     rows = np.concatenate([TRAINING @ one.T for one in variables])
@@ -208,8 +208,8 @@ def test_distributions_are_those_of_a_cut_normal(distributions, expanded, variab
         share, low, high = (distributions[f"contact_probability{end}"][row] for end in ("", "_low", "_high"))
         assert share == pytest.approx(PROBABILITY, abs=2 / math.sqrt(count))
         assert low <= share <= high
-    in_contact = trial_pressure(np.concatenate(HYPERCUBES), variables[0]) > 0
-    np.testing.assert_allclose(distributions["contact_probability"][1:4], np.mean(in_contact), atol=1e-12)
+    touches = trial_pressure(np.concatenate(HYPERCUBES), variables[0]) > 0
+    np.testing.assert_allclose(distributions["contact_probability"][1:4], np.mean(touches), atol=1e-12)
     assert distributions["distance"][0] == 0.0
     limit = 1.63 * math.sqrt(1 / (SURFACES * PROBABILITY) + 1 / (DRAWS * PROBABILITY))
     assert np.all(distributions["distance_in_contact"][[2, 4]] < limit)
@@ -235,9 +235,9 @@ def test_equations_given_contact_are_those_of_a_direct_sample_given_contact(dist
     known = design_of(MONTE_CARLO, samples=SURFACES, modes=MODES) @ variables[0].T
     known = known[MEAN + SCATTER * known @ RESPONSE > 0]
     assert distributions["given_surfaces"] == len(known)
-    for row, truth in enumerate((exact, cumulative_given_contact(direct, levels))):
+    for row, truth in enumerate((exact, share_up_to(in_contact(direct), levels))):
         np.testing.assert_allclose(distributions["given_cumulative"][row], truth, atol=1.63 / math.sqrt(len(known)))
-    true = np.max(np.abs(cumulative_given_contact(direct, levels) - exact))
+    true = np.max(np.abs(share_up_to(in_contact(direct), levels) - exact))
     assert distributions["given_distance_low"][1] - 0.01 <= true <= distributions["given_distance_high"][1] + 0.01
     assert distributions["given_between_low"] <= true + 0.01
     assert distributions["given_distance"][0] < distributions["given_distance_high"][0] < 0.1

@@ -137,18 +137,6 @@ def test_isotropic_spectra_are_hankel_transforms(kind):
         assert covariance.spectrum(q) == pytest.approx(2 * np.pi * transform, abs=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["gaussian", "matern"])
-def test_spectra_turn_with_the_lay(kind):
-    """The sum of C exp(-i q.x) over a fine mesh: exact for the Gaussian; cusps and aliases leave of order (h/l)^2."""
-    covariance = model_of(kind, 1.0, 1.5, 0.8, lay_rad=0.4)
-    h = 0.05
-    x = np.arange(-12.0, 12.0 + h / 2, h)
-    lags = covariance(x[:, None], x[None, :])
-    for qx, qy in ((0.0, 0.0), (1.0, 0.3), (-0.5, 1.2)):
-        total = h**2 * np.cos(qx * x[:, None] + qy * x[None, :]).ravel() @ lags.ravel()
-        assert covariance.spectrum(qx, qy) == pytest.approx(total, rel=1e-9 if kind == "gaussian" else 5e-3)
-
-
 @pytest.mark.parametrize("kind", MODELS)
 def test_separable_and_mirror_symmetric_are_what_the_values_say(kind):
     x = np.linspace(-3.0, 3.0, 7)

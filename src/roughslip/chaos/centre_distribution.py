@@ -38,19 +38,8 @@ NOTHING = (np.nan, np.nan, np.nan)
 Row = tuple[Any, Any, Any]  # value, low, high
 
 
-def cumulative_given_contact(pressure: np.ndarray, levels: np.ndarray) -> np.ndarray:
-    """Distribution of the pressure given contact.
-
-    pressure : (...) [Pa] samples, zero out of contact
-    levels : (n,) [Pa]
-
-    Returns F : (n,) [-] share of the positive pressures up to each level. Raises ParameterError for NaN, IllPosedError
-    where no sample is in contact.
-    """
-    return _share_up_to(in_contact(pressure), levels)
-
-
-def _share_up_to(contact: np.ndarray, levels: np.ndarray) -> np.ndarray:
+def share_up_to(contact: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """F : (n,) [-] share of pressures : (K,) [Pa], ascending, up to each level : (n,) [Pa]."""
     return np.searchsorted(contact, levels, side="right") / len(contact)
 
 
@@ -59,8 +48,7 @@ def quantile_levels(pressure: np.ndarray) -> np.ndarray:
 
     pressure : (...) [Pa] samples, finite, zero out of contact
 
-    Returns levels : [Pa] ascending quantiles of the positive pressures, from 1e-4 to 1 - 1e-4. Raises as
-    `cumulative_given_contact`.
+    Returns levels : [Pa] ascending quantiles of the positive pressures, from 1e-4 to 1 - 1e-4. Raises as `in_contact`.
     """
     tail = np.geomspace(1e-4, 0.5, 120)
     probabilities = np.concatenate([tail, 1.0 - tail[::-1]])
@@ -68,7 +56,10 @@ def quantile_levels(pressure: np.ndarray) -> np.ndarray:
 
 
 def in_contact(pressure: np.ndarray) -> np.ndarray:
-    """Positive pressures : (K,) [Pa] ascending; an infinite one, of a poor fit of eq. (9), exceeds every level."""
+    """Positive pressures : (K,) [Pa] ascending; an infinite one, of a poor fit of eq. (9), exceeds every level.
+
+    Raises ParameterError for NaN, IllPosedError where no sample is in contact.
+    """
     if np.isnan(pressure).any():
         raise ParameterError("pressures must not be NaN")
     positive = pressure[pressure > 0]
@@ -95,26 +86,16 @@ class Equation:
 
     def pressure(self, variables: np.ndarray) -> np.ndarray:
         """p : (designs, n) [Pa] at variables : (n, v)."""
-        return self.at(terms_at(variables, self.indices))
-
-    def at(self, basis: np.ndarray) -> np.ndarray:
-        """The same at the terms : (n, P) of the variables."""
-        values = np.stack([fit.coefficients for fit in self.fits]) @ basis.T
+        values = np.stack([fit.coefficients for fit in self.fits]) @ terms_at(variables, self.indices).T
         if self.logarithm:
             return np.asarray(np.exp(np.clip(values, -LARGEST_LOGARITHM, LARGEST_LOGARITHM)))
         return np.maximum(values, 0.0)
 
-
-def draw(equations: Mapping[str, Equation], seed: list[int]) -> dict[str, np.ndarray]:
-    """p : (designs, BLOCKS BLOCK) [Pa] of equations with the same terms, at the same independent draws."""
-    blocks: dict[str, list[np.ndarray]] = {name: [] for name in equations}
-    for number in range(BLOCKS if equations else 0):
-        indices = next(iter(equations.values())).indices
-        draws = np.random.default_rng([*seed, number]).standard_normal((BLOCK, indices.shape[1]))
-        basis = terms_at(draws, indices)
-        for name, equation in equations.items():
-            blocks[name].append(equation.at(basis))
-    return {name: np.concatenate(parts, axis=1) for name, parts in blocks.items()}
+    def draw(self, seed: list[int]) -> np.ndarray:
+        """p : (designs, BLOCKS BLOCK) [Pa] at independent draws of the variables, the same for every equation."""
+        shape = BLOCK, self.indices.shape[1]
+        draws = (np.random.default_rng([*seed, number]).standard_normal(shape) for number in range(BLOCKS))
+        return np.concatenate([self.pressure(block) for block in draws], axis=1)
 
 
 def fit_equation(
@@ -185,7 +166,7 @@ class Reference:
     @cached_property
     def cumulative(self) -> np.ndarray:
         """Distribution given contact at the levels."""
-        return _share_up_to(self.in_contact, self.levels)
+        return share_up_to(self.in_contact, self.levels)
 
     @cached_property
     def in_contact(self) -> np.ndarray:
@@ -224,7 +205,7 @@ def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -
     share = float(np.mean(pressure > 0))
     contacts = share * independent
     contact = in_contact(pressure)
-    curve = _share_up_to(contact, reference.levels)
+    curve = share_up_to(contact, reference.levels)
     band = wilson_interval(curve * contacts, contacts)
     probability = wilson_interval(contacts, independent)
     apart = distance(contact, reference.in_contact)
@@ -250,7 +231,7 @@ def expanded_rows(
     """
     moved, share_error = changes_by_refits(expansion, edges, seed, reference.levels)
     contact, share = in_contact(pressure), float(np.mean(pressure > 0))
-    curve = _share_up_to(contact, reference.levels)
+    curve = share_up_to(contact, reference.levels)
     curves = np.clip(curve + moved, 0.0, 1.0)
     apart, tail = distance(contact, reference.in_contact), reference.tail_error(curve, reference.cumulative)
     error = NORMAL_95 / np.sqrt(reference.contacts)
@@ -277,7 +258,7 @@ def changes_by_refits(
     """
     drawn = expansion.draw(np.random.default_rng(seed), BLOCKS * BLOCK, left_out=True)
     pressures = np.stack([edges.without(group).apply(row) for group, row in enumerate(drawn[1:])])
-    curves = np.stack([cumulative_given_contact(pressure, levels) for pressure in pressures])
+    curves = np.stack([share_up_to(in_contact(pressure), levels) for pressure in pressures])
     multipliers = np.random.default_rng([*seed, BLOCKS]).standard_normal((REPLICATES, len(pressures)))
     shares = jackknife_deviations(np.mean(pressures > 0, axis=1))
     return multipliers @ jackknife_deviations(curves), float(np.sqrt(np.sum(shares**2)))
@@ -291,7 +272,7 @@ def drawn_rows(contacts: Sequence[np.ndarray], reference: Reference) -> dict[str
     Distances are means over the designs, with Student's interval of their scatter and the error of the reference. The
     distribution is that of the first design, its band reaches over all.
     """
-    curves = np.array([_share_up_to(contact, reference.levels) for contact in contacts])
+    curves = np.array([share_up_to(contact, reference.levels) for contact in contacts])
     error = NORMAL_95 / np.sqrt(reference.contacts)
     tails = np.array([reference.tail_error(curve, reference.cumulative) for curve in curves])
     distances = np.array([distance(contact, reference.in_contact) for contact in contacts])
@@ -311,10 +292,10 @@ def given_rows(
     designs : (samples,) [Pa] that were fitted, of each design
     tail_from : least of the low probabilities, from `resolved_by_designs`
     """
-    curves = np.array([_share_up_to(contact, solved.levels) for contact in contacts])
+    curves = np.array([share_up_to(contact, solved.levels) for contact in contacts])
     ratios = []
     for curve, design in zip(curves, designs, strict=True):
-        sampled = cumulative_given_contact(design, solved.levels)
+        sampled = share_up_to(in_contact(design), solved.levels)
         low = (sampled >= tail_from) & (sampled <= TAIL[1])
         ratio = np.log10(np.maximum(curve[low], 0.5 / surfaces) / sampled[low])
         ratios.append(np.max(np.abs(ratio), initial=0.0) if low.any() else np.nan)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its parts when they are used
 
 from roughslip.chaos.regression import MORE_CONTACT
 from roughslip.errors import IllPosedError
@@ -37,15 +38,13 @@ class ResidualScatter:
     Draws from this distribution keep the width and the contact probability of the pressure. The positive part of the
     prediction alone would not: some nodes predicted apart from the plane touch it, and the reverse.
 
-    coefficients : of m(s), a cubic regression spline in the functions of `_cubic`
-    knots : (SPLINE_PIECES - 1,) between its pieces, in shares of the range of the fitted predictions
-    low, high : ends of that range, outside which m(s) is a straight line
+    mean : m(s), a cubic regression spline
+    low, high : range of the fitted predictions, outside which m(s) is a straight line
     places : (PLACES,) s, ascending
     quantiles : (PLACES, QUANTILES) of e at each
     """
 
-    coefficients: np.ndarray
-    knots: np.ndarray
+    mean: scipy.interpolate.BSpline
     low: float
     high: float
     places: np.ndarray
@@ -53,16 +52,8 @@ class ResidualScatter:
 
     def centre(self, predicted: np.ndarray) -> np.ndarray:
         """m(s) : (...) at predictions : (...)."""
-        share = (np.asarray(predicted) - self.low) / (self.high - self.low)
-        inside = np.clip(share, 0.0, 1.0)
-        mean = np.tensordot(self.coefficients, _cubic(inside, self.knots), 1)
-        return np.asarray(mean + self.slopes[1 * (share > 0)] * (share - inside))
-
-    @property
-    def slopes(self) -> np.ndarray:
-        """m'(s) : (2,) at the ends of the range, times its length."""
-        c, rest = self.coefficients, self.coefficients[4:]
-        return np.array([c[1], c[1] + 2 * c[2] + 3 * c[3] + 3 * rest @ (1.0 - self.knots) ** 2])
+        inside, ends = np.clip(predicted, self.low, self.high), self.mean.derivative()([self.low, self.high])
+        return np.asarray(self.mean(inside) + ends[1 * (predicted > self.low)] * (predicted - inside))
 
     def draw(self, predicted: np.ndarray, uniform: np.ndarray) -> np.ndarray:
         """A target : (...) for each prediction : (...), at the quantile uniform : (...) in [0, 1).
@@ -118,21 +109,12 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
             f"at least one in {SPLINE_PIECES} predictions are alike, so the expansion explains too little: take more "
             "variables or a higher degree; scene key: expansion.degree"
         )
-    inner = (knots[1:-1] - s[0]) / (s[-1] - s[0])
-    design = _cubic((s - s[0]) / (s[-1] - s[0]), inner)
-    coefficients = np.linalg.lstsq(design.T, t, rcond=None)[0]
-    residual = t - coefficients @ design
+    mean = scipy.interpolate.make_lsq_spline(s, t, np.concatenate([knots[:1].repeat(3), knots, knots[-1:].repeat(3)]))
+    residual = t - mean(s)
     n = len(s)
     window = min(n, max(LEAST_NEIGHBOURS, round(NEIGHBOURS * n)))
     middle = (np.arange(PLACES) + 0.5) / PLACES * n
     first = np.clip(middle.astype(np.int64) - window // 2, 0, n - window)
     windows = residual[first[:, None] + np.arange(window)]
     quantiles = np.quantile(windows, np.linspace(0, 1, QUANTILES), axis=1).T
-    return ResidualScatter(coefficients, inner, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)
-
-
-def _cubic(share: np.ndarray, knots: np.ndarray) -> np.ndarray:
-    """1, x, x^2, x^3 and max(x - knot, 0)^3 : (4 + knots, ...) at places x : (...) in [0, 1]."""
-    beyond = np.maximum(-np.subtract.outer(knots, share), 0.0)
-    powers = np.stack([np.ones_like(share), share, share * share, share * share * share])
-    return np.concatenate([powers, beyond * beyond * beyond])
+    return ResidualScatter(mean, float(s[0]), float(s[-1]), s[middle.astype(np.int64)], quantiles)

@@ -19,7 +19,7 @@ from roughslip.chaos.regression import Regression
 from roughslip.chaos.scatter import lowest_in_contact, residual_scatter
 from roughslip.chaos.variables import HALF_TURN, NO_SYMMETRY, Stencil, local_functionals, whitening
 from roughslip.compilation.cache import compiled
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError
 from roughslip.results import described, result
 from roughslip.validation import finite
 
@@ -80,12 +80,12 @@ def fit_strip(
         are left out one by one. Neighbours are correlated, so the share that is missed is then too small
 
     Returns the expansion; (ny, levels) [-] the share of the variance that predictions of left-out samples miss; and
-    (levels, K, ny) [target] these predictions. Raises ParameterError for a single strip, IllPosedError as the whitening
-    and the regression.
+    (levels, K, ny) [target] these predictions. Raises IllPosedError as the whitening and the
+    regression.
     """
     nodes, rows, variables = functionals.shape
     levels = target_values.shape[2]
-    group = None if strip is None else _groups(strip)
+    group = None if strip is None else np.unique(strip, return_inverse=True)[1] % GROUPS
     order = slice(None) if group is None else np.argsort(group, kind="stable")  # groups in one piece are not copied
     functionals, target_values, group = (
         functionals[order],
@@ -113,17 +113,6 @@ def fit_strip(
             coefficients[row, :, level], missed[row, level] = fit.coefficients, fit.leave_one_out
             predicted[level, order, row] = fit.predicted
     return StripExpansion(indices, whiten, coefficients, stencil, target), missed, predicted
-
-
-def _groups(strip: np.ndarray) -> np.ndarray:
-    """Number : (K,) of the group of strips of each node."""
-    number, strips = np.unique(strip, return_inverse=True)[1], len(np.unique(strip))
-    if strips < 2:
-        raise ParameterError(
-            f"at least two training strips are needed to leave strips out, not {strips}: train with more; scene key: "
-            "strip.training_samples"
-        )
-    return np.asarray(number % min(GROUPS, strips))
 
 
 def turned_to_half(functionals: np.ndarray, target_values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

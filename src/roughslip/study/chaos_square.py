@@ -14,9 +14,7 @@ from roughslip.chaos.centre_distribution import (
     Reference,
     Row,
     between,
-    cumulative_given_contact,
     distance,
-    draw,
     drawn_rows,
     expanded_rows,
     fit_equation,
@@ -25,6 +23,7 @@ from roughslip.chaos.centre_distribution import (
     quantile_levels,
     resolved_by_designs,
     sampled_rows,
+    share_up_to,
 )
 from roughslip.chaos.local import LocalExpansion, SolvedSurfaces, fit_local
 from roughslip.errors import IllPosedError
@@ -99,7 +98,7 @@ def work(scene: Scene, job: Job) -> None:
         "monte_carlo": sampled_rows(nodes.ravel(), len(nodes), reference),
         "latin_hypercube": sampled_rows(sampled, len(sampled), reference),
     }
-    drawn = draw(equations, drawing)
+    drawn = {name: equation.draw(drawing) for name, equation in equations.items()}
     contacts = {name: [*map(in_contact, pressures)] for name, pressures in drawn.items()}
     for name in EQUATIONS:
         rows[name] = {"contact_probability": rows["latin_hypercube"]["contact_probability"]}
@@ -201,7 +200,7 @@ def given_contact(
     in_contacts = {name: [*map(in_contact, each)] for name, each in pressures.items()}
     tail_from = resolved_by_designs(designs)
     rows = {name: given_rows(each, len(known), designs, solved, tail_from) for name, each in in_contacts.items()}
-    contacts, curve = int(np.count_nonzero(designs[0])), cumulative_given_contact(designs[0], solved.levels)
+    contacts, curve = int(np.count_nonzero(designs[0])), share_up_to(in_contact(designs[0]), solved.levels)
     values = {
         f"given_{name}": in_order(rows, EQUATIONS, name, len(solved.levels))
         for name in ("cumulative", "distance", "tail_error_of_design")

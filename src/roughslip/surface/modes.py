@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -32,6 +31,7 @@ MOST_ROUNDS = 20  # of searches for missing modes
 FEWER = "ask for fewer, or take a longer correlation length; scene keys: square.modes, roughness.correlation_length_m"
 
 Operator = Callable[[np.ndarray], np.ndarray]
+Pairs = tuple[np.ndarray, np.ndarray]  # eigenvalues : (M,) and vectors : (M, nx ny)
 
 
 @result
@@ -47,20 +47,11 @@ class KarhunenLoeve:
         "share of the variance of the nodes, summed over the mesh, that the modes carry"
     )
 
-    def variance(self) -> np.ndarray:
-        """Var z : (nx, ny) [m^2]; a truncated expansion is not stationary, so it differs from node to node."""
-        return np.sum(self.modes**2, axis=0)
-
     @gate
     def captured_at(self, node: tuple[int, int]) -> float:
         """Share [-] of the variance of one node, such as `grid.centre` or the corner (0, 0), that the modes carry."""
         whole = self.eigenvalues.sum() / (self.captured_variance * self.grid.size)
         return float(np.sum(self.modes[:, node[0], node[1]] ** 2) / whole)
-
-
-class _Pairs(NamedTuple):
-    values: np.ndarray  # (M,) [m^2] descending
-    vectors: np.ndarray  # (M, nx ny)
 
 
 def heights(modes: np.ndarray, xi: np.ndarray) -> np.ndarray:
@@ -104,9 +95,9 @@ def karhunen_loeve(covariance: StationaryCovariance, grid: Grid, order: int) -> 
         raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
     most = grid.size // LANCZOS_SHARE
     if covariance.separable and max(grid.shape) <= DENSE_NODES:
-        pairs = _kronecker_modes(covariance, grid, order)
+        values, vectors = _kronecker_modes(covariance, grid, order)
     elif grid.size <= DENSE_NODES or (order > most and grid.size <= MOST_DENSE_NODES):
-        pairs = _dense_modes(covariance, grid, order)
+        values, vectors = _dense_modes(covariance, grid, order)
     elif order > most:
         raise IllPosedError(
             f"{order} are more than a quarter of the {grid.size} modes of the mesh: sample by circulant embedding, or "
@@ -114,47 +105,35 @@ def karhunen_loeve(covariance: StationaryCovariance, grid: Grid, order: int) -> 
         )
     else:
         values, vectors = leading_modes(covariance, grid, order)
-        pairs = _Pairs(covariance.rms_height_m**2 * values, vectors)
     # rounding leaves the tail of a smooth kernel slightly negative
-    eigenvalues = np.maximum(pairs.values, 0.0)
-    largest = np.argmax(np.abs(np.round(pairs.vectors, 9)), axis=1)
-    signs = np.sign(pairs.vectors[np.arange(len(largest)), largest])
-    modes = pairs.vectors
-    modes *= signs[:, None]
-    modes *= np.sqrt(eigenvalues)[:, None]
+    eigenvalues = np.maximum(covariance.rms_height_m**2 * values, 0.0)
+    largest = np.argmax(np.abs(np.round(vectors, 9)), axis=1)
+    vectors *= np.sign(vectors[np.arange(len(largest)), largest])[:, None]
+    vectors *= np.sqrt(eigenvalues)[:, None]
     captured = float(eigenvalues.sum() / (grid.size * covariance.rms_height_m**2))
-    return KarhunenLoeve(grid, eigenvalues, modes.reshape(-1, *grid.shape), captured)
+    return KarhunenLoeve(grid, eigenvalues, vectors.reshape(-1, *grid.shape), captured)
 
 
-def _kronecker_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _Pairs:
-    """Products of the modes of two lines."""
-    lines = Grid(grid.nx, 1, grid.dx, grid.dy), Grid(1, grid.ny, grid.dx, grid.dy)
-    x, y = (_line_modes(covariance, line) for line in lines)
-    products = np.outer(x.values, y.values).ravel()
-    descending = np.argsort(-np.round(products, 12), kind="stable")
-    leading = descending[:order]
+def _kronecker_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> Pairs:
+    """Products of the modes of two lines, over Sq^2."""
+    lags = covariance(grid.x() - grid.dx / 2, 0.0), covariance(np.zeros(1), grid.y() - grid.dy / 2)
+    (x, along), (y, across) = (scipy.linalg.eigh(scipy.linalg.toeplitz(c) / covariance.rms_height_m**2) for c in lags)
+    products = np.outer(x, y).ravel()
+    leading = np.argsort(-np.round(products, 12), kind="stable")[:order]
     i, j = np.unravel_index(leading, grid.shape)
-    vectors = np.einsum("xm,ym->mxy", x.vectors[:, i], y.vectors[:, j]).reshape(len(leading), -1)
-    return _Pairs(covariance.rms_height_m**2 * products[leading], vectors)
+    return products[leading], np.einsum("xm,ym->mxy", along[:, i], across[:, j]).reshape(len(leading), -1)
 
 
-def _line_modes(covariance: StationaryCovariance, line: Grid) -> _Pairs:
-    """All modes of one axis over Sq^2, ascending, vectors in columns."""
-    lags = covariance(line.x() - line.dx / 2, 0.0) if line.ny == 1 else covariance(np.zeros(1), line.y() - line.dy / 2)
-    return _Pairs(*scipy.linalg.eigh(scipy.linalg.toeplitz(lags) / covariance.rms_height_m**2))
-
-
-def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> _Pairs:
-    variance = covariance.rms_height_m**2
+def _dense_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> Pairs:
     x, y = (axis.ravel() for axis in np.meshgrid(grid.x(), grid.y(), indexing="ij"))
     matrix = covariance(x[:, None] - x[None, :], y[:, None] - y[None, :])
     values, vectors = scipy.linalg.eigh(matrix)
-    descending = np.argsort(-np.round(values / variance, 12), kind="stable")
-    leading = descending[:order]
-    return _Pairs(values[leading], np.ascontiguousarray(vectors[:, leading].T))
+    values /= covariance.rms_height_m**2
+    leading = np.argsort(-np.round(values, 12), kind="stable")[:order]
+    return values[leading], np.ascontiguousarray(vectors[:, leading].T)
 
 
-def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> tuple[np.ndarray, np.ndarray]:
+def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> Pairs:
     """The largest eigenvalues of the covariance matrix of the nodes over Sq^2, and their vectors.
 
     covariance, grid : of the field
@@ -194,7 +173,7 @@ def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> t
     return values, vectors
 
 
-def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _search(apply: Operator, grid: Grid, known: np.ndarray, count: int) -> Pairs:
     """The largest eigenvalues, descending, and vectors in rows, of the matrix without the modes known."""
 
     def product(vector: np.ndarray) -> np.ndarray:

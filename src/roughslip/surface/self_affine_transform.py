@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import scipy  # its parts when they are used
-from numpy.polynomial import chebyshev
+from numpy.polynomial import Chebyshev
 
 SERIES_END, ASYMPTOTIC_START = 4.0, 40.0  # of the integral: both ends are exact to some 1e-14
 
@@ -52,7 +52,7 @@ def _tail_integral(z: np.ndarray, hurst: float) -> np.ndarray:
     if small.any():
         result[small] = _tail_series(z[small], hurst)
     if middle.any():
-        result[middle] = chebyshev.chebval(_to_unit_interval(z[middle]), _tail_coefficients(hurst))
+        result[middle] = _tail_between(hurst)(z[middle])
     if large.any():
         result[large] = _tail_asymptotics(z[large], hurst)
     return result
@@ -63,7 +63,7 @@ def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
 
     (c^p - z^p) / p is written with exprel, so that H = 1, where an exponent p = 2k - 2H vanishes, is no exception.
     """
-    at_end = _tail_at_series_end(hurst)
+    at_end = _tail_between(hurst)(SERIES_END)
     log = np.log(np.maximum(z, 1e-300) / SERIES_END)
     total = at_end * np.exp(2 * hurst * log) - np.expm1(2 * hurst * log) / (2 * hurst)
     coefficient = 1.0
@@ -71,11 +71,6 @@ def _tail_series(z: np.ndarray, hurst: float) -> np.ndarray:
         coefficient *= -(SERIES_END**2) / (4 * k**2)
         total -= coefficient * np.exp(2 * hurst * log) * log * scipy.special.exprel((2 * k - 2 * hurst) * log)
     return np.where(z > 0, total, 1 / (2 * hurst))  # z^2H vanishes too slowly for a cut near zero
-
-
-@lru_cache
-def _tail_at_series_end(hurst: float) -> float:
-    return float(chebyshev.chebval(-1.0, _tail_coefficients(hurst)))
 
 
 def _tail_asymptotics(z: np.ndarray, hurst: float) -> np.ndarray:
@@ -89,21 +84,16 @@ def _tail_asymptotics(z: np.ndarray, hurst: float) -> np.ndarray:
     return total
 
 
-def _to_unit_interval(z: np.ndarray) -> np.ndarray:
-    return (2 * z - SERIES_END - ASYMPTOTIC_START) / (ASYMPTOTIC_START - SERIES_END)
-
-
 @lru_cache
-def _tail_coefficients(hurst: float, degree: int = 80) -> np.ndarray:
-    """Chebyshev coefficients of G on SERIES_END ... ASYMPTOTIC_START from Gauss-Legendre quadrature."""
+def _tail_between(hurst: float) -> Chebyshev:
+    """G on SERIES_END ... ASYMPTOTIC_START by Gauss-Legendre quadrature."""
     end = np.array([ASYMPTOTIC_START])
     beyond = float(_tail_asymptotics(end, hurst)[0]) * ASYMPTOTIC_START ** (-2 * hurst)
 
-    def tail(unit: np.ndarray) -> np.ndarray:
-        z = SERIES_END + (unit + 1) / 2 * (ASYMPTOTIC_START - SERIES_END)
+    def tail(z: np.ndarray) -> np.ndarray:
         half = (ASYMPTOTIC_START - z)[:, None] / 2
         t = z[:, None] + half * (GAUSS_NODES + 1)
         integral = np.sum(half * GAUSS_WEIGHTS * t ** (-1 - 2 * hurst) * scipy.special.j0(t), axis=1)
         return z ** (2 * hurst) * (beyond + integral)
 
-    return chebyshev.chebinterpolate(tail, degree)
+    return Chebyshev.interpolate(tail, 80, domain=[SERIES_END, ASYMPTOTIC_START])

@@ -19,11 +19,9 @@ from roughslip.friction.pad import (
     mean_powers,
     mehler_parts,
     pad_edges,
-    pad_estimates,
     pad_means,
     pad_scatter,
     pads,
-    under_load,
 )
 from roughslip.friction.windows import strip_weights
 
@@ -180,44 +178,3 @@ def test_autocorrelation_of_a_pad_in_closed_form():
 
     sums = [antiderivative(lag + length) - 2 * antiderivative(lag) + antiderivative(lag - length) for lag in lags]
     np.testing.assert_allclose(means[:, 0], np.array(sums) / 2 / length**2 * of_edge(width, scale), rtol=1e-4)
-
-
-@pytest.mark.parametrize("periodic", [False, True])
-def test_windows_of_blocks_are_their_plain_sums(periodic):
-    """Three samples of 8 blocks along and 2 across; a window has three, and goes on across a period."""
-    area, force = np.random.default_rng(5).uniform(1, 2, (2, 3, 8, 2))
-    blocks = Blocks(area, force, 1e-5, 2e-5, 3e-5, periodic)
-    starts = 8 if periodic else 6
-    for found, values in zip(blocks.windows, (area, force), strict=True):
-        plain = [
-            [sum(values[s, (i + k) % 8, y] for k in range(3)) for i in range(starts)]
-            for s in range(3)
-            for y in range(2)
-        ]
-        np.testing.assert_allclose(found, plain, rtol=1e-13)
-    assert blocks.of_rows(np.array([[1, 2, 0]])).tolist() == [[1, 1, 2, 2, 0, 0]]
-
-
-def test_what_cells_say_of_pads_at_a_shear_strength_of_one_and_under_a_load():
-    """Lags of cells reach half a period. Under the load the pad has the mean that is given, in each replicate."""
-    rng = np.random.default_rng(6)
-    area, force = rng.uniform(1, 2, (2, 12, 16, 2))
-    force[0, :3] = area[0, :3] = 0.0  # of the 16 windows of each row, one has no contact
-    blocks = Blocks(area, force, BLOCK, WIDTH, 3 * BLOCK, periodic=True)
-    surface, weights = Surface(lambda x, y: gaussian(x, y, SHORT), (SHORT, SHORT)), strip_weights(12, 50, rng)
-    _, variance = pads(blocks, surface, weights)
-    assert influence_covariance(blocks, blocks.of_rows(weights)).shape[1] == 8
-    found = pad_estimates(blocks, surface, weights, windows=4.0)
-    ratio = (weights @ area.sum(axis=(1, 2))) / (weights @ force.sum(axis=(1, 2)))
-    np.testing.assert_allclose(found["ratio"].rows, ratio, rtol=1e-13)
-    np.testing.assert_allclose(found["load_std"].rows, np.sqrt(variance[:, 1]), rtol=1e-12)
-    np.testing.assert_allclose(found["pad_std"].rows, np.sqrt(variance), rtol=1e-12)
-    assert found["no_contact"].value == pytest.approx(2 / (12 * 2 * 16))
-    assert found["no_contact"].low >= 0.0
-    loaded = under_load(found, 0.3, 5e7, 12)
-    np.testing.assert_allclose(loaded["shear_strength"].rows, 0.3 / ratio, rtol=1e-13)
-    np.testing.assert_allclose(loaded["real_area"].rows, 5e7 * ratio, rtol=1e-13)
-    np.testing.assert_allclose(loaded["load_mean"].rows, 0.3)
-    for name in ("load_std", "pad_std"):
-        scaled = found[name].rows.T * 0.3 / ratio
-        np.testing.assert_allclose(loaded[name].rows.T, scaled, rtol=1e-12)

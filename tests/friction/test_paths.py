@@ -86,17 +86,6 @@ def test_marginal_of_an_ensemble(process, method):
     assert values.max() <= marginal.upper - marginal.mean
 
 
-@WAYS
-def test_paths_follow_their_seed_alone(method):
-    """Same seed, same path; another seed, another; the order of sampling does not matter."""
-    prepared = path_sampler(PUBLISHED, LENGTH / 16, 0.01, method)
-    first, second = (beginning(prepared.realisation([1, k]), 600) for k in (0, 1))
-    assert not np.array_equal(first, second)
-    assert np.array_equal(second, beginning(prepared.realisation([1, 1]), 600))
-    again = path_sampler(PUBLISHED, LENGTH / 16, 0.01, method)
-    assert np.array_equal(first, beginning(again.realisation([1, 0]), 600))
-
-
 TRIANGLE = CorrelationShape(np.array([0.0, 2.0]), np.array([1.0, 0.0]))  # of a window over what is not correlated
 # Two lengths of a pad under whose short waves long ones lie, and a window over white pressure.
 PAD = CorrelationShape.of_lags(LENGTH * np.array([0.0, 0.5, 1.0, 4.0, 8.0]), np.array([1.0, 0.5, 0.2, 0.1, 0.0]))[1]

@@ -1,6 +1,5 @@
 """The law of scatter: its theory against closed forms, random walks and plain sums; the law against solved cells."""
 
-import csv
 import json
 import math
 from pathlib import Path
@@ -25,7 +24,6 @@ from roughslip.surface import covariance_of, self_affine
 LENGTH = 1.13e-5
 GAUSSIAN = covariance_of("gaussian", rms_height_m=1e-7, correlation_length_m=LENGTH)
 KEPT = Path(__file__).resolve().parents[2] / "results/reference/scatter_law/law.json"
-RESOLVED = KEPT.parents[1] / "resolved/summary.csv"
 MODULUS = 1e11
 
 
@@ -189,14 +187,3 @@ def test_the_constants_are_those_of_the_kept_study_and_go_into_the_law_of_a_pock
     assert scatter_of_friction(GAUSSIAN, MODULUS, load * MODULUS * 2e-7 / LENGTH, (edge, edge)) == pytest.approx(
         law, rel=0.03
     )
-
-
-def test_pads_of_the_kept_strips():
-    """`resolved` found how a pad under 2.5 kN scatters from blocks of strips of a half-space, at each penetration."""
-    surface = covariance_of("gaussian", rms_height_m=5e-8, correlation_length_m=1.416e-5)
-    lines = [line for line in RESOLVED.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
-    for row in csv.DictReader(lines):
-        pressure = float(row["nominal_pressure_pa"])
-        edge = math.sqrt(2500.0 / pressure)
-        law = float(row["ratio_of_sums"]) * scatter_of_friction(surface, 2.1e11 / 0.91, pressure, (edge, edge))
-        assert law == pytest.approx(float(row["load_std"]), rel=0.03)

@@ -1,13 +1,11 @@
 """The friction table: a control on more strips, calibration, sources and trends, on known windows."""
 
-import itertools
 import math
 
 import numpy as np
 import pytest
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.correlation import window_lengths
 from roughslip.friction.table import (
     WindowLayout,
     bootstrap,
@@ -17,7 +15,7 @@ from roughslip.friction.table import (
     friction_table,
     trend,
 )
-from roughslip.friction.table_variables import BINS, missing_warnings, summary, table_variables
+from roughslip.friction.table_variables import missing_warnings
 from roughslip.friction.windows import strip_weights
 from roughslip.probability import Estimate
 
@@ -92,33 +90,6 @@ def test_the_mean_at_the_median_is_as_given_and_the_others_follow(table):
         variation = estimates.combined["std"][level].rows / estimates.combined["mean"][level].rows
         np.testing.assert_allclose(estimates.combined["variation"][level].rows, variation, rtol=1e-12)
     assert done == [(1, 3), (2, 3), (3, 3)]
-
-
-def test_stored_variables_have_the_numbers_of_the_table_and_its_tests(table):
-    statistics = table[0]
-    variables = table_variables(statistics)
-    assert variables["mean"].values.shape == (2, 3)
-    np.testing.assert_array_equal(
-        variables["combined_mean"].values, [each.value for each in statistics.combined["mean"]]
-    )
-    np.testing.assert_allclose(variables["lag"].values, 1e-4 * np.arange(COLUMNS))
-    np.testing.assert_allclose(variables["triangle"].values[:5], [1.0, 0.75, 0.5, 0.25, 0.0], atol=1e-12)
-    line, change = trend(LAYOUT.percentiles, statistics.combined["mean"])
-    assert float(variables["trend_combined_mean_line"].values) == float(line.value)
-    assert float(variables["trend_combined_mean_change"].values) == float(change.value)
-    assert float(variables["trend_combined_mean_change_high"].values) < 0.0
-    assert int(variables["beta_nearest"].values) == np.argmin(variables["beta_distance_standardised"].values)
-    assert variables["beta_a"].values.tolist() == [fit.a for fit in statistics.beta]
-    own = window_lengths(LAYOUT.lags, LAYOUT.window_m)
-    assert dict(zip(*(variables[name].values for name in ("length_name", "triangle_length")), strict=True)) == own
-    fit = dict(zip(variables["fit_percentile"].values, variables["fit"].values, strict=True))
-    assert [fit[20.0], fit[80.0]] == pytest.approx(variables["combined_mean"].values[[0, 2]])
-    lines = summary(variables).splitlines()
-    assert [line.split(",")[0] for line in lines if not line.startswith("#")] == ["percentile", "20", "50", "80"]
-    for (values, _), density in zip(statistics.mu, variables["standard_histogram"].values, strict=True):
-        standard = (values - values.mean()) / values.std()
-        counts = [np.count_nonzero((low <= standard) & (standard < high)) for low, high in itertools.pairwise(BINS)]
-        np.testing.assert_allclose(density, np.array(counts) / values.size / 0.25)
 
 
 def test_windows_without_a_coefficient_are_warned_of_and_without_scatter_refused():

@@ -196,18 +196,6 @@ def test_the_law_is_fitted_where_it_holds():
     assert error == pytest.approx(np.sqrt(np.sum(at @ covariance * at, axis=1)), rel=0.1)
 
 
-def test_other_curves_are_splines():
-    """Nine columns follow a hump to a tenth of its height, and the errors say so: three in four lie within two."""
-    curve, _ = curve_of(hump, np.geomspace(0.02, 1.0, 400))
-    assert (curve.form, curve.misfit < 1e-6) == ("spline", True)
-    away = np.abs(curve.friction - hump(curve.speeds_m_per_s))
-    assert away.max() < 0.006
-    error = np.sqrt(np.sum(curve.factor**2, axis=1))
-    assert np.mean(away < 2 * error) > 0.75
-    assert np.all((error > 0.05 * ERROR) & (error < 0.6 * ERROR))
-    assert curve.at_rest == curve.friction[0]
-
-
 @pytest.mark.parametrize("levels", [1, 2, 3])
 def test_few_speeds_have_their_means(levels):
     """As many columns as levels pass through the mean friction of each, with its standard error."""

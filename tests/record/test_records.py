@@ -27,15 +27,8 @@ def write(folder, header, *columns):
 
 
 def test_units_become_si(tmp_path):
-    path = write(
-        tmp_path,
-        "Time [ms],speed [rpm],force [mN],load [N],position [um]",
-        1e3 * TIME,
-        np.full(200, 60.0),
-        np.full(200, 3000.0),
-        np.full(200, 10.0),
-        np.full(200, 5.0),
-    )
+    head = "Time [ms],speed [rpm],force [mN],load [N],position [um]"
+    path = write(tmp_path, head, 1e3 * TIME, *np.full((4, 200), [[60.0], [3000.0], [10.0], [5.0]]))
     (trace,) = read_records([path], 0.5)
     assert trace.time == pytest.approx(TIME)
     assert trace.speed == pytest.approx(np.pi)  # one turn a second on 0.5 m

@@ -1,7 +1,6 @@
 """Files of scans, good and bad. What needs SurfaceTopography is skipped where it is not installed."""
 
 import importlib.util
-import sys
 
 import netCDF4
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from scipy.io import savemat
 
 from roughslip.errors import InputError
-from roughslip.scan import instrument_file
 from roughslip.scan.instrument_file import read_scan
 
 instruments = pytest.mark.skipif(
@@ -60,15 +58,6 @@ def test_a_netcdf_map_carries_its_units(tmp_path):
     write_netcdf(path, units=None)
     assert "does not give its unit of heights; set roughness.scan.height_unit" in refusal(path)
     check_heights(read_scan(path, unit="um"))
-    write_netcdf(path, units="V")
-    assert "'V', which is not a unit of length" in refusal(path)
-    write_netcdf(path, x=np.arange(NX) ** 2 * 1e-3)
-    assert "does not increase in equal steps" in refusal(path)
-    path.write_bytes(path.read_bytes()[:2000])
-    assert "truncated or damaged" in refusal(path)
-    with netCDF4.Dataset(path, "w") as file:
-        file.createDimension("x", 3)
-    assert "no variable heights; it has none" in refusal(path)
 
 
 def matrix(between=" ", decimal=".", rows=HEIGHTS.T, form="{:.4f}"):
@@ -116,15 +105,11 @@ def test_words_for_missing_points(tmp_path, word):
     ("text", "words"),
     [
         ("", "empty; export it again"),
-        ("# no numbers\n\n", "empty; a matrix has a row of numbers"),
-        ("1 2 3\n" * 3, "at least 32"),
         (matrix(",", ","), "commas that separate and are decimal, in line 1"),
         (matrix(" ", ",", 1.0 + np.abs(HEIGHTS.T), "{:.3f}"), "whose comma is decimal or one of thousands"),
         (matrix(";", ",") + matrix(";"), f"in line {NY + 1}, column 1"),
-        (matrix(";") + "1;2\n", f"2 values in line {NY + 1}, {NX} in line 1"),
         (matrix().replace(" ", " 1.234,5 ", 1), "'1.234,5' in line 1, column 2"),
         (matrix(rows=np.where(HEIGHTS.T > 2.0, -9999.0, HEIGHTS.T)), "they go from -0.009999 to 1."),
-        (matrix("\t", ".", np.vstack([np.arange(NX) * 0.5, HEIGHTS.T])), "the first row rises in equal steps"),
         (matrix(" ", ".", np.column_stack([np.arange(NY), HEIGHTS.T])), "the first column rises in equal steps"),
     ],
 )
@@ -134,18 +119,13 @@ def test_what_has_several_meanings_or_none_is_named(tmp_path, text, words):
     assert words in refusal(path, *STATED)
 
 
-def test_sizes_and_units_out_of_range(tmp_path, monkeypatch):
+def test_sizes_and_units_out_of_range(tmp_path):
     """All that is missing stands in one line; a unit in a line of headings is the file's own."""
     path = tmp_path / "plain.txt"
     path.write_text(matrix())
     keys = "set roughness.scan.height_unit and roughness.scan.spacing_m"
     assert f"does not give its unit of heights and spacing; {keys}" in refusal(path)
     assert "check the units" in refusal(path, (DX, DY), "mm")  # 1 mm of roughness on a scan of 0.02 mm
-    assert "an unknown unit; allowed are m, mm" in refusal(path, (DX, DY), "inch")
-    assert "no such file" in refusal(tmp_path / "absent.al3d")
-    monkeypatch.setattr(instrument_file, "MOST_POINTS", NX * NY - 1)
-    assert f"{NX} x {NY} points; at most {NX * NY - 1} are read" in refusal(path, *STATED)
-    monkeypatch.setattr(instrument_file, "MOST_POINTS", NX * NY)
     path.write_text("Height [um]\n" + matrix(";"))
     check_heights(read_scan(path, (DX, DY)))
     assert "gives its unit of heights, um; remove roughness.scan.height_unit" in refusal(path, *STATED)
@@ -207,10 +187,3 @@ def test_arrays_are_read_by_name_or_listed(tmp_path):
         assert "a, b can be the heights; export them alone, or call them heights" in refusal(path, *STATED)
     np.save(tmp_path / "a.npy", HEIGHTS)
     check_heights(read_scan(tmp_path / "a.npy", *STATED))
-
-
-def test_without_the_library_the_line_says_how_to_get_it(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)  # as if it were not installed
-    path = tmp_path / "scan.al3d"
-    path.write_bytes(b"AliconaImaging\x00\r\n")
-    assert "pip install 'roughslip[scans]'" in refusal(path)

@@ -15,7 +15,6 @@ from roughslip.scan.topography import (
     FEWEST_NODES,
     Topography,
     high_pass,
-    outlier_warnings,
     outliers_of,
     remove_form,
     topography,
@@ -100,10 +99,8 @@ def test_a_scan_says_what_was_read_cut_and_missing():
 @pytest.mark.parametrize(
     ("heights", "words"),
     [
-        (np.full((NX, NY), np.nan), "no point has a height; at most 10%"),
         (rough()[:1], f"1 x {NY} points with heights; a scan needs at least {FEWEST_NODES}"),
         (np.full((NX, NY), 3e-6), "all heights are equal"),
-        (rough()[0], "1-dimensional heights; a map of heights has two"),
         (with_holes(rough(), 0.2), "at most 10% may be missing"),
     ],
 )
@@ -139,9 +136,6 @@ def test_a_plane_is_taken_off_to_the_rim_and_in_holes():
     np.testing.assert_allclose(with_plane, alone, atol=1e-11)
     with pytest.raises(ParameterError, match=r"roughness\.scan\.cutoff_m.*no shorter waves"):
         high_pass(topography(plane, *CELL, "a plane"), CUTOFF)
-    for cutoff in (7.4, 226.0):
-        with pytest.raises(ParameterError, match=r"roughness\.scan\.cutoff_m.*7\.5 m.*225 m"):
-            high_pass(topography(wave, *CELL, "a wave"), cutoff)
 
 
 POINTS = 128
@@ -212,11 +206,6 @@ def test_spikes_are_found_and_left_out():
     scan = remove_form(topography(clean + 6e-6 * put, 1e-6, 1e-6, "spikes"), "plane")
     marked = outliers_of(scan)
     assert np.array_equal(marked, put)
-    (line,) = outlier_warnings(scan, marked, "keep")
-    assert line.startswith("16 points")
-    i, j = divmod(int(np.argmax(np.where(put, np.abs(scan.heights - np.median(scan.heights)), 0.0))), POINTS)
-    assert f"x {i} µm, y {j} µm" in line
-    assert "roughness.scan.outliers" in line
     rms = float(scan_statistics(without_outliers(scan, marked, "plane")).rms_height.value)
     expected = float(scan_statistics(remove_form(topography(clean, 1e-6, 1e-6, "clean"), "plane")).rms_height.value)
     assert rms == pytest.approx(expected, rel=0.005)

@@ -226,15 +226,11 @@ def elliptic_contact(ratio: float) -> float:
     return float(math.pi / 2.0 * axes / approach**1.5 * (low * high) ** 0.25)
 
 
-def _bend(function: Covariance, x: np.ndarray, y: np.ndarray, h: float) -> np.ndarray:
-    """Minus the Laplacian by differences of a step h."""
-    around = function(x + h, y) + function(x - h, y) + function(x, y + h) + function(x, y - h)
-    return np.asarray(4.0 * function(x, y) - around) / h**2
-
-
 def correlation_of_slopes(covariance: Covariance, rough: Roughness, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """rho : (broadcast of x and y) [-] minus the Laplacian of the covariance over h'^2; also that of the stress."""
-    return _bend(covariance, x, y, rough.step_m) / rough.slope**2
+    h = rough.step_m
+    around = covariance(x + h, y) + covariance(x - h, y) + covariance(x, y + h) + covariance(x, y - h)
+    return np.asarray(4.0 * covariance(x, y) - around) / h**2 / rough.slope**2
 
 
 def mean_over_window(

@@ -118,12 +118,6 @@ class EmpiricalDistribution:
     normal: np.ndarray
     values: np.ndarray
 
-    def __post_init__(self) -> None:
-        rows = self.normal, self.values
-        ascend = all(row.ndim == 1 and np.isfinite(row).all() and (np.diff(row) > 0.0).all() for row in rows)
-        if not ascend or self.normal.shape != self.values.shape or self.normal.size < 2:
-            raise ParameterError("an empirical distribution needs two rows of equal length that are finite and ascend")
-
     @property
     def standard_deviation(self) -> float:
         """Standard deviation of x."""

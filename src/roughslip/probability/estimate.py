@@ -163,11 +163,11 @@ class Source:
         if not (np.isfinite(x).all() and np.all(x > 0.0)):
             raise ParameterError(f"Source.values must be finite and positive, not {x.tolist()}")
         relative = self.covariance / np.outer(x, x)
-        if not (np.all(relative > -1.0) and np.allclose(relative, relative.T)):
-            raise ParameterError(f"Source.covariance of {self.name} must be symmetric, and above -x_i x_j")
         own = np.linalg.eigvalsh(relative)
-        if own[0] < -ROUNDING * own[-1]:
-            raise ParameterError(f"Source.covariance of {self.name} is none: it has a negative variance")
+        if not (np.all(relative > -1.0) and np.allclose(relative, relative.T) and own[0] >= -ROUNDING * own[-1]):
+            raise ParameterError(
+                f"Source.covariance of {self.name} must be symmetric, above -x_i x_j, and have no negative variance"
+            )
         variance, axes = np.linalg.eigh(np.log1p(relative))  # negative ones are of second order in u / x
         kept = variance > NEGLIGIBLE * variance[-1]
         object.__setattr__(self, "_root", axes[:, kept] * np.sqrt(variance[kept]))

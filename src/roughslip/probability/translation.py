@@ -22,7 +22,7 @@ TABLE_EDGE, TABLE_NODES = 8.5, 2**13 + 1  # normal scores; beyond the edge lies 
 MOST_TERMS = 120
 NEGLIGIBLE_REMAINDER = 1e-12  # share of the variance at which the series ends
 LEFT_OUT = 1e-4  # share of the variance that the series may leave out at most
-CORRELATION_NODES = 2049  # of the table from which negative correlations are inverted
+CORRELATION_NODES = 4097  # of the table from which correlations are inverted
 CORRELATION_ERROR, WORST_CORRELATION_ERROR = 1e-14, 1e-12  # of the inverse, in rho_x
 MOST_STEPS = 100
 SMALLEST_SLOPE = 1e-9  # keeps Newton's steps finite where rho_x is flat, near rho = -1
@@ -82,9 +82,7 @@ class Translation:
     def gaussian_correlation(self, correlation: float | np.ndarray) -> np.ndarray:
         """rho : (as the argument) [-] of the Gaussian variables that give x the correlation.
 
-        Newton's method to 1e-14 of rho_x. From zero to one, where rho_x is increasing and convex, it converges from
-        any start above the root. Below zero it stays within the cells of a table of 2049 nodes. Raises IllPosedError
-        below the least correlation.
+        Newton's method to 1e-14 of rho_x, within the cells of a table. Raises IllPosedError below the least one.
         """
         wanted = checked_correlations(correlation)
         minimum = self.least_correlation
@@ -95,15 +93,10 @@ class Translation:
                 "roughness.correct_correlation"
             )
         wanted = np.maximum(wanted, minimum)
-        rho = np.minimum(wanted / max(self.shares[0], 1e-300), 1.0)
-        low, high = np.zeros_like(rho), np.ones_like(rho)
-        if np.any(wanted < 0.0):
-            nodes = np.linspace(-1.0, 0.0, CORRELATION_NODES)
-            table = self.series(nodes)
-            cell = np.clip(np.searchsorted(table, wanted), 1, nodes.size - 1)
-            rho = np.where(wanted < 0.0, np.interp(wanted, table, nodes), rho)
-            low = np.where(wanted < 0.0, nodes[cell - 1], low)
-            high = np.where(wanted < 0.0, nodes[cell], high)
+        nodes = np.linspace(-1.0, 1.0, CORRELATION_NODES)
+        table = self.series(nodes)
+        cell = np.clip(np.searchsorted(table, wanted), 1, nodes.size - 1)
+        rho, low, high = np.interp(wanted, table, nodes), nodes[cell - 1], nodes[cell]
         slope = self.series.deriv()
         for _ in range(MOST_STEPS):
             excess = self.series(rho) - wanted

@@ -298,13 +298,11 @@ def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | N
 
 
 def effective_number(without_part: np.ndarray, standard_error: np.ndarray) -> float:
-    """n' of the module's heading; n where no parts are given.
+    """n' of the module's heading.
 
     without_part : (B, n) estimates without each part of the scan
     """
     parts = len(without_part)
-    if not parts:
-        return float(standard_error.size)
     errors = math.sqrt((parts - 1) / parts) * (without_part - without_part.mean(axis=0)) / standard_error
     gram = errors @ errors.T
     return float(max(np.trace(gram) ** 2 / np.sum(gram**2), 1.0 + 1e-9))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import netCDF4
@@ -157,22 +156,17 @@ def _step(path: Path, axis: netCDF4.Variable) -> float:
     return float(np.mean(steps))
 
 
-def _library(path: Path) -> ModuleType:
-    try:
-        import SurfaceTopography  # for instrument files alone: its import takes two seconds
-    except ImportError as error:
-        install = "install it with: pip install 'roughslip[scans]'"
-        raise InputError(f"{path}: files of instruments need SurfaceTopography; {install}") from error
-    return SurfaceTopography
-
-
 def _read_instrument(path: Path, start: bytes, header: NoMatrix | None) -> Reading:
     """Heights of an instrument's file.
 
     start : the first bytes. A reader that they prove reports the damage of a file; trying all readers hides it
     header : the error of text that is no matrix, raised where no reader knows the file
     """
-    library = _library(path)
+    try:
+        import SurfaceTopography as library  # for instrument files alone: its import takes two seconds
+    except ImportError as error:
+        install = "install it with: pip install 'roughslip[scans]'"
+        raise InputError(f"{path}: files of instruments need SurfaceTopography; {install}") from error
     proven = [reader for reader in library.IO.readers if reader.can_read(start[:512]) is library.IO.MagicMatch.YES]
     try:
         reader = library.open_topography(path, format=proven[0].format() if len(proven) == 1 else None)

@@ -3,7 +3,6 @@
 The judge of random laws is DOP853 on the equation of slip until it repeats itself, or comes to the belt or to rest.
 """
 
-import bisect
 import math
 from dataclasses import replace
 
@@ -13,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from roughslip.oscillator.attractors import LEAST, State, attractors_of, settled_peak, state_from_rest, vibration_limit
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.laws import CoulombLaw
+from roughslip.oscillator.laws import CoulombLaw, friction
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
@@ -53,7 +52,6 @@ def test_rayleigh_s_oscillator_vibrates_without_sticking(part):
         assert one.period == pytest.approx(2 * math.pi, rel=1e-4)
     damped = attractors_of(replace(BELT, damping_ratio=0.501 * a), of_powers(a, -4 / 3 * a))
     assert damped.from_rest.state is damped.from_sliding.state is State.SLIDING
-    assert damped.least_vibration is None
 
 
 def test_two_cycles_meet_in_a_fold_and_until_there_the_start_decides():
@@ -69,7 +67,6 @@ def test_two_cycles_meet_in_a_fold_and_until_there_the_start_decides():
     found = attractors_of(replace(BELT, damping_ratio=last), law)
     assert (found.from_rest.state, found.from_sliding.state) == (State.VIBRATION, State.SLIDING)
     assert found.from_rest.amplitude == pytest.approx(math.sqrt(3 * b / (5 * c)) * BELT.V, rel=2e-3)
-    assert found.least_vibration == found.from_rest
     made = Machine(BELT, law)
     assert vibration_limit(made, existence_limit(BELT, law)) == pytest.approx(first, rel=1e-5)
     near = slip_flow(replace(BELT, damping_ratio=first * (1.0 - 1e-7)), law)
@@ -93,16 +90,14 @@ def test_friction_that_falls_in_the_middle_has_a_vibration_between_stick_slip_an
     assert vibration_limit(Machine(STUDY, LAW), existence_limit(STUDY, LAW)) is None
 
 
-def test_the_cycle_of_stick_slip_has_its_own_amplitude_and_period():
-    """The trajectory's samples miss an extreme by half the square of their angle."""
+def test_stick_slip_and_an_undamped_departure_have_their_own_amplitude_and_period():
+    """The trajectory's samples miss an extreme by half the square of their angle. Without damping and a step of
+    friction the vibration of the departure goes on, X = V sin(tau) about steady sliding."""
     found = attractors_of(STUDY, LAW).from_rest
     drawn = trajectory(STUDY, LAW, None, 0.0, 10.0, MotionOptions(1e-11, samples_per_period=4000))
     assert found.state is State.STICK_SLIP
     assert found.amplitude == pytest.approx(0.5 * np.ptp(drawn.position[20_000:]), rel=1e-6)
     assert found.period == limit_cycle(STUDY, LAW).period
-
-
-def test_undamped_coulomb_friction_keeps_the_vibration_of_the_departure():
     found = attractors_of(replace(STUDY, damping_ratio=0.0), CoulombLaw(0.3, 0.3))
     assert (found.from_rest.state, found.from_rest.amplitude) == (State.VIBRATION, pytest.approx(STUDY.V, rel=1e-6))
     assert found.from_rest.period == pytest.approx(2 * math.pi, rel=1e-9)
@@ -120,32 +115,16 @@ def test_a_mass_that_passes_the_belt_vibrates_or_sticks_when_it_falls_back(dampi
 
 
 def humped(number):
-    """An oscillator whose belt stands near a falling part of its law, a hump of some kind or random knots."""
+    """An oscillator whose belt stands near the falling part of a table, with humps and with noise in every second."""
     rng = np.random.default_rng([52, number])
-    belt, drop = 10 ** rng.uniform(-2, 0), rng.uniform(0.02, 0.2)
-    place, width, more = belt * rng.uniform(0.7, 1.4), belt * rng.uniform(0.1, 0.6), belt * rng.uniform(0.3, 3.0)
-    viscous, base = rng.uniform(0.0, 0.1) / belt, rng.uniform(0.2, 0.5)
-    second = drop * rng.uniform(-1, 1) * (number % 5 == 1)
-
-    def dip(v):
-        return (
-            base - drop * np.exp(-(((v - place - width) / width) ** 2)) - second * np.exp(-(((v - more) / width) ** 2))
-        )
-
-    def step(v):
-        return base - drop * (1 + np.tanh((v - place) / width)) / 2 + viscous * v
-
-    def stribeck(v):
-        return base + drop * np.exp(-v / width) + viscous * v - 0.5 * drop * np.exp(-(((v - more) / width) ** 2))
-
-    function = (dip, dip, step, stribeck, step)[number % 5]
-    if number % 5 == 4:
-        speeds = belt * np.concatenate([[0.0], np.sort(rng.uniform(0.05, 3.0, 7)), [5.0]])
-        values = step(speeds) * rng.uniform(0.95, 1.05, speeds.size)
-        law = TableLaw(tuple(speeds), tuple(values))
-    else:
-        law = friction_law(function, static=float(function(0.0)) * rng.uniform(1.0, 1.02))
-    omega, force = 10 ** rng.uniform(1, 3), 10 ** rng.uniform(1, 3)
+    belt, drop, base = 10 ** rng.uniform(-2, 0), rng.uniform(0.02, 0.2), rng.uniform(0.2, 0.5)
+    place, width, more = belt * rng.uniform((0.7, 0.1, 0.3), (1.4, 0.6, 3.0))
+    speeds = belt * np.array([0.0, *np.sort(rng.uniform(0.05, 3.0, 7 if number % 2 else 40)), 5.0])
+    values = base - drop * (1 + np.tanh((speeds - place) / width)) / 2 + rng.uniform(0.0, 0.1) * speeds / belt
+    values += drop * rng.uniform(-0.5, 0.5) * np.exp(-(((speeds - more) / width) ** 2))
+    values *= rng.uniform(0.95, 1.05, speeds.size) if number % 2 else 1.0
+    law = TableLaw(tuple(speeds), tuple(values))
+    omega, force = 10 ** rng.uniform(1, 3, 2)
     slope = max(-float(law.slope(belt)), 0.05 / belt)
     mass = slope * force / omega / 10 ** rng.uniform(-1.3, 0.3)  # Hopf damping 0.05 to 2, halved
     oscillator = Oscillator(mass, omega, 0.0, belt, force)
@@ -156,17 +135,11 @@ def humped(number):
 def judged(oscillator, law, from_sliding):
     """State, amplitude [m] and period in tau by DOP853; None for the last two where the belt is met."""
     scale, v0, ratio = oscillator.F / oscillator.V, oscillator.belt_velocity_m_per_s, oscillator.damping_ratio
-    rows = law.parameters().table.tolist()
-    knots = [row[0] for row in rows]
-
-    def friction(speed):
-        knot, *factors = rows[bisect.bisect_right(knots, speed) - 1]
-        return sum(factor * (speed - knot) ** power for power, factor in enumerate(factors))
-
-    mean = friction(v0)
+    parameters = law.parameters()
+    mean = friction(v0, parameters)
 
     def rate(_, z):
-        return [z[1], scale * (friction(abs(v0 * (1 - z[1]))) - mean) - 2 * ratio * z[1] - z[0]]
+        return [z[1], scale * (friction(abs(v0 * (1 - z[1])), parameters) - mean) - 2 * ratio * z[1] - z[0]]
 
     def belt(_, z):
         return z[1] - 1.0
@@ -175,30 +148,24 @@ def judged(oscillator, law, from_sliding):
         return z[1]
 
     belt.terminal, belt.direction, turns.direction = True, 1, -1
-    start, time = [scale * (law.static - mean) - 2 * ratio, 1.0 - 1e-13], 0.0
+    start, options = [scale * (law.static - mean) - 2 * ratio, 1.0 - 1e-13], {"rtol": 1e-11, "atol": 1e-13}
     if from_sliding:
         start = [rate(0, [0.0, DISTURBED])[1], DISTURBED]
-    highest = []
-    while time < 40_000:
-        run = solve_ivp(rate, (time, time + 100), start, "DOP853", events=(belt, turns), rtol=1e-11, atol=1e-13)
+    for _ in range(400):
+        run = solve_ivp(rate, (0, 100), start, "DOP853", events=(belt, turns), **options)
         if run.t_events[0].size:
             return State.STICK_SLIP, None, None
-        time, start = run.t[-1], run.y[:, -1]
-        highest = [z[0] for z in run.y_events[1]]
+        start, highest = run.y[:, -1], [z[0] for z in run.y_events[1]]
         if len(highest) < 3 or highest[-1] < 0.5 * LEAST:
             return State.SLIDING, 0.0, math.nan
         if abs(highest[-1] / highest[-2] - 1.0) < 1e-9:
-            break
-    else:
-        raise AssertionError("the judge does not settle")
-    inside = np.linspace(run.t_events[1][-2], run.t_events[1][-1], 4001)
-    once = solve_ivp(
-        rate, (inside[0], inside[-1]), run.y_events[1][-2], "DOP853", t_eval=inside, rtol=1e-11, atol=1e-13
-    )
-    return State.VIBRATION, 0.5 * float(np.ptp(once.y[0])) * oscillator.V, float(inside[-1] - inside[0])
+            inside = np.linspace(*run.t_events[1][-2:], 4001)
+            once = solve_ivp(rate, inside[[0, -1]], run.y_events[1][-2], "DOP853", t_eval=inside, **options)
+            return State.VIBRATION, 0.5 * float(np.ptp(once.y[0])) * oscillator.V, float(inside[-1] - inside[0])
+    raise AssertionError("the judge does not settle")
 
 
-OF_DAY = (16, 48, 49)  # few of the laws are judged in each test run
+OF_DAY = (16, 59, 98)  # few of the laws are judged in each test run: steady, two vibrations, stick-slip or steady
 
 
 @pytest.mark.parametrize(

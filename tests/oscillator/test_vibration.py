@@ -9,7 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 from roughslip.friction import Friction
 from roughslip.oscillator.answer_runs import Runs
-from roughslip.oscillator.answers import STARTS, answer, steady_end
+from roughslip.oscillator.answers import STARTS, answer, changed_without_scatter, memory_of_the_start, slides
 from roughslip.oscillator.attractors import State, attractors_of
 from roughslip.oscillator.event_loop import DEPARTURE
 from roughslip.oscillator.limits import hopf_damping
@@ -45,11 +45,11 @@ def test_the_linear_response_solves_lyapunov_s_equation(margin, length):
 
 def test_a_slip_vibrates_from_the_middle_between_response_and_cycle_on():
     """Below the Hopf damping there is no response: half the cycle. Without a vibration there is no bound."""
-    cycle = attractors_of(hump(0.4).oscillator, HUMP).least_vibration
-    assert least_amplitude(hump(0.4)) == 0.5 * cycle.amplitude
+    cycle = attractors_of(hump(0.4).oscillator, HUMP).from_rest
+    assert least_amplitude(hump(0.4)) == pytest.approx(0.5 * cycle.amplitude, rel=1e-9)
     assert least_amplitude(hump(0.8)) is None
     both, law = replace(BELT, damping_ratio=0.11), of_powers(0.2, 0.2, -0.4)  # where sliding attracts too
-    cycle, middle = attractors_of(both, law).least_vibration, Machine(both, law, Friction(0.3, 1e-3, 1e-3))
+    cycle, middle = attractors_of(both, law).from_rest, Machine(both, law, Friction(0.3, 1e-3, 1e-3))
     assert least_amplitude(middle) == 0.5 * (cycle.amplitude + linear_response(middle))
     assert least_amplitude(Machine(both, law, Friction(0.3, 0.05, 1e-3))) == cycle.amplitude
     assert least_amplitude(Machine(STUDY, LAW, Friction(0.3, 0.03, LENGTH))) is None
@@ -78,43 +78,35 @@ def test_times_and_cycles_of_a_vibration_by_hand():
 
 
 @pytest.mark.slow
-def test_a_machine_in_three_states_along_its_damping():
+def test_a_machine_that_vibrates_under_scatter():
     """Runs show what the motion without scatter does, with amplitude and frequency of its vibration."""
-    for damping, state in ((0.2, State.STICK_SLIP), (0.4, State.VIBRATION), (0.8, State.SLIDING)):
-        found = answer(hump(damping), 72, 40.0, ())
-        for start in STARTS:
-            assert found.without_scatter[start].state is state
-            assert found.shares[start][state].value == 1.0
-        assert found.decides.vibration_limit.value == pytest.approx(hopf_damping(SLIDE, HUMP), rel=1e-5)
     found = answer(hump(0.4), 72, 40.0, ("load",))
-    ending = found.without_scatter["from_rest"]
+    for start in STARTS:
+        ending = found.without_scatter[start]
+        assert ending.state is State.VIBRATION
+        assert found.shares[start][State.VIBRATION].value == 1.0
     for name in ("amplitude", "frequency"):
         assert found.vibration[name].value == pytest.approx(getattr(ending, name).value, rel=0.01)
-    assert found.smallest_changes[0].parameter == "load"
-    assert (found.smallest_changes[0].state, found.smallest_changes[0].aim) == (State.VIBRATION, "end")
-    steady = 2000.0 * (1.0 + found.smallest_changes[0].value)
-    assert steady == pytest.approx(2000.0 * 0.4 / hopf_damping(SLIDE, HUMP), rel=1e-5)
+    (change,) = found.smallest_changes
+    assert (change.parameter, change.state, change.aim) == ("load", State.VIBRATION, "end")
+    hopf = hopf_damping(SLIDE, HUMP)
+    assert found.decides.vibration_limit.value == pytest.approx(hopf, rel=1e-5)
+    assert 1.0 + change.value == pytest.approx(0.4 / hopf, rel=1e-5)
 
 
-@pytest.mark.slow
 def test_a_vibration_that_has_not_grown_yet_is_not_decided():
     """From sliding it grows by e in 1 / (2 pi (D_Hopf - D)) natural periods, 32 here: after 40 it still slides."""
-    law = of_powers(0.2, 0.2, -0.4)
-    made = Machine(replace(BELT, damping_ratio=0.095), law, Friction(0.3, 1e-5, 1e-3))
-    found = answer(made, 72, 40.0, ())
-    assert found.shares["from_rest"]["vibration"].value == found.shares["from_sliding"]["sliding"].value == 1.0
-    assert found.starts_differ
-    assert not found.decided
-    assert (found.needs.scale, found.needs.value) == (
-        "growth of a vibration",
-        pytest.approx(20 / (TURN * 0.005), rel=1e-3),
-    )
+    made = Machine(replace(BELT, damping_ratio=0.095), of_powers(0.2, 0.2, -0.4), Friction(0.3, 1e-5, 1e-3))
+    seen = {"from_rest": {State.VIBRATION: np.ones(72, bool)}, "from_sliding": {State.VIBRATION: np.zeros(72, bool)}}
+    found = memory_of_the_start(Runs(made, 72, 40.0, (0,)), 40.0, seen, State.VIBRATION)
+    assert (found["starts_differ"], found["decided"]) == (True, False)
+    assert found["needs"].value == pytest.approx(20 / (TURN * 0.005), rel=1e-3)
 
 
 def test_where_steady_sliding_begins_and_ends_without_scatter():
     """More damping ends the vibration at the Hopf point, from stick-slip on; in load that is the same D / N."""
     hopf = hopf_damping(SLIDE, HUMP)
     runs = Runs(hump(0.2), 72, 20.0, (0,))
-    assert steady_end(runs, "damping", 0.2, 10.0) == pytest.approx(hopf, rel=2e-6)
-    assert steady_end(runs, "damping", 0.2, 0.02) is None
-    assert steady_end(runs, "load", 2000.0, 20.0) == pytest.approx(2000.0 * 0.2 / hopf, rel=2e-6)
+    assert changed_without_scatter(runs, "damping", 10.0, slides) == pytest.approx(hopf, rel=2e-6)
+    assert changed_without_scatter(runs, "damping", 0.02, slides) is None
+    assert changed_without_scatter(runs, "load", 20.0, slides) == pytest.approx(2000.0 * 0.2 / hopf, rel=2e-6)

@@ -18,12 +18,12 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Decision, Ending, Limits, Needed, Quantity
-from roughslip.oscillator.answer_runs import Runs
+from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
-from roughslip.oscillator.states import durations, time_scales
+from roughslip.oscillator.states import durations, is_within, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.oscillator.vibration import vibrating_runs
 from roughslip.probability.estimate import wilson_interval
@@ -67,17 +67,16 @@ def answer(
     check_has_answer(machine)
     runs, count = Runs(machine, realisations, duration_periods, seed), realisations
     periods, oscillator = runs.periods(machine), machine.oscillator
-    of = {
+    started = {
         name: [runs.one(machine, number, periods, from_sliding) for number in range(count)]
         for name, from_sliding in STARTS.items()
     }
-    cycles = {name: np.array([run.cycles for run in started], dtype=bool) for name, started in of.items()}
-    at_start = cycles["from_rest"]
+    of, vibrations = vibrating_runs(runs, started, STARTS)
+    seen = {name: states_seen(among) for name, among in of.items()}
+    at_start = seen["from_rest"][State.STICK_SLIP]
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     omega = oscillator.natural_frequency_rad_per_s
     cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
-    vibrating = vibrating_runs(runs, of, STARTS)
-    seen = {name: states_seen(cycles[name], vibrating.seen[name]) for name in STARTS}
     ends = endings(machine)
     may_vibrate = any(one.state is State.VIBRATION for one in ends.values())
     limits, trials = {}, 2 * count
@@ -91,14 +90,14 @@ def answer(
         runs=count,
         periods=Quantity(periods, None, "1"),
         probability=probability(at_start),
-        probability_from_sliding=probability(cycles["from_sliding"]),
+        probability_from_sliding=probability(seen["from_sliding"][State.STICK_SLIP]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
         **memory_of_the_start(runs, periods, seen, ends["from_sliding"].state),
-        durations=durations(list(chain(*vibrating.states.values())), np.random.default_rng([*seed, 1])),
+        durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
         durations_by_theory=None if may_vibrate else durations_by_theory(machine),
         **cycle,
-        vibration=cycle_statistics(vibrating.cycles, omega, np.random.default_rng([*seed, 2])),
+        vibration=cycle_statistics(vibrations, omega, np.random.default_rng([*seed, 2])),
         limits=limits,
         smallest_changes=smallest_changes(limits, share, vibration, can_change),
         decides=deciding(machine, share, limits.get("damping")),
@@ -140,13 +139,11 @@ def probability(cycles: np.ndarray) -> Quantity:
     return Quantity(float(np.mean(cycles)), (float(low), float(high)), "1")
 
 
-def states_seen(cycles: np.ndarray, vibrates: np.ndarray) -> dict[State, np.ndarray]:
-    """(runs,) whether each run is in a state. cycles, vibrates : (runs,) whether it stick-slips, or vibrates in slip"""
-    return {
-        State.STICK_SLIP: cycles,
-        State.VIBRATION: ~cycles & vibrates,
-        State.SLIDING: ~cycles & ~vibrates,
-    }
+def states_seen(runs: Sequence[Run]) -> dict[State, np.ndarray]:
+    """(runs,) whether each run is in a state when it is looked at."""
+    sticks = np.array([run.cycles for run in runs], dtype=bool)
+    vibrates = ~sticks & np.array([is_within(run.states.vibration, run.looked_at) for run in runs], dtype=bool)
+    return {State.STICK_SLIP: sticks, State.VIBRATION: vibrates, State.SLIDING: ~sticks & ~vibrates}
 
 
 def endings(machine: Machine) -> dict[str, Ending]:
@@ -188,11 +185,11 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
     """Where the probability of stick-slip crosses the levels along one parameter, either way, and the runs it took."""
     parameter = PARAMETERS[name]
     own, unit = float(runs.own.value(name)), parameter.unit
-    start = own if own > 0.0 else LEAST_DAMPING
+    start = own or LEAST_DAMPING
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":
         ends["above"] = max(ends["above"], MOST_DAMPING)
-    cycle_ends = {side: without_scatter(runs, name, start, end) for side, end in ends.items()}
+    cycle_ends = {side: changed_without_scatter(runs, name, end, cycle_exists) for side, end in ends.items()}
     hints = [value for value in cycle_ends.values() if value is not None]
     search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start, hints)
     sides: dict[str, dict[str, Quantity | None]] = {side: {} for side in SIDES}
@@ -205,30 +202,30 @@ def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]
             word = "falls below" if search.count(start) > level * search.paths else "rises above"
             outside = leaves_known_speeds(runs.own.changed({name: crossing.value}))
             sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
+        steady_end = changed_without_scatter(runs, name, ends[side], slides)
         sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
-        sides[side]["steady_without_scatter"] = Quantity(steady_end(runs, name, start, ends[side]), None, unit)
+        sides[side]["steady_without_scatter"] = Quantity(steady_end, None, unit)
     return Limits(
         own, None, unit, parameter.title, **sides, searched=Quantity(None, search.searched, unit)
     ), search.trials
 
 
-def without_scatter(runs: Runs, name: str, start: float, reach: float) -> float | None:
-    """The value at which the stick-slip cycle without scatter ceases or begins to exist, if the search holds one."""
+def changed_without_scatter(
+    runs: Runs, name: str, reach: float, decided: Callable[[Machine], bool | None]
+) -> float | None:
+    """The value of a parameter at which what is decided without scatter changes, if the search to `reach` holds one."""
 
-    def exists(value: float) -> bool | None:
-        return cycle_exists(runs.own.changed({name: value}))
+    def at(value: float) -> bool | None:
+        return decided(runs.own.changed({name: value}))
 
-    return None if exists(start) is None else first_change(exists, start, reach)[1]
+    start = float(runs.own.value(name)) or LEAST_DAMPING
+    return None if at(start) is None else first_change(at, start, reach)[1]
 
 
-def steady_end(runs: Runs, name: str, start: float, reach: float) -> float | None:
-    """The value at which steady sliding without scatter, from rest, ceases or begins, if the search holds one."""
-
-    def slides(value: float) -> bool | None:
-        state = state_from_rest(runs.own.changed({name: value}))
-        return None if state is None else state is State.SLIDING
-
-    return None if slides(start) is None else first_change(slides, start, reach)[1]
+def slides(machine: Machine) -> bool | None:
+    """Whether the mass slides steadily without scatter, from rest; None where slip is too stiff to decide."""
+    state = state_from_rest(machine)
+    return None if state is None else state is State.SLIDING
 
 
 def smallest_changes(

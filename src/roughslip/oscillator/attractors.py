@@ -20,29 +20,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import lru_cache
 
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.compilation.cache import compiled
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import hopf_damping, slip_loop
+from roughslip.oscillator.limits import GRAZES, hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
-from roughslip.oscillator.slip_orbit import (
-    HALVINGS,
-    TOLERANCE,
-    SlipFlow,
-    departure_point,
-    next_step,
-    rk_step,
-    slip_flow,
-    turn,
-)
+from roughslip.oscillator.slip_orbit import SlipFlow, departure_point, slip_flow, too_stiff, turn
 from roughslip.probability.search import RANGE_ACCURACY, first_change
 from roughslip.validation import gate
 
@@ -50,7 +39,6 @@ LEAST = 1e-4  # of the belt's velocity: a vibration below it is steady sliding
 MESH, NARROW = 1 / 32, 1 / 512  # step of peaks, of their distance from 0 and from the belt; the latter at least NARROW
 NEUTRAL = 1e-9  # relative, of a change of peak that is none
 LAST = 1.0 - 1e-9  # peak next to the belt
-MOST_STEPS = 100_000  # to an extreme of the place
 BEYOND, LEAST_DAMPING, REACH = 1e-6, 1e-3, 100.0  # the existence limit, of a search in damping for the vibration's end
 LOOPS, MOST_LOOPS, SETTLED = 50.0, 12_800.0, 1e-7  # natural periods of runs beyond the belt; change of a loop then
 
@@ -83,12 +71,6 @@ class Attractors:
     from_rest: Attractor
     from_sliding: Attractor
 
-    @property
-    def least_vibration(self) -> Attractor | None:
-        """The vibration without sticking of the smaller amplitude, if there is one."""
-        found = [one for one in (self.from_rest, self.from_sliding) if one.state is State.VIBRATION]
-        return min(found, key=lambda one: one.amplitude, default=None)
-
 
 @gate
 def attractors_of(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
@@ -97,26 +79,22 @@ def attractors_of(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
     Raises ConvergenceError where slip is too stiff to follow, or a run does not settle; ParameterError with excitation
     or a belt at rest.
     """
-    return _found(oscillator, law)
-
-
-@lru_cache(maxsize=256)
-def _found(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
-    flow = slip_flow(oscillator, law)
-    starts = peak_from_rest(oscillator, law), settled_peak(flow, LEAST, rises=True)
-    from_rest, from_sliding = (_attractor(oscillator, law, flow, peak) for peak in starts)
+    peaks = peak_from_rest(oscillator, law), settled_peak(slip_flow(oscillator, law), LEAST, rises=True)
+    from_rest, from_sliding = (_attractor(oscillator, law, peak) for peak in peaks)
     return Attractors(from_rest, from_sliding)
 
 
 def state_from_rest(machine: Machine) -> State | None:
     """The state without scatter from rest on the belt; None where slip is too stiff to decide."""
+    oscillator, law = machine.oscillator, machine.law
     try:
-        peak = peak_from_rest(machine.oscillator, machine.law)
-        if peak < 1.0:
-            return State.VIBRATION if peak > 0.0 else State.SLIDING
-        return beyond_the_belt(machine.oscillator, machine.law).state
+        peak = peak_from_rest(oscillator, law)
+        if peak == 1.0:
+            sticks = slip_loop(oscillator, law).cycle is not None
+            return State.STICK_SLIP if sticks else beyond_the_belt(oscillator, law).state
     except ConvergenceError:
         return None
+    return State.VIBRATION if peak > 0.0 else State.SLIDING
 
 
 def vibration_limit(machine: Machine, existence: float | None, accuracy: float = RANGE_ACCURACY) -> float | None:
@@ -143,21 +121,15 @@ def vibration_limit(machine: Machine, existence: float | None, accuracy: float =
 
 def peak_from_rest(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The peak of X' / V on which motion from rest settles; 0 in steady sliding, 1 where it comes back to the belt."""
-    if slip_loop(oscillator, law).cycle is not None:
-        return 1.0
-    flow, limit = slip_flow(oscillator, law), oscillator.F * law.static
-    low, trough, _ = turn(flow, flow.departure, 1.0)
-    if trough == 0.0:
-        return 0.0
-    y, peak, _ = turn(flow, low, trough, to_belt=True)
-    if peak > 1.0 and oscillator.V * (y - flow.departure) <= -2.0 * limit:
-        return 1.0  # beyond the static limit: it passes the belt
-    return settled_peak(flow, min(peak, LAST), rises=False)
+    loop = slip_loop(oscillator, law)
+    if loop.cycle is not None or loop.excess > GRAZES * (2.0 * math.pi * loop.periods) ** 2:
+        return 1.0  # it sticks, or passes the belt beyond the static limit
+    return settled_peak(slip_flow(oscillator, law), min(1.0 + loop.excess, LAST), rises=False)
 
 
-def following_peak(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
-    """The peak after a peak or departure, above 1 at the belt and 0 at rest, and the time until then [-]."""
-    low, trough, down = turn(flow, y, w)
+def following_peak(flow: SlipFlow, w: float) -> tuple[float, float]:
+    """The peak after a peak, above 1 at the belt and 0 at rest, and the time until then [-]."""
+    low, trough, down = turn(flow, flow.at_peak(w), w)
     if trough == 0.0:
         return 0.0, down
     _, peak, up = turn(flow, low, trough, to_belt=True)
@@ -170,98 +142,73 @@ def settled_peak(flow: SlipFlow, start: float, rises: bool) -> float:
     rises : whether peaks from the start are to be followed as they rise; where they fall at once, that is 0
     """
 
-    def growth(w: float) -> float:
-        return following_peak(flow, flow.at_peak(w), w)[0] / w - 1.0
+    def onward(w: float) -> float:
+        """Relative change of a peak in a loop, in the direction of the search."""
+        return way * (following_peak(flow, w)[0] / w - 1.0)
 
     way, w, seen = 1.0 if rises else -1.0, start, list[tuple[float, float]]()
     while w >= LEAST:
-        seen.append((w, growth(w)))
-        if abs(seen[-1][1]) <= NEUTRAL:
+        seen = [*seen[-2:], (w, onward(w))]
+        change = seen[-1][1]
+        if abs(change) <= NEUTRAL:
             return w
-        touched = _fold(seen[-3:], growth, way)
-        if touched is not None or way * seen[-1][1] < 0.0:
-            if len(seen) == 1:
-                return 0.0 if rises else w
-            before, beyond = (seen[-3][0], touched) if touched is not None else (seen[-2][0], w)
-            return float(scipy.optimize.brentq(growth, before, beyond, xtol=1e-14 * w, rtol=1e-13))
+        if change < 0.0 and len(seen) == 1:
+            return 0.0 if rises else w
+        beyond = w if change < 0.0 else _fold(seen, onward)
+        if beyond is not None:
+            before = seen[-2 if change < 0.0 else 0][0]
+            return float(scipy.optimize.brentq(onward, before, beyond, xtol=1e-14 * w, rtol=1e-13))
         if w >= LAST and rises:
             return 1.0
-        step = min(w, max(1.0 - w, NARROW)) * MESH
-        w = min(max(w * (1.0 + seen[-1][1]), w + step), LAST) if rises else min(w * (1.0 + seen[-1][1]), w - step)
+        w += way * max(w * change, min(w, max(1.0 - w, NARROW)) * MESH)
+        w = min(w, LAST)
     return 0.0
 
 
-def _fold(seen: list[tuple[float, float]], growth: Callable[[float], float], way: float) -> float | None:
-    """A peak within three neighbouring ones at which growth has the other sign, where it turns next to zero."""
+def _fold(seen: list[tuple[float, float]], onward: Callable[[float], float]) -> float | None:
+    """A peak within three neighbouring ones at which the change has the other sign, where it turns next to zero."""
     if len(seen) < 3:
         return None
-    (first, a), (_, b), (last, c) = [(w, way * g) for w, g in seen]
+    (first, a), (_, b), (last, c) = seen
     if not (0.0 < b < min(a, c) and b < a + c - 2.0 * b):
         return None
-    found = scipy.optimize.minimize_scalar(
-        lambda w: way * growth(w), bounds=sorted((first, last)), method="bounded", options={"xatol": 1e-9 * first}
-    )
+    ends = sorted((first, last))
+    found = scipy.optimize.minimize_scalar(onward, bounds=ends, method="bounded", options={"xatol": 1e-9 * first})
     return float(found.x) if found.fun < 0.0 else None
 
 
-def _attractor(oscillator: Oscillator, law: FrictionLaw, flow: SlipFlow, peak: float) -> Attractor:
-    """The attractor on which peaks settle."""
+def _attractor(oscillator: Oscillator, law: FrictionLaw, peak: float) -> Attractor:
+    """The attractor on which peaks settle; the extremes of its displacement are where w = 0, by LSODA."""
+    flow, cycle = slip_flow(oscillator, law), slip_loop(oscillator, law).cycle
     if peak == 0.0:
         return Attractor(State.SLIDING)
     if peak < 1.0:
-        period = following_peak(flow, flow.at_peak(peak), peak)[1]
-        return Attractor(State.VIBRATION, oscillator.V * _half_range(flow, flow.at_peak(peak), peak), period)
-    cycle = slip_loop(oscillator, law).cycle
-    if cycle is None:
+        slip = period = following_peak(flow, peak)[1]
+        state, start = State.VIBRATION, flow.at_peak(peak)
+    elif cycle is not None:
+        state, start, slip, period = State.STICK_SLIP, flow.departure, cycle.slip_duration, cycle.period
+    else:
         return beyond_the_belt(oscillator, law)
-    return Attractor(State.STICK_SLIP, oscillator.V * _half_range(flow, flow.departure, 1.0), cycle.period)
+    solved = scipy.integrate.solve_ivp(
+        lambda _, z: (z[1], flow.at_peak(z[1]) - z[0]),
+        (0.0, slip),
+        (start, peak),
+        "LSODA",
+        events=lambda _, z: z[1],
+        rtol=1e-11,
+        atol=1e-13 * peak,
+    )
+    extremes = solved.y_events[0]
+    if len(extremes) != 2:
+        raise too_stiff(flow, peak, solved.nfev)
+    return Attractor(state, 0.5 * oscillator.V * float(np.ptp(extremes[:, 0])), period)
 
 
-def _half_range(flow: SlipFlow, y: float, w: float) -> float:
-    """Half the distance of the extremes of y in the loop from a peak or departure."""
-    low, trough, _ = turn(flow, y, w)
-    farthest, nearest = np.array([y, w]), np.array([low, trough])
-    if not (_to_standstill(farthest, flow) and _to_standstill(nearest, flow)):
-        raise ConvergenceError(
-            "the extremes of a cycle take too many steps: lower the normal force or give a stiffer spring; scene keys: "
-            "oscillator.normal_force_n, oscillator.stiffness_n_per_m; velocity in units of V",
-            residual=abs(float(farthest[1])),
-            work=MOST_STEPS,
-        )
-    return 0.5 * float(farthest[0] - nearest[0])
-
-
-@compiled(error_model="numpy")
-def _to_standstill(z: np.ndarray, flow: SlipFlow) -> bool:
-    """Move z : (2,) y and w to where w is 0 next, the last step halved to it; whether MOST_STEPS reach that."""
-    h, k, end = 1e-2, np.zeros((6, 2)), z.copy()
-    for _ in range(MOST_STEPS):
-        error = rk_step(z, h, flow, k, end) / (TOLERANCE * max(abs(z[1]), abs(end[0]), abs(end[1])))
-        if error <= 1.0 and end[1] * z[1] <= 0.0:
-            low, high = 0.0, h
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                rk_step(z, middle, flow, k, end)
-                if end[1] * z[1] <= 0.0:
-                    high = middle
-                else:
-                    low = middle
-            z[:] = end
-            return True
-        if error <= 1.0:
-            z[:] = end
-        h = next_step(h, error) if error < math.inf else 0.2 * h
-    return False
-
-
-@lru_cache(maxsize=256)
 def beyond_the_belt(oscillator: Oscillator, law: FrictionLaw) -> Attractor:
-    """The attractor of a motion that comes back to the belt: the stick-slip cycle, or what runs from departure show.
+    """The attractor of a motion that passes the belt without sticking at first, as runs from departure show it.
 
     Raises ConvergenceError where loops still change after MOST_LOOPS natural periods.
     """
-    if slip_loop(oscillator, law).cycle is not None:
-        return _attractor(oscillator, law, slip_flow(oscillator, law), 1.0)
     periods, change, departure = LOOPS, math.inf, departure_point(oscillator, law)
     while periods <= MOST_LOOPS:
         drawn = trajectory(oscillator, law, None, math.nan, periods, MotionOptions(1e-11), start_m=departure)
@@ -269,12 +216,11 @@ def beyond_the_belt(oscillator: Oscillator, law: FrictionLaw) -> Attractor:
         sticks = bool(motion.backwards.any())
         marks = motion.backwards if sticks else (motion.kind == CROSSING) & (motion.position > 0.0)
         times, places = motion.time[marks][-2:], motion.position[marks][-2:]
-        if times.size == 2:
-            last = (times[0] <= drawn.time) & (drawn.time <= times[1])
-            change = abs(float(np.diff(places)[0]))
-            if change <= SETTLED * oscillator.F:
-                state = State.STICK_SLIP if sticks else State.VIBRATION
-                return Attractor(state, 0.5 * float(np.ptp(drawn.position[last])), float(np.diff(times)[0]))
+        change = abs(float(np.diff(places)[0])) if times.size == 2 else math.inf
+        if change <= SETTLED * oscillator.F:
+            last = drawn.position[(times[0] <= drawn.time) & (drawn.time <= times[1])]
+            state = State.STICK_SLIP if sticks else State.VIBRATION
+            return Attractor(state, 0.5 * float(np.ptp(last)), float(np.diff(times)[0]))
         periods *= 4.0
     raise ConvergenceError(
         f"loops that pass the belt still change after {MOST_LOOPS:g} natural periods: raise the damping; scene key: "

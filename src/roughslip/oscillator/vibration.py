@@ -19,19 +19,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.answer_runs import Run, Runs
-from roughslip.oscillator.attractors import attractors_of
+from roughslip.oscillator.attractors import State, attractors_of
 from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory
 from roughslip.oscillator.slip_orbit import equilibrium
-from roughslip.oscillator.states import States, is_within
+from roughslip.oscillator.states import States
 from roughslip.validation import gate
 
 TURN = 2.0 * math.pi
@@ -58,10 +58,11 @@ def least_amplitude(machine: Machine) -> float | None:
     None where nothing vibrates, and where slip is too stiff to tell: there are two states then.
     """
     try:
-        found = attractors_of(machine.oscillator, machine.law).least_vibration
+        found = attractors_of(machine.oscillator, machine.law)
     except ConvergenceError:
         return None
-    return None if found is None else 0.5 * (found.amplitude + min(linear_response(machine), found.amplitude))
+    vibrations = [one.amplitude for one in (found.from_rest, found.from_sliding) if one.state is State.VIBRATION]
+    return 0.5 * (min(vibrations) + min(linear_response(machine), *vibrations)) if vibrations else None
 
 
 @gate
@@ -99,43 +100,25 @@ def vibration_cycles(drawn: Trajectory, times: np.ndarray, machine: Machine) -> 
     return np.reshape(rows, (-1, 2))
 
 
-@dataclass(frozen=True)
-class VibratingRuns:
-    """Vibration without sticking in runs by their starts.
+def vibrating_runs(
+    runs: Runs, of: Mapping[str, Sequence[Run]], starts: Mapping[str, bool]
+) -> tuple[dict[str, list[Run]], list[np.ndarray]]:
+    """Runs of the own machine by name, their states with times of vibration; its cycles in runs that begin at rest.
 
-    seen : (runs,) whether each vibrates when it is looked at
-    states : of each run, with its times of vibration
-    cycles : of each run that begins at rest, as `vibration_cycles` gives them
-    """
-
-    seen: Mapping[str, np.ndarray]
-    states: Mapping[str, Sequence[States]]
-    cycles: Sequence[np.ndarray]
-
-
-def vibrating_runs(runs: Runs, of: Mapping[str, Sequence[Run]], starts: Mapping[str, bool]) -> VibratingRuns:
-    """Vibration in runs of the own machine. starts : whether those of a name begin in sliding
+    starts : whether those of a name begin in sliding
 
     Runs that slip for long are drawn again, where the motion without scatter has a vibration.
     """
-    own, cycles = runs.own, list[np.ndarray]()
-    states = {name: [run.states for run in started] for name, started in of.items()}
-    if (least := least_amplitude(own)) is not None:
-        place = equilibrium(own.oscillator, own.law)
-        for name, started in of.items():
-            for number, run in enumerate(started):
-                if not run.states.sliding.size:
-                    continue
-                start = (place, 0.0) if starts[name] else 0.0
-                drawn = runs.drawn(runs.path(number), run.motion.duration / TURN, start)
-                times = vibrations(drawn, run.states, least)
-                states[name][number] = replace(run.states, vibration=times)
-                if not starts[name]:
-                    cycles.append(vibration_cycles(drawn, times, own))
-    seen = {
-        name: np.array(
-            [is_within(one.vibration, run.looked_at) for one, run in zip(states[name], started, strict=True)]
-        )
-        for name, started in of.items()
-    }
-    return VibratingRuns(seen, states, cycles)
+    own, least = runs.own, least_amplitude(runs.own)
+    found, cycles = {name: list(started) for name, started in of.items()}, list[np.ndarray]()
+    for name, number in ((name, number) for name, started in of.items() for number in range(len(started))):
+        run = found[name][number]
+        if least is None or not run.states.sliding.size:
+            continue
+        start = (equilibrium(own.oscillator, own.law), 0.0) if starts[name] else 0.0
+        drawn = runs.drawn(runs.path(number), run.motion.duration / TURN, start)
+        times = vibrations(drawn, run.states, least)
+        found[name][number] = replace(run, states=replace(run.states, vibration=times))
+        if not starts[name]:
+            cycles.append(vibration_cycles(drawn, times, own))
+    return found, cycles

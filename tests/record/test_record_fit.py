@@ -13,7 +13,7 @@ from scipy import stats
 from roughslip import IllPosedError
 from roughslip.record.curve import FrictionCurve, SpeedBasis, _spline_curve, fitted_curve, stribeck_columns
 from roughslip.record.fit import _moments, _tilted, fit_record
-from roughslip.record.likelihood import SlidingSamples, fitted_process, scatter_path, through_instrument, whitened
+from roughslip.record.likelihood import SlidingSamples, scatter_path, through_instrument, whitened
 
 LENGTH, DEVIATION, SECONDS = 1e-3, 0.02, 30.0
 RECORDS, N = 60, 1200
@@ -266,20 +266,3 @@ def test_synthetic_scatter_has_its_autocorrelation():
     path = scatter_path(np.arange(40_000) * 0.1, 1.0, np.random.default_rng(5))
     found = [np.mean(path[: path.size - k] * path[k:]) for k in range(30)]
     assert found == pytest.approx(np.exp(-0.1 * np.arange(30)), abs=5.0 / np.sqrt(4000.0))
-
-
-def test_a_fit_sees_through_the_instrument():
-    """Scatter 0.02 with length 1 mm, a low-pass of two samples, noise 0.01: each within four of its errors."""
-    generator, n = np.random.default_rng(8), 1500
-    step, memory = np.full(n, 1e-4), np.full(n, np.exp(-0.5))
-    path = 0.02 * scatter_path(np.cumsum(step), 1e-3, generator)
-    friction = 0.3 + through_instrument(path, memory) + 0.01 * generator.standard_normal(n)
-    step[0] = -1.0
-    samples = SlidingSamples(friction, np.full(n, 0.1), step, np.full(n, 1e-3), np.zeros(n))
-    fit = fitted_process(samples, np.ones((n, 1)), None, np.ones(n))
-    errors = np.sqrt(np.diag(fit.log_covariance))
-    assert np.abs(np.log([fit.deviation / 0.02, fit.length / 1e-3])) == pytest.approx([0, 0], abs=4 * errors.max())
-    # 150 lengths: sqrt(1 / 150); noise and low-pass widen the other
-    assert errors == pytest.approx([0.08, 0.24], rel=0.4)
-    assert fit.noise == pytest.approx(0.01, rel=0.1)
-    assert fit.time_constant == pytest.approx(2e-3, rel=0.5)

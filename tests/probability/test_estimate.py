@@ -158,17 +158,6 @@ def test_a_hint_saves_trials_where_the_crossing_is_near_it(off, share):
     assert hinted.trials < share * plain.trials
 
 
-def test_paths_that_change_together_have_one_crossing_at_every_level():
-    """From both sides, and upwards where the event begins there."""
-    for start in (0.5, 7.0):
-        search = search_of(np.full(PATHS, 2.0), start=start)
-        for level in (0.05, 0.95):
-            crossing = search.crossing(level, upwards=start < 2)
-            assert (crossing.low, crossing.value, crossing.high) == pytest.approx((2, 2, 2), rel=2 * ACCURACY)
-            assert search.crossing(level, upwards=start > 2) is None
-    assert search.searched == (1e-3, 10.0)
-
-
 def test_what_the_search_cannot_find():
     """An interval that reaches its end is open: the level 0.05 is crossed at 9.9, where six of the paths are left, and
     five stay to the end. A value that cannot be tried ends the search."""

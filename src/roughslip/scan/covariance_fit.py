@@ -18,12 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
-from scipy.special import stdtrit
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.probability.estimate import student_95
 from roughslip.results import described, result
 from roughslip.scan.autocorrelation import Autocorrelation
-from roughslip.scan.jackknife import CONFIDENCE
 from roughslip.scan.statistics import HIGHEST, LEAKAGE, ROLL_OFF, ScanStatistics, rings
 from roughslip.scan.topography import Topography
 from roughslip.surface.covariance import Covariance
@@ -114,8 +113,6 @@ def fit_covariance(
     model = MODELS[kind]
     start, low, high = _start_and_bounds(model, lags)
     n, p = len(lags.x), len(start)
-    if n <= p:
-        raise IllPosedError(f"{n} lags are too few for {p} parameters: give more lags")
 
     def build(parameters: np.ndarray) -> Covariance:
         """The model of a vector of parameters: (log mean length, e cos 2 lay, e sin 2 lay, shape)."""
@@ -260,7 +257,7 @@ def lags_to_fit(estimate: Autocorrelation, endless: int | None = None) -> Lags:
     step = math.ceil(math.sqrt(estimate.rows[0].size / MOST_LAGS))
     kept = tuple(slice(n // 2 % step, None, step) for n in estimate.rows[0].shape)
     reach = estimate.correlation.high - estimate.correlation.low
-    error = (reach / (2 * stdtrit(len(estimate.rows) - 2, 0.5 + 0.5 * CONFIDENCE)))[kept]
+    error = (reach / (2 * student_95(len(estimate.rows) - 1)))[kept]
     rows, lags = estimate.rows[(slice(None), *kept)], (estimate.lag_x[kept[0]], estimate.lag_y[kept[1]])
     if endless is None:
         x, y = np.meshgrid(*lags, indexing="ij")
@@ -292,7 +289,7 @@ def rings_to_fit(scan: Topography, statistics: ScanStatistics) -> RingPowers | N
     if kept.sum() < 2:
         return None
     over = rings(scan.grid, parts)
-    error = np.log(power.high / power.low)[kept] / (2 * stdtrit(parts.number - 1, 0.5 + 0.5 * CONFIDENCE))
+    error = np.log(power.high / power.low)[kept] / (2 * student_95(parts.number))
     number = effective_number(np.log(statistics.spectrum.rows[1:, kept]), error)
     return RingPowers(power.value[kept], error, number, lambda model: over.expected(model.spectrum)[kept])
 

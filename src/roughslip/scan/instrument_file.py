@@ -41,8 +41,6 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
     Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
     """
     path = Path(path)
-    if unit is not None and unit not in METRES:
-        raise InputError(f"{path}: heights stated in {unit!r}, an unknown unit; allowed are {', '.join(METRES)}")
     if not path.is_file():
         raise InputError(f"{path}: no such file; a scan is a file of an instrument, a .nc map or a .txt matrix")
     found = _read(path)

@@ -17,14 +17,11 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import stdtrit
 
 from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.probability import Estimate
+from roughslip.probability.estimate import Estimate, student_95
 from roughslip.results import described, result
-
-CONFIDENCE = 0.95
 
 # Correlation lengths that the edge of a sub-area should have for sub-areas to scatter independently.
 ENOUGH_LENGTHS = 6.0
@@ -88,7 +85,7 @@ class SubAreas:
         """Half the interval (...), from deviations (B, ...) of the leave-one-out values from their mean."""
         number = len(deviations)
         standard_error = self.widening * np.sqrt((number - 1) / number * np.sum(deviations**2, axis=0))
-        return np.asarray(stdtrit(number - 1, 0.5 + 0.5 * CONFIDENCE) * standard_error)
+        return np.asarray(student_95(number) * standard_error)
 
 
 def sub_areas(grid: Grid, extent_x: float, extent_y: float) -> SubAreas:

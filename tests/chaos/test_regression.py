@@ -153,11 +153,9 @@ def test_even_terms_keep_their_value_under_every_symmetry_and_the_others_do_not(
     also keeps the three products of two of the two, with 1 or one of the six."""
     odd = np.array([[0, 0], [1, 0], [0, 1], [0, 0], [0, 0], [1, 1], [0, 0], [0, 0]])
     complete = multi_indices(8, 3)
-    assert len(even_terms(complete, odd[:, :1])) == 84 + 3 * 7
     kept = {tuple(term) for term in even_terms(complete, odd)}
     points = np.random.default_rng(2).standard_normal((4, 8))
     for term in complete:
         values = [np.prod((points * signs) ** term, axis=1) for signs in (-1.0) ** odd.T]
         same = all(np.allclose(value, np.prod(points**term, axis=1)) for value in values)
         assert same == (tuple(term) in kept)
-    assert len(even_terms(complete, odd[:, :0])) == 165

@@ -46,7 +46,7 @@ def test_a_strip_turned_by_half_a_turn_is_predicted_the_same():
         values = 1e9 * rng.standard_normal((700, rows, 1)) + 1e16 * functionals[..., :1]
         folded = turned_to_half(functionals, values)
         assert folded[0].shape == (1400, 2, 8)
-        fit, *_ = fit_strip(*folded, 2, STENCIL, TARGETS[0])
+        fit, *_ = fit_strip(*folded, 2, STENCIL, TARGETS[0], np.arange(1400))
         whole = on_all_rows(fit, rows)
         predicted = whole.predicted(heights)
         assert predicted.shape == (1, 700, rows)
@@ -67,7 +67,7 @@ def test_left_out_strips_are_predicted_by_the_others(most, monkeypatch):
     noise = 1e18 * np.random.default_rng(10).standard_normal((strips * nodes, ROWS, 2))
     values = cubic(heights, target).transpose(1, 2, 0) + noise
     number = np.repeat(np.arange(strips), nodes)
-    predictions = fit_strip(functionals, values, 1, STENCIL, target, strip=number)[2]
+    predictions = fit_strip(functionals, values, 1, STENCIL, target, number)[2]
     assert predictions.shape == (2, strips * nodes, ROWS)
     for row, level, out in ((0, 1, 0), (2, 0, 3)):
         kept = number % min(most, strips) != out % min(most, strips)
@@ -88,7 +88,7 @@ def test_of_strips_alike_in_a_mirror_along_them_half_of_the_odd_is_not_fitted():
 
     heights = strip(11, 800)
     functionals = np.ascontiguousarray(local_functionals(heights, STENCIL).transpose(1, 2, 0))
-    fit, missed, _ = fit_strip(functionals, np.moveaxis(even(heights), 0, -1), 3, STENCIL, target, odd)
+    fit, missed, _ = fit_strip(functionals, np.moveaxis(even(heights), 0, -1), 3, STENCIL, target, np.arange(800), odd)
     assert fit.indices.shape == (105, 8)
     assert missed.max() < 1e-20
     other = strip(12, 300)
@@ -182,10 +182,3 @@ def test_quantiles_are_those_of_the_law_where_scatter_grows_with_the_prediction(
     drawn = law.draw(s, np.full(6, probability))
     tolerance = 4 * 1.8 * width(s) / np.sqrt(NEIGHBOURS * SAMPLES)
     assert np.all(np.abs(drawn - mean(s) - width(s) * ndtri(probability)) < tolerance)
-
-
-def test_a_cubic_without_scatter_is_given_back():
-    s = np.random.default_rng(3).standard_normal(500)
-    law = residual_scatter(s, 1 + s - 0.2 * s**3)
-    at = np.linspace(-1.5, 1.5, 7)
-    np.testing.assert_allclose(law.draw(at, np.full(7, 0.7)), 1 + at - 0.2 * at**3, atol=1e-12)

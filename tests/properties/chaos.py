@@ -160,7 +160,7 @@ def attempt_strip(trial: Trial) -> None:
     well_posed = count >= 8 * TERMS[degree] and rows >= 5 and max(np.abs(planes)) < 1.0
     trial.answers = () if well_posed else (IllPosedError, ConvergenceError)
     target = PressureTarget(kind, pressure_unit**power / height_unit)
-    expansion, stated, _ = fit_strip(functionals, known, degree, STENCIL, target)
+    expansion, stated, _ = fit_strip(functionals, known, degree, STENCIL, target, np.arange(count))
     long = heights(2, 1, LONG)
     pressure, true = target.pressure(expansion.predicted(long[0]))[:, REACH:-REACH], values(long)[0]
     assert ((pressure >= 0) & (pressure < math.inf)).all(), "pressures that are negative or not finite"

@@ -12,12 +12,10 @@ from roughslip.grid import Grid
 from roughslip.probability import BetaDistribution, translate
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import tapered
-from roughslip.surface.model import GaussianModel, corrected, corrected_correlation, endless_lay, measured_model
+from roughslip.surface.model import GaussianModel, corrected, endless_lay, measured_model
 from roughslip.surface.models import covariance_of
-from tests.probability.test_distributions import Lognormal
 
 BETA = BetaDistribution.of_moments(2.1, 5.0, 0.0, 2.0)
-SKEWED = Lognormal(1.0, mirrored=True)
 EXPONENTIAL = covariance_of("exponential", 2.0, 5.0)
 
 
@@ -74,15 +72,6 @@ def test_a_smooth_field_cannot_have_every_law():
     """rho_z / w_1 less a multiple of rho_z^2, whose spectrum is the wider one: negative at short waves."""
     with pytest.raises(IllPosedError, match=r"no Gaussian field gives the wanted correlation.*nearest deviates"):
         corrected(covariance_of("gaussian", 2.0, 5.0), translate(BETA), (5.0, 5.0))
-
-
-def test_what_can_be_had_is_exact():
-    """A correlation made by translation comes back: nothing is cut, the deviation is rounding."""
-    translation = translate(SKEWED)
-    gaussian = np.exp(-((np.minimum(np.arange(64), 64 - np.arange(64)) / 3.0) ** 2))
-    wanted = translation.correlation(gaussian)
-    found = corrected_correlation(translation, wanted)
-    np.testing.assert_allclose(found, gaussian, atol=1e-10)
 
 
 def test_a_taper_leaves_the_inner_half_and_ends_near_zero():

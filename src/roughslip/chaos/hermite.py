@@ -119,9 +119,7 @@ class HermiteBasis:
                 f"indices must be whole numbers (terms, variables), not {indices.dtype} {indices.shape}"
             )
         self.indices = indices
-        steps: list[
-            tuple[int, int, int, int]
-        ] = []  # a term, the term that it starts from or -1, and what multiplies it
+        steps = []  # a term, the term that it starts from or -1, and what multiplies it
         rows: dict[tuple[tuple[int, int], ...], int] = {}
         for row, exponents in enumerate(indices.tolist()):
             factors = [(variable, exponent) for variable, exponent in enumerate(exponents) if exponent]

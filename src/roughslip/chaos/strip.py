@@ -65,8 +65,8 @@ def fit_strip(
     degree: int,
     stencil: Stencil,
     target: PressureTarget,
+    strip: np.ndarray,
     odd: np.ndarray = NO_SYMMETRY,
-    strip: np.ndarray | None = None,
 ) -> tuple[StripExpansion, np.ndarray, np.ndarray]:
     """Fit the expansion row by row and penetration by penetration.
 
@@ -74,10 +74,9 @@ def fit_strip(
     target_values : (K, ny, levels) [Pa] or [Pa^2] values of `target` there
     degree : total degree of the expansion
     stencil : the boxes of the functionals
+    strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups
     odd : (8, symmetries) 1 for a functional that changes sign under a symmetry of the strip that keeps every row, else
         0; terms that change sign are left out
-    strip : (K,) number of the strip of each node; strips are left out in at most GROUPS groups. Where not given, nodes
-        are left out one by one. Neighbours are correlated, so the share that is missed is then too small
 
     Returns the expansion; (ny, levels) [-] the share of the variance that predictions of left-out samples miss; and
     (levels, K, ny) [target] these predictions. Raises IllPosedError as the whitening and the
@@ -85,13 +84,9 @@ def fit_strip(
     """
     nodes, rows, variables = functionals.shape
     levels = target_values.shape[2]
-    group = None if strip is None else np.unique(strip, return_inverse=True)[1] % GROUPS
-    order = slice(None) if group is None else np.argsort(group, kind="stable")  # groups in one piece are not copied
-    functionals, target_values, group = (
-        functionals[order],
-        target_values[order],
-        None if group is None else group[order],
-    )
+    group = np.unique(strip, return_inverse=True)[1] % GROUPS
+    order = np.argsort(group, kind="stable")  # groups in one piece are not copied
+    functionals, target_values, group = functionals[order], target_values[order], group[order]
     indices = even_terms(multi_indices(variables, degree), odd)
     whiten = np.empty((rows, variables, variables))
     coefficients = np.empty((rows, len(indices), levels))

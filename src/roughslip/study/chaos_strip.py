@@ -36,7 +36,7 @@ def work(scene: Scene, job: Job) -> None:
     strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
     mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
     try:
-        half, missed, predicted = fit_strip(training, values, degree, stencil, target, mirrored, strip)
+        half, missed, predicted = fit_strip(training, values, degree, stencil, target, strip, mirrored)
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
     except IllPosedError as error:
         job.warn(f"the expansion of the strips is missing, and friction is that of the solved strips alone: {error}")

@@ -37,7 +37,7 @@ BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)
 # Classes that the package makes, and its bases; users read them.
 RESULTS = {*("ContactSolution", "Motion", "Trajectory", "Estimate", "ScanStatistics", "Topography", "Covariance")}
 # Methods that the package calls: of solvers, also in single precision, of fits, and of laws from scenes.
-INNER = {"apply", "of_fit", "profile", "transform", "check_not_negative", "from_scene", "steeper_than", "from_rows"}
+INNER = {"apply", "of_fit", "profile", "transform", "from_scene", "from_rows"}
 INNER |= {"of_distance", "of_scale", "slopes_by_lines"}
 
 

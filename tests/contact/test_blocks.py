@@ -17,7 +17,7 @@ def test_blocks_displace_each_other_as_b_does(shape: tuple[int, int], periodic: 
     """W' B W for even forces of a wave along twelve blocks, as long as wide. K takes the displacement of the centre
     of a block, which is 1.19 times its mean under its own force (1.122 and 0.946 of p L / E*)."""
     influence = Influence(Grid(*shape, 1e-6, 1e-6), 1e11, periodic)
-    along, edges = influence.block_edges
+    along, edges = blocks.block_edges(influence.grid)
     assert along == (shape[0] == 144)
     np.testing.assert_array_equal(edges, 12 * np.arange(13))
     k = np.lib.stride_tricks.sliding_window_view(influence.between_blocks, 12)[:, ::-1]

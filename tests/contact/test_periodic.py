@@ -31,10 +31,6 @@ def press_wave(wave: SineWave, n: int, shift: float) -> tuple[ContactSolution, n
     return solution, wave.pressure(x)
 
 
-def relative_l2(field: np.ndarray, exact: np.ndarray) -> float:
-    return float(np.linalg.norm(field - exact) / np.linalg.norm(exact))
-
-
 @pytest.mark.parametrize("load", [0.3, 0.5, 0.8])
 def test_sine_wave_orders_of_convergence(load: float) -> None:
     """Over sixteen shifts of the mesh, which pass every position of the edge between two nodes. Root mean square error
@@ -44,7 +40,7 @@ def test_sine_wave_orders_of_convergence(load: float) -> None:
     errors = []
     for n in (32, 64, 128, 256):
         pressed = [press_wave(wave, n, (k + 0.5) / 16) for k in range(16)]
-        squares = [relative_l2(solution.pressure[:, 0], exact) ** 2 for solution, exact in pressed]
+        squares = [np.sum((one.pressure[:, 0] - exact) ** 2) / np.sum(exact**2) for one, exact in pressed]
         planes = [solution.plane - wave.plane for solution, _ in pressed]
         errors.append((math.sqrt(np.mean(squares)), np.mean(planes)))
     halvings = np.log2(errors)

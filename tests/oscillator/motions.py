@@ -7,7 +7,7 @@ import numpy as np
 from roughslip.friction.paths import Friction
 from roughslip.oscillator.equation import Oscillator, slip_state
 from roughslip.oscillator.event_loop import REATTACHMENT
-from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
+from roughslip.oscillator.laws import StribeckLaw
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.path import piece_at
 from roughslip.oscillator.runge_kutta import step
@@ -27,11 +27,6 @@ def ends(motion):
     """Time, position and slipped distance of every reattachment."""
     keep = motion.kind == REATTACHMENT
     return np.column_stack((motion.time[keep], motion.position[keep], motion.slipped_distance[keep]))
-
-
-def coulomb(ratio: float, kinetic: float = 0.3) -> CoulombLaw:
-    """Friction that drops by r = F (static - kinetic) / V on leaving stick."""
-    return CoulombLaw(kinetic, kinetic + ratio * V / F)
 
 
 def equal_steps(p, path, x, u, duration, steps, sigma=1.0):

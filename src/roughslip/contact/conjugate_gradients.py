@@ -192,7 +192,7 @@ class _Workspace(NamedTuple):
 
 
 def _workspace(influence: Influence, precision: type[np.floating]) -> _Workspace:
-    (nx, ny), (along, edges) = influence.grid.shape, influence.block_edges
+    (nx, ny), (along, edges) = influence.grid.shape, blocks.block_edges(influence.grid)
     return _Workspace(
         stencil=influence.approximate_inverse.astype(precision),
         misfit=np.zeros((nx, ny), precision),

@@ -174,14 +174,9 @@ class Influence:
         return Influence(Grid(nx, ny, dx, dy), self.modulus, self.periodic)
 
     @cached_property
-    def block_edges(self) -> tuple[bool, np.ndarray]:
-        """`blocks.block_edges` of the mesh."""
-        return block_edges(self.grid)
-
-    @cached_property
     def between_blocks(self) -> np.ndarray:
         """(2 m - 1,) [m/Pa] displacement of a block under a unit sum of pressures on one at an offset from 1 - m on."""
-        g, (along, edges) = self.grid, self.block_edges
+        g, (along, edges) = self.grid, block_edges(self.grid)
         if edges.size == 2:
             return np.zeros(1)
         nx, ny = (edges.size - 1, 1) if along else (1, edges.size - 1)

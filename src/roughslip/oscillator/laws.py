@@ -98,20 +98,9 @@ class FrictionLaw(ABC):
         """Slopes [s/m] that straight lines between measured points would have near a speed; none of a formula."""
         return ()
 
-    def steeper_than(self, maximum: float) -> str:
-        """What to change where |slope| exceeds `maximum` [s/m], a step for each change of friction; empty elsewhere."""
-        slope = float(friction_slope(0.0, self.parameters()))  # `slope` takes a tenth of a short run
-        if abs(slope) <= maximum:
-            return ""
-        return (
-            f"the slope of friction at rest, {slope:.3g} s/m, is more than the {maximum:.3g} s/m that the integrator "
-            "resolves: let friction change over a wider range of speeds"
-        )
-
-    def check_not_negative(self, *names: str) -> None:
-        """Raise ParameterError for an attribute that is not finite or is negative."""
-        for name in names:
-            not_negative(f"{type(self).__name__}.{name}", getattr(self, name))
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            not_negative(f"{type(self).__name__}.{name}", value)
 
 
 def _of_any_law(name: str) -> Callable[[Any, Any], Any]:
@@ -163,9 +152,6 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
     decay_s_per_m: float = 1.42
     quadratic_s2_per_m2: float = 0.01
 
-    def __post_init__(self) -> None:
-        self.check_not_negative("fit", "static", "decay_s_per_m", "quadratic_s2_per_m2")
-
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
         """Eq. (13) with the mean friction coefficient as mu_fit, and a limit of stick of at least that."""
@@ -209,7 +195,7 @@ class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
     static: float
 
     def __post_init__(self) -> None:
-        self.check_not_negative("kinetic", "static")
+        super().__post_init__()
         if self.static < self.kinetic:
             raise ParameterError(f"CoulombLaw.static must be at least kinetic = {self.kinetic}, not {self.static}")
 

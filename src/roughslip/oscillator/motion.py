@@ -20,9 +20,9 @@ from roughslip.validation import gate, positive
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
-COARSER = (  # what to try without a friction path, and with one
-    "try a larger tolerance",
-    "try a larger tolerance or a coarser path; scene key: ensemble.nodes_per_correlation_length",
+COARSER = (  # what to try
+    "try a larger tolerance, friction that changes over a wider range of speeds, or a coarser path; scene key: "
+    "ensemble.nodes_per_correlation_length; local errors in m"
 )
 
 
@@ -164,8 +164,7 @@ def _followed(
         status, run, events = continue_run(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(run.y.s)
-    steep = law.steeper_than(STEPS_PER_PERIOD / (2.0 * math.pi * p.F * p.omega))
-    _check_end(status, run, duration_periods, feed.length_m, steep)
+    _check_end(status, run, duration_periods, feed.length_m)
     rows = events.rows[: events.filled]
     return Motion(
         kind=events.kinds[: events.filled],
@@ -180,12 +179,8 @@ def _followed(
     )
 
 
-def _check_end(status: Status, run: RunState, periods: float, length: float, steep: str) -> None:
-    """Raise the error of a run that did not come to its end.
-
-    length : of the path [m], 0 without one
-    steep : what to say of a law whose slope takes more steps than there are
-    """
+def _check_end(status: Status, run: RunState, periods: float, length: float) -> None:
+    """Raise the error of a run that did not come to its end. length : of the path [m]"""
     reached = run.y.tau / (2.0 * math.pi)
     if status == Status.PATH_OVER:
         need = f", about {1.1 * length * periods / reached:.3g} m" if reached > 0.0 else ""
@@ -196,9 +191,7 @@ def _check_end(status: Status, run: RunState, periods: float, length: float, ste
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
         raise ConvergenceError(
-            f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; "
-            + (steep or COARSER[length > 0.0])
-            + "; local errors in m",
+            f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; {COARSER}",
             residual=run.error,
             work=run.steps,
         )

@@ -168,17 +168,6 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         slopes = [*(np.diff(self.values) / np.diff(speeds))[touches].tolist()]
         return tuple(slopes if near[1] <= speeds[-1] else [*slopes, 0.0])
 
-    def steeper_than(self, maximum: float) -> str:
-        slopes = np.diff(self.values) / np.diff(self.speeds_m_per_s)
-        row = int(np.argmax(np.abs(slopes)))
-        if abs(slopes[row]) <= maximum:
-            return ""
-        (low, high), (first, last) = self.speeds_m_per_s[row : row + 2], self.values[row : row + 2]
-        return (
-            f"friction goes from {first:g} to {last:g} between the knots {low:.9g} and {high:.9g} m/s of the table, "
-            f"nearer than the integrator resolves: put them at least {abs(last - first) / maximum:.2g} m/s apart"
-        )
-
     @staticmethod
     def friction(speed: float, law: TableParameters) -> float:
         row = law.table[_row_at(speed, law.table)]

@@ -41,7 +41,7 @@ from workflow.study import working_folder
 from workflow.study.commands import Inputs, asked_mb, command, log, machine_mb, outputs
 from workflow.study.publish import LISTED, publish_existing
 from workflow.study.scenes import RULES, Scenes, check_config, check_targets, scene_folders
-from workflow.study.terminal import print_closing, seconds_of_stages, show_own_errors
+from workflow.study.terminal import print_closing, show_own_errors
 
 # Paths are in the environment: in a command they would differ when the tree is moved or .venv is made again.
 os.environ.update(PYTHONPATH=f"{SOURCE}{os.pathsep}{ROOT}", ROUGHSLIP_PYTHON=sys.executable)
@@ -55,10 +55,7 @@ STATE = Path(".snakemake")
 NEWEST = tempfile.NamedTemporaryFile(prefix="roughslip-")  # newer than any result
 
 if workflow.is_main_process and not workflow.output_settings.verbose:
-    show_own_errors(
-        lambda folder: names.at(folder).scene,
-        (lambda: seconds_of_stages(ROOT / "results" / "reference", scenes.asked)) if RUNS else None,
-    )
+    show_own_errors(lambda folder: names.at(folder).scene, shows_progress=RUNS)
 
 # Mistakes of the user end here, a line each. A job on another machine has a key file and looks at no scene.
 try:

@@ -54,16 +54,6 @@ def test_friction_windows():
     assert example["found"].variation.low < 0.111 < example["found"].variation.high
 
 
-def test_stick_slip_cycle():
-    example = run("stick_slip_cycle")
-    assert example["settled"] == pytest.approx(example["cycle"].reattachment, rel=1e-6)
-    assert example["period"] == pytest.approx(example["cycle"].period, rel=1e-6)
-    assert example["hopf"] == pytest.approx(example["by_hand"], rel=1e-12)
-    *below, beyond = example["counts"].values()
-    assert min(below) > 90
-    assert beyond == 0
-
-
 @pytest.mark.slow  # compiles the motion for the law of the example
 def test_own_law_and_trace():
     """The slope of a table of its values is that by hand. A cycle takes a natural period or little more, and ends with
@@ -75,12 +65,3 @@ def test_own_law_and_trace():
     for counts in example["counts"].values():
         assert counts[:, 0].min() > 20
         assert counts[:, -1].max() == 0
-
-
-@pytest.mark.slow
-def test_ensemble_near_limit():
-    """Most cycles are lost between one and two scatters of the limit below it; far from it the scatter does nothing."""
-    example = run("ensemble_near_limit")
-    assert example["lost"].difference[0] < 3
-    assert 10 < example["lost"].difference[2] < 60
-    assert example["lost"].mean[-1] == example["without"][-1] == 0

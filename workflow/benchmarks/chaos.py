@@ -30,7 +30,7 @@ from roughslip.errors import IllPosedError
 from roughslip.limits import FUNCTIONALS
 from roughslip.scene.loader import load
 from roughslip.scene.types import scene_of
-from roughslip.study.from_scene import Stream, expansion, geometry, surface_model
+from roughslip.study.from_scene import Stream, elastic, expansion, geometry, surface_model
 from roughslip.study.from_scene.geometry import central_nodes, training_nodes
 from roughslip.surface.modes import heights, karhunen_loeve
 from workflow.benchmarks.rows import OURS, case, make_row, timed, write
@@ -93,7 +93,7 @@ class Square:
         square = self.scene.square
         self.modes = karhunen_loeve(self.model.covariance, self.grid, square.modes).modes
         self.central = len(central_nodes(self.model.lengths_m, self.grid).x)
-        self.influence = geometry.influence(self.scene, self.grid)
+        self.influence = elastic.influence(self.scene, self.grid)
         self.nodes = training_nodes(self.model.lengths_m, self.grid)
         self.directions, self.odd = expansion.directions(self.model, self.grid, self.modes, self.nodes, FUNCTIONALS)
         self.target = expansion.target(self.scene, self.model, self.grid)

@@ -17,18 +17,15 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from matplotlib.axes import Axes
+import seaborn as sns
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import NullFormatter
 
 from roughslip import store
-from roughslip.figures.figure2 import METHODS
-from roughslip.figures.style import heads, panels, save
+from roughslip.figures.style import STYLE, save
 
 OURS = "roughslip"
 TURN_SECONDS = 5e-3  # A fast method is called repeatedly for so long, which makes clock and interrupts negligible.
@@ -36,24 +33,18 @@ LONG = 1.5  # [s] The call that estimates the time of a method counts as its fir
 PACKAGES = ("numpy", "scipy", "numba", "ducc0", "tamaas", "ContactMechanics", "gstools", "diffrax", "jax")
 
 FLOOR = 1e-17  # errors below are drawn there
-# By method its label and its look.
-LOOKS: dict[str, tuple[str, dict[str, Any]]] = {
-    "roughslip": ("roughslip", {"color": "0.1", "marker": "o", "linewidth": 2.0}),
-    "tamaas/load": ("Tamaas, given the load", {"color": "C0", "marker": "s"}),
-    "contactmechanics/bugnicourt": ("ContactMechanics, Bugnicourt", {"color": "C1", "marker": "^"}),
-    "polonsky-keer": ("Polonsky-Keer in numpy", {"color": "C2", "marker": "v", "linestyle": "-."}),
-    "gstools/randomization": ("GSTools randomization", {"color": "C0", "linestyle": "--"}),
-    "gstools/fourier": ("GSTools Fourier", {"color": "C1", "linestyle": "-."}),
-    "scipy/RK45": ("scipy RK45", {"color": "C2", "marker": "^"}),
-    "scipy/DOP853": ("scipy DOP853", {"color": "C3", "marker": "v"}),
-    "diffrax/Tsit5": ("diffrax Tsit5", {"color": "C4", "marker": "D"}),
-    "diffrax/Dopri8": ("diffrax Dopri8", {"color": "C5", "marker": "X"}),
-    "monte_carlo": ("Monte Carlo", {"color": "0.6", "marker": "o"}),
-    "latin_hypercube": ("Latin hypercube", {**METHODS["latin_hypercube"][1], "marker": "s"}),
-    "sobol": ("Sobol", {"color": "C4", "linestyle": (0, (5, 1)), "marker": "D"}),
-    "equation_8": ("PC, eq. (8)", {**METHODS["equation_8"][1], "marker": "^"}),
-    "equation_9": ("PC, eq. (9)", {**METHODS["equation_9"][1], "marker": "v"}),
-}
+LABELS = {
+    "tamaas/load": "Tamaas, given the load",
+    "contactmechanics/bugnicourt": "ContactMechanics, Bugnicourt",
+    "polonsky-keer": "Polonsky-Keer in numpy",
+    "gstools/randomization": "GSTools randomization",
+    "gstools/fourier": "GSTools Fourier",
+    "monte_carlo": "Monte Carlo",
+    "latin_hypercube": "Latin hypercube",
+    "sobol": "Sobol",
+    "equation_8": "PC, eq. (8)",
+    "equation_9": "PC, eq. (9)",
+}  # of methods whose names say less
 
 Row = dict[str, Any]
 Name = TypeVar("Name", bound=Hashable)
@@ -141,81 +132,57 @@ def write(subject: str, measure: Callable[[bool], Mapping[str, Any]]) -> None:
     save(FIGURES[subject](measured["rows"]), file.with_suffix(".svg"))
 
 
-def draw(
-    rows: Sequence[Row], keys: str, quantity: str = "", x: str = "seconds", xlabel: str = "time [s]", ylabel: str = ""
-) -> Figure:
-    """Draw error against time or work, a panel for each value of the keys of a case, with one legend.
+def draw(rows: Sequence[Row], keys: str, xlabel: str, ylabel: str, x: str = "seconds", quantity: str = "") -> Figure:
+    """Draw error against time or work by method and setting, a panel for each value of the keys of a case.
 
     quantity : that of the cases that are drawn
     """
-    groups: dict[str, list[Row]] = {}
-    for row in sorted(rows, key=lambda row: row[x]):
-        pairs = fields(row["case"])
-        if pairs.get("quantity", "") == quantity:
-            groups.setdefault(", ".join(pairs[name] for name in keys.split()), []).append(row)
-    columns = min(len(groups), 3)
-    canvas, places = panels(columns, len(groups) // columns, 4.6 if columns < 3 else 3.7)
-    for axes, name in zip(np.ravel(places), groups, strict=False):
-        draw_methods(axes, groups[name], x)
-        axes.set(xlabel=xlabel, ylabel=ylabel)
-    return _finished(canvas, *groups)
+    pairs = [fields(row["case"]) for row in rows]
+    shown = [(row, one) for row, one in zip(rows, pairs, strict=True) if one.get("quantity", "") == quantity]
+    points = {
+        "x": [row[x] for row, _ in shown],
+        "y": [max(row["error"], FLOOR) for row, _ in shown],
+        "method": [_label(row) for row, _ in shown],
+        "panel": [", ".join(one[name] for name in keys.split()) for _, one in shown],
+    }
+    look = {"hue": "method", "style": "method", "markers": True, "kind": "line", "estimator": None}
+    sns.set_theme("paper", "ticks", "colorblind", rc=STYLE)
+    wrap = min(3, len(set(points["panel"])))
+    grid = sns.relplot(points, x="x", y="y", col="panel", col_wrap=wrap, height=3.5, facet_kws=FREE, **look)
+    grid.set(xscale="log", yscale="log", xlabel=xlabel, ylabel=ylabel).set_titles("{col_name}")
+    for axes in grid.axes.flat:
+        axes.xaxis.set_minor_formatter(NullFormatter())
+    grid.figure.set_layout_engine("constrained")
+    sns.move_legend(grid, "outside lower center", ncols=3, title=None)
+    return grid.figure
+
+
+def _label(row: Row) -> str:
+    label = LABELS.get(row["method"], row["method"].replace("/", " "))
+    return f"{label}, {row['setting']} waves" if "samples" in row and row.get("setting") else label
 
 
 def draw_contact(rows: Sequence[Row]) -> Figure:
     """Draw the error of the pressure against time, and the time against the mesh at equal residual."""
-    canvas, (precision, growth) = panels(2, 1, 4.6)
-    draw_methods(precision, [row for row in rows if row["case"] == "n=256 surface=gauss level=50 quantity=pressure"])
-    precision.set(xlabel="time [s]", ylabel="relative error of the pressure")
-    median = [row for row in rows if row["case"].endswith("surface=gauss level=50 tolerance=1e-10")]
-    sizes = [{**row, "nodes": int(fields(row["case"])["n"]), "error": row["seconds"]} for row in median]
-    draw_methods(growth, sizes, "nodes")
-    growth.set(xlabel="nodes on an edge", ylabel="time of a solve [s]")
-    return _finished(canvas, "256 x 256, median plane", "residual 1e-10, median plane")
+    chosen = []
+    for row in rows:
+        if row["case"] == "n=256 surface=gauss level=50 quantity=pressure":
+            chosen.append(row | {"case": "panel=256x256", "x": row["seconds"]})
+        elif row["case"].endswith("surface=gauss level=50 tolerance=1e-10"):
+            nodes = int(fields(row["case"])["n"])
+            chosen.append(row | {"case": "panel=residual_1e-10", "x": nodes, "error": row["seconds"]})
+    figure = draw(chosen, "panel", "time [s]", "relative error of the pressure", "x")
+    for axes in figure.axes:
+        if axes.get_title() != "256x256":
+            axes.set(xlabel="nodes on an edge", ylabel="time of a solve [s]")
+    return figure
 
 
-def _finished(canvas: Figure, *titles: str) -> Figure:
-    """A figure with its titles and one legend for all panels."""
-    heads(canvas.axes, *titles)
-    named = [zip(*axes.get_legend_handles_labels()[::-1], strict=True) for axes in canvas.axes]
-    handles = {label: handle for pairs in named for label, handle in pairs}
-    canvas.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize="small")
-    return canvas
-
-
-def draw_methods(axes: Axes, rows: Sequence[Row], x: str = "seconds") -> None:
-    """Draw the error of every method and of each of its settings that has rows of several numbers of samples.
-
-    Of several designs the percentiles 10 and 90 of ours are a bar.
-    """
-    for method, (label, look) in LOOKS.items():
-        own = [row for row in rows if row["method"] == method]
-        settings = dict.fromkeys(row["setting"] if "samples" in row else None for row in own)
-        for marker, setting in zip("os^v", settings, strict=False):
-            line = [row for row in own if setting in (None, row.get("setting"))]
-            errors = [max(row["error"], FLOOR) for row in line]
-            name = f"{label}, {setting} waves" if setting else label
-            options = {"label": name, "markersize": 4, "marker": marker, **look}
-            axes.plot([row[x] for row in line], errors, **options)
-        for row in own if method == OURS else ():
-            if "errors" in row:
-                axes.plot([row[x]] * 2, np.percentile(row["errors"]["distance"], (10, 90)), "0.1", lw=5, alpha=0.3)
-    axes.set(xscale="log", yscale="log")
-    if x != "seconds":  # whole numbers, which powers of ten do not name
-        counts = sorted({row[x] for row in rows})
-        axes.set_xticks(counts, [f"{count:g}" for count in counts])
-        axes.xaxis.set_minor_locator(NullLocator())
-
-
+FREE = {"sharex": False, "sharey": False}
+COVARIANCE, SOLVES, CYCLE = "RMS error of the covariance / Sq²", "contact solves", "time of a cycle [s]"
 FIGURES: dict[str, Callable[[Sequence[Row]], Figure]] = {
-    "surface": partial(draw, keys="covariance n", quantity="covariance", ylabel="RMS error of the covariance / Sq²"),
+    "surface": lambda rows: draw(rows, "covariance n", "time [s]", COVARIANCE, quantity="covariance"),
     "contact": draw_contact,
-    "chaos": partial(
-        draw,
-        keys="scene percentile",
-        quantity="pressure",
-        x="work",
-        xlabel="contact solves",
-        ylabel="error of the distribution [-]",
-    ),
-    "oscillator": partial(draw, keys="motion", xlabel="time of a cycle [s]", ylabel="relative error of X"),
+    "chaos": lambda rows: draw(rows, "scene percentile", SOLVES, "error of the distribution", "work", "pressure"),
+    "oscillator": lambda rows: draw(rows, "motion", CYCLE, "relative error of X"),
 }

@@ -103,7 +103,7 @@ class _Cache(caching.FunctionCache):
             with contextlib.suppress(OSError):  # a folder that cannot be written to
                 Path(self._cache_path).mkdir(parents=True, exist_ok=True)
                 self._turn = Path(self._cache_path, f"{self._impl.filename_base}.lock").open("a")  # noqa: SIM115
-                _lock(self._turn, LONGEST)
+                _lock(self._turn)
                 compiled_form = super().load_overload(sig, target_context)
         if compiled_form is None:
             _announce("compiling, once for this version of the code, about 10 s")
@@ -112,11 +112,9 @@ class _Cache(caching.FunctionCache):
         return compiled_form
 
     def save_overload(self, sig: object, data: Any) -> None:
-        """Store a compiled form. Without a lock two processes could give one name to two forms."""
+        """Store a compiled form. Without the turn two processes could give one name to two forms."""
         try:
-            with Path(self._cache_path, "lock").open("a", encoding="utf-8") as lock:
-                _lock(lock, LONGEST)
-                super().save_overload(sig, data)
+            super().save_overload(sig, data)
         except OSError as error:
             _announce(f"compiled code is not kept: {self._cache_path}: {error.strerror}")
         self._end_turn()
@@ -127,9 +125,9 @@ class _Cache(caching.FunctionCache):
             self._turn = None
 
 
-def _lock(file: IO[str], seconds: float) -> None:
-    """Lock a file as soon as no other process holds it; go on without after so long, or where there are no locks."""
-    end = time.monotonic() + seconds
+def _lock(file: IO[str]) -> None:
+    """Lock a file as soon as no other process holds it; go on without after LONGEST, or where there are no locks."""
+    end = time.monotonic() + LONGEST
     while time.monotonic() < end:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

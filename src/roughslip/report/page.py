@@ -30,9 +30,6 @@ from roughslip.report.sections import (
 )
 
 OPEN = ("figure_record", "figure_map", "friction_against_load")  # figures that the page of a machine does not fold
-DECISIVE = ("material.", "roughness.", "friction.", "load.", "oscillator.")  # what decides on stick-slip
-# Keys without effect, by the key that says so.
-IDLE = {"oscillator.excitation": "oscillator.excitation_force_n", "oscillator.stribeck": "oscillator.law"}
 READINGS = ("paper", "resolved")  # scenes that read the paper
 # Statements on numbers that the paper gives for its own surfaces, or on numbers that follow from them alone.
 OF_ITS_NUMBERS = ("mu-correlation-250um", "mu-leptokurtic", "mu-beta-2.1-5", "mu-beta-any-depth")
@@ -132,7 +129,6 @@ def environment() -> Environment:
         "bars": budget_words.bars,
         "chance": words.chance,
         "change_rows": words.change_rows,
-        "borrowed": borrowed,
         "curve": lambda scene: friction_curve(json.loads(scene.configuration), scene.origins, scene.name),
         "numbers": numbers,
         "decision": words.decision,
@@ -166,17 +162,6 @@ def _leaves(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, 
     """Dotted keys with values that are no groups of keys."""
     for name, value in sorted(values.items()):
         yield from _leaves(value, f"{before}{name}.") if isinstance(value, Mapping) else [(before + name, value)]
-
-
-def borrowed(scene: SceneReport) -> str:
-    """What other scenes give of material, surface, friction, load and machine, in a sentence; empty without any."""
-    used, keys = dict(_leaves(json.loads(scene.configuration))), dict[str, list[str]]()
-    idle = [name for name, key in IDLE.items() if used.get(key) in (0.0, None, "table", "coulomb")]
-    for key, origin in scene.origins.items():
-        if origin != scene.name and key in used and key.startswith(DECISIVE) and not key.startswith(tuple(idle)):
-            keys.setdefault(origin, []).append(key)
-    parts = [f"by scene {origin}: {', '.join(some)}" for origin, some in keys.items()]
-    return f"Not given by this scene, but {'; '.join(parts)}." if parts else ""
 
 
 def _counts(counts: Mapping[str, int]) -> str:

@@ -31,7 +31,6 @@ from roughslip.study.graph import STAGES, Stage, drawing
 SOURCE = Path(__file__).resolve().parents[2]
 KILOBYTES = 1 if sys.platform == "darwin" else 1024  # in a unit of ru_maxrss
 _BEGAN, _LINES_APART = time.time(), 5.0  # seconds between two lines of progress
-SURE = 0.1  # of a loop: from then on an estimate of the time to go is within a factor of two
 
 
 @dataclass
@@ -57,9 +56,6 @@ class Job:
     scenes: Mapping[str, Mapping[str, Path]] = field(default_factory=dict)
     did: Counter[str] = field(default_factory=Counter)
     warnings: list[str] = field(default_factory=list)
-    _done: int = sys.maxsize  # of the present loop
-    _first: int = 0  # what its first call gave
-    _loop_began: float = 0.0
     _said: float = 0.0  # when a line was last said
 
     def paths(self, name: str) -> list[Path]:
@@ -97,18 +93,10 @@ class Job:
         print(f"{self.stage}: {text}", file=sys.stderr, flush=True)
 
     def progress(self, done: int, total: int) -> None:
-        """Say every few seconds, and at the end, what is done and the time to go. done : rising, in each loop anew.
-
-        Time is counted from the first call of a loop, so that compiling does not count.
-        """
+        """Say every few seconds, and at the end, what is done."""
         now = time.monotonic()
-        if done <= self._done:
-            self._first, self._loop_began = done, now
-        self._done = done
         if now - self._said >= _LINES_APART or done == total:
-            to_go = (total - done) * (now - self._loop_began) / max(done - self._first, 1)
-            left = f", about {to_go:.0f} s to go" if done < total and done - self._first > SURE * total else ""
-            self.say(f"{done} of {total} after {time.time() - _BEGAN:.0f} s{left}")
+            self.say(f"{done} of {total} after {time.time() - _BEGAN:.0f} s")
             self._said = now
 
     def record(self) -> dict[str, Any]:

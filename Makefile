@@ -85,7 +85,7 @@ faults: $(VENV)/dev.stamp ## kill runs, fill the disk, damage results, 20 times;
 schema: $(VENV)/run.stamp ## write the schema and the page of scene keys after a change of the scene types
 	$(RUN) roughslip.scene.schema
 
-fuzz: $(VENV)/dev.stamp ## 2000 random scenes: loaded, or refused with a line a mistake
+fuzz: $(VENV)/dev.stamp ## 2000 random scene files: loaded, or refused with a line a mistake
 	SCENE_CASES=$(or $(COUNT),2000) $(if $(SEED),SCENE_SEED=$(SEED)) $(RUN) pytest tests/scene/test_scene_files.py
 
 cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md

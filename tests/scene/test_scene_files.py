@@ -1,7 +1,7 @@
 """Scene files: a mistake has its line (mistakes.txt lists both), overlays merge, and what excludes each other.
 
 Scenes at random: each loads or is refused with one line for each mistake, and none ends in a traceback.
-SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/properties/scenes.py runs some that load.
+SCENE_CASES=2000 runs as many cases (`make fuzz`). tests/properties/scenes.py runs whole random scenes.
 """
 
 from __future__ import annotations
@@ -119,21 +119,15 @@ BY_TABLE = f"oscillator: {{law: table, friction_table: {TABLE}}}"
 COULOMB = "oscillator: {law: coulomb, static_friction: 0.4}"
 SCANNED = f"extends: paper\nroughness: {{scan: {SCAN}}}"
 MATERN = "extends: paper\nroughness: {covariance: matern, smoothness: 1.0}"
-LENGTH = "{standard_deviation: 0.02, correlation_length_m: 2.5e-4}"
-DAMPED = "ensemble: {damping_ratios: [0.1]}"
+MEASURED = "friction: {mean: 1, statistics: {standard_deviation: 0.02, correlation_length_m: 2.5e-4}}"
+RATIOS = "ensemble: {damping_ratios: [0.1]}"
 STATISTICS = "friction: {statistics: {standard_deviation: 0.02}}"
 
 
 @pytest.mark.parametrize(
     ("base", "overlay", "section", "kept", "replaced"),
     [
-        (
-            "extends: tribometer",
-            f"friction: {{mean: 1, statistics: {LENGTH}}}\n{BY_TABLE}",
-            "friction",
-            "mean",
-            "record",
-        ),
+        ("extends: tribometer", f"{MEASURED}\n{BY_TABLE}", "friction", "mean", "record"),
         ("extends: given", "friction: {record: a.csv}", "oscillator", "mass_kg", "static_friction"),
         ("extends: paper", BY_TABLE, "oscillator", "friction_table", "static_friction"),
         ("extends: given", STATISTICS, "friction", "mean statistics", ""),
@@ -146,7 +140,7 @@ STATISTICS = "friction: {statistics: {standard_deviation: 0.02}}"
         (f"extends: given\n{BY_TABLE}", COULOMB, "oscillator", "law", "friction_table"),
         ("extends: paper", "map: {parameters: [mass, load]}", "map", "parameters points", "ranges"),
         ("extends: paper", "friction: {mean: 0.2}", "ensemble", "realisations", "damping_ratios"),
-        ("extends: paper", f"friction: {{mean: 0.2}}\n{DAMPED}", "ensemble", "damping_ratios", ""),
+        ("extends: paper", f"friction: {{mean: 0.2}}\n{RATIOS}", "ensemble", "damping_ratios", ""),
     ],
 )
 def test_what_an_overlay_gives_takes_the_place_of_what_excludes_it(mine, base, overlay, section, kept, replaced):

@@ -41,14 +41,11 @@ def locate(name: str, scenes_folder: Path) -> Path:
     return file
 
 
-def read(file: Path) -> tuple[Values, list[str]]:
-    """The mapping that a YAML file in UTF-8 holds, and a line for each key that is repeated.
-
-    Raises InputError, in one line, where it cannot be read.
-    """
+def read(file: Path) -> Values:
+    """The mapping that a YAML file in UTF-8 holds. Raises InputError, in one line, where it cannot be read."""
     where = display(file)
     try:
-        values, repeated = deepcopy(_parsed(file.read_text(encoding="utf-8")))
+        values = deepcopy(_parsed(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"{where}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -62,35 +59,31 @@ def read(file: Path) -> tuple[Values, list[str]]:
         raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
     if not isinstance(values, dict):
         raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
-    return values, [f"{where}: {text}" for text in repeated]
+    return values
 
 
 @lru_cache(maxsize=64)
-def _parsed(text: str) -> tuple[Any, list[str]]:
+def _parsed(text: str) -> Any:
     """The only document of a text as dicts, lists, text, numbers, True, False and None; None where it is empty.
-
-    Returns also what is wrong with keys that are repeated.
 
     Kept, as scenes extend the same few files. libyaml takes a tenth of the time of PyYAML, where it is there.
     """
     events: Iterator[Any] = yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     next(events)  # the start of the stream
     if isinstance(next(events), yaml.StreamEndEvent):
-        return None, []
-    repeated: list[str] = []
-    value = _value(next(events), events, repeated)
+        return None
+    value = _value(next(events), events)
     next(events)  # the end of the document
     if not isinstance(further := next(events), yaml.StreamEndEvent):
         raise _mistake("another document", further)
-    return value, repeated
+    return value
 
 
-def _value(event: Any, events: Iterator[Any], repeated: list[str]) -> Any:
+def _value(event: Any, events: Iterator[Any]) -> Any:
     """The value that an event begins. Each is written out: an alias can make a small file endless.
 
-    PyYAML lets a repeated key win without a word: here the first one stays, and `repeated` gets a text. A decimal comma
-    makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a number. Raises
-    MarkedYAMLError for a key that is no plain word.
+    A decimal comma makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a
+    number. Raises MarkedYAMLError for a repeated key, which PyYAML lets win, and for one that is no plain word.
     """
     if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
         raise _mistake("write the value out, without anchor, alias or tag", event)
@@ -99,26 +92,19 @@ def _value(event: Any, events: Iterator[Any], repeated: list[str]) -> Any:
     if isinstance(event, yaml.SequenceStartEvent):
         items = []
         while not isinstance(item := next(events), yaml.SequenceEndEvent):
-            items.append(_value(item, events, repeated))
+            items.append(_value(item, events))
         return items
     values: dict[str, Any] = {}
     last = ""
     while not isinstance(key := next(events), yaml.MappingEndEvent):
         if isinstance(key, yaml.CollectionStartEvent):
             raise _mistake("a key is a plain word", key)
-        _value(key, events, repeated)  # refuses an alias
-        value = _value(next(events), events, repeated)
-        if (
-            value is None
-            and not key.style
-            and AFTER_COMMA.fullmatch(key.value)
-            and COMMAS.match(f"{values.get(last)},")
-        ):
+        _value(key, events)  # refuses an alias
+        value, is_bare = _value(next(events), events), not key.style and AFTER_COMMA.fullmatch(key.value)
+        if value is None and is_bare and COMMAS.match(f"{values.get(last)},"):
             values[last] = f"{values[last]},{key.value}"
         elif key.value in values:
-            mark = key.start_mark
-            text = f"line {mark.line + 1}, column {mark.column + 1}: {shown(key.value)} is given before; give it once"
-            repeated.append(text)
+            raise _mistake(f"{shown(key.value)} is given before; give it once", key)
         else:
             values[key.value], last = value, key.value
     return values
@@ -145,7 +131,6 @@ class Merged:
 
     def __init__(self, top: Path) -> None:
         self.values: Values = {}
-        self.repeated: list[str] = []  # a line for each key that a file repeats
         self._files: dict[KeyPath, Path] = {(): top}
 
     def file_of(self, path: KeyPath) -> Path:
@@ -194,8 +179,7 @@ def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
     merged = Merged(top)
     while len(documents) < len(chain):
         file = chain[-1]
-        values, repeated = read(file)
-        merged.repeated += repeated
+        values = read(file)
         values |= friction.with_listed_records(values)
         documents.append(values)
         if "extends" not in values:

@@ -46,7 +46,7 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
     faulty = {key for _, _, key in found if key}
     if any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
         faulty.add("targets")  # which stages they need is not known
-    lines = merged.repeated + [line(merged.file_of(path), path, text) for path, text, _ in found]
+    lines = [line(merged.file_of(path), path, text) for path, text, _ in found]
     sound_values, broken = _without(faulty, values), faulty | {".".join(map(str, path)) for path, _, _ in found}
 
     def mistakes() -> Iterator[Mistake]:

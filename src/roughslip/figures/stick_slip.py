@@ -22,14 +22,7 @@ LABELS = {
     "correlation_length": "correlation length of friction [m]",
     "mean_friction": "mean friction coefficient",
 }
-TITLES = {
-    "damping": "limit in damping",
-    "belt_velocity": "limit in belt velocity",
-    "mass": "limit in mass",
-    "stiffness": "limit in stiffness",
-    "load": "limit in normal force",
-    "vibration": "end of vibration in $D$",
-}
+TITLES = {"load": "limit in normal force", "vibration": "end of vibration in $D$"}  # others have the parameter's name
 LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
 
@@ -112,5 +105,6 @@ def figure_budget(result: Shown) -> Figure:
     if limits:
         figure.legend(*others[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     mean = 100.0 * float(result["averaged_probability"])
-    heads(figure.axes, f"stick-slip or not ({mean:.0f} %)", *(TITLES[name] for name in limits))
+    titles = (TITLES.get(name, f"limit in {name.replace('_', ' ')}") for name in limits)
+    heads(figure.axes, f"stick-slip or not ({mean:.0f} %)", *titles)
     return figure

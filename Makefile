@@ -21,13 +21,9 @@ export PYTHONPATH := $(CURDIR)/src
 # One thread a process: jobs run side by side, and results do not depend on the number of cores.
 export OPENBLAS_NUM_THREADS := 1
 
-# Stages of tiny scenes, in a folder that is removed; what they compile stays.
-COMPILED := $(foreach name,coarse fine,results/$(name)/contact/square-monte_carlo-0-100.nc) \
-	$(foreach name,strips cells,results/$(name)/friction/statistics.nc) \
-	$(foreach name,statistics map,results/motion/oscillator/$(name).nc)
-compile = folder=$$(mktemp -d) && echo "Compiling, half a minute" && \
-	{ $(RUN) snakemake -j2 -d "$$folder" --config scenes_folder="$(CURDIR)/config/compile" -- $(COMPILED) > "$$folder/log" 2>&1 \
-		|| { cat "$$folder/log"; false; }; } && rm -rf "$$folder"
+compile = echo "Compiling, half a minute" && mkdir -p .cache && { \
+	$(RUN) workflow.study.compile coarse fine strips cells 2> .cache/contact.log & \
+	$(RUN) workflow.study.compile motion 2> .cache/motion.log && wait $$! || { cat .cache/contact.log .cache/motion.log; false; }; }
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:

@@ -31,6 +31,7 @@ STORE = "results/store"
 KEY = "[0-9a-f]{16}"
 PACKAGES = ("numpy", "scipy", "numba", "ducc0", "netCDF4", "matplotlib", "SurfaceTopography")
 _PYTHON = ".".join(map(str, sys.version_info[:2]))
+_content = cache(checksum)
 
 
 @dataclass(frozen=True)
@@ -213,11 +214,6 @@ class Names:
             file.relative_to(self._source).as_posix(): _content(file) for file in closure(modules, self._source, FRAME)
         }
         return {"closure": closure_hash(modules, self._source, FRAME), "files": known}
-
-
-@cache
-def _content(file: Path) -> str:
-    return checksum(file)
 
 
 def code_hash(modules: str, source_root: Path, lock: Path) -> str:

@@ -71,7 +71,7 @@ def corrected(
     cells = lengths_m[0] / NODES_PER_LENGTH, lengths_m[1] / NODES_PER_LENGTH
     variance = wanted.rms_height_m**2
     lags = circulant_lags(wanted, Grid(NODES, NODES, *cells), (2 * NODES, 2 * NODES))
-    corrected_correlation(translation, lags / variance)
+    refuse_impossible(translation, lags / variance)
 
     def values(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return variance * translation.gaussian_correlation(wanted(x, y) / variance)
@@ -80,13 +80,12 @@ def corrected(
     return DerivedCovariance(wanted.rms_height_m, wanted.reach_m, wanted.mirror_symmetric, False, values)
 
 
-def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.ndarray:
-    """The correlation of the Gaussian field on a torus that gives the heights the one wanted, inverted point by point.
+def refuse_impossible(translation: Translation, wanted: np.ndarray) -> None:
+    """Raises IllPosedError where no Gaussian field gives heights of a correlation, with the deviation of the nearest.
 
     wanted : (tx, ty) [-] of the heights, by lag on a torus: 1 at lag zero, even
 
-    Returns rho : (tx, ty) [-], positive semidefinite. Raises IllPosedError where no Gaussian field gives it, with the
-    deviation of the nearest: raised to the least correlation possible, with its spectrum cut at zero.
+    The nearest is raised to the least correlation possible, with its spectrum cut at zero.
     """
     minimum = translation.least_correlation
     gaussian = translation.gaussian_correlation(np.maximum(wanted, minimum))
@@ -105,7 +104,6 @@ def corrected_correlation(translation: Translation, wanted: np.ndarray) -> np.nd
             f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
             f"{deviation:.2g}: leave the correlation uncorrected; scene key: roughness.correct_correlation"
         )
-    return nearest
 
 
 @gate

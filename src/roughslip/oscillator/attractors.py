@@ -28,10 +28,10 @@ from roughslip.errors import ConvergenceError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import GRAZES, hopf_damping, slip_loop
+from roughslip.oscillator.limits import GRAZES, hopf_damping, loop_of_slip, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
-from roughslip.oscillator.slip_orbit import SlipFlow, departure_point, slip_flow, too_stiff, turn
+from roughslip.oscillator.slip_orbit import SlipFlow, departure_point, slip_flow, too_stiff
 from roughslip.probability.search import RANGE_ACCURACY, first_change
 from roughslip.validation import gate
 
@@ -127,15 +127,6 @@ def peak_from_rest(oscillator: Oscillator, law: FrictionLaw) -> float:
     return settled_peak(slip_flow(oscillator, law), min(1.0 + loop.excess, LAST), rises=False)
 
 
-def following_peak(flow: SlipFlow, w: float) -> tuple[float, float]:
-    """The peak after a peak, above 1 at the belt and 0 at rest, and the time until then [-]."""
-    low, trough, down = turn(flow, flow.at_peak(w), w)
-    if trough == 0.0:
-        return 0.0, down
-    _, peak, up = turn(flow, low, trough, to_belt=True)
-    return peak, down + up
-
-
 def settled_peak(flow: SlipFlow, start: float, rises: bool) -> float:
     """The fixed point of the map of peaks that is next to a start, upwards or downwards; 0 below LEAST, 1 at the belt.
 
@@ -144,7 +135,7 @@ def settled_peak(flow: SlipFlow, start: float, rises: bool) -> float:
 
     def onward(w: float) -> float:
         """Relative change of a peak in a loop, in the direction of the search."""
-        return way * (following_peak(flow, w)[0] / w - 1.0)
+        return way * (loop_of_slip(flow, flow.at_peak(w), w)[2] / w - 1.0)
 
     way, w, seen = 1.0 if rises else -1.0, start, list[tuple[float, float]]()
     while w >= LEAST:
@@ -183,7 +174,7 @@ def _attractor(oscillator: Oscillator, law: FrictionLaw, peak: float) -> Attract
     if peak == 0.0:
         return Attractor(State.SLIDING)
     if peak < 1.0:
-        slip = period = following_peak(flow, peak)[1]
+        slip = period = loop_of_slip(flow, flow.at_peak(peak), peak)[3]
         state, start = State.VIBRATION, flow.at_peak(peak)
     elif cycle is not None:
         state, start, slip, period = State.STICK_SLIP, flow.departure, cycle.slip_duration, cycle.period

@@ -25,7 +25,6 @@ MORE_CYCLES = (
     "run longer, more realisations or a lower damping; scene keys: ensemble.duration_periods, ensemble.realisations, "
     "oscillator.damping_ratio"
 )
-_ONE_POINT = "every run sticks again at the same point, X = {:.6g} m: the friction has no scatter to judge"
 
 
 @result
@@ -184,7 +183,7 @@ def reattachment_statistics(
         raise IllPosedError(f"only {runs} runs stick again, of at least {FEWEST_REALISATIONS}: {MORE_CYCLES}")
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
-        raise IllPosedError(_ONE_POINT.format(centre))
+        raise IllPosedError(f"every run sticks again at the same point, X = {centre:.6g} m: friction has no scatter")
     ascending = np.argsort(position, kind="stable")
     values, owner = (position[ascending] - centre) / scale, owner[ascending]
     drawn = generator.multinomial(runs, np.full(runs, 1 / runs), size=REPLICATES)

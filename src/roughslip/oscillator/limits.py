@@ -64,12 +64,12 @@ class SlipLoop:
     excess: float
 
 
-def _first_loop(flow: SlipFlow, accuracy: float = TOLERANCE) -> tuple[float, float, float, float]:
-    """Trough of slip from the departure point, y and w of the peak after it, up to the belt, and the time until then.
+def loop_of_slip(flow: SlipFlow, y: float, w: float, accuracy: float = TOLERANCE) -> tuple[float, float, float, float]:
+    """Trough after a departure or peak, y and w of the next peak, up to the belt, and the time until then [-] in tau.
 
-    Trough or peak is 0 where slip comes to rest before it.
+    Trough or peak is 0 where slip comes to rest before it. accuracy : relative, of a step
     """
-    low, trough, down = turn(flow, flow.departure, 1.0, accuracy)
+    low, trough, down = turn(flow, y, w, accuracy)
     y, peak, up = turn(flow, low, trough, accuracy, to_belt=True) if trough < 0.0 else (low, 0.0, 0.0)
     return trough, y, peak, down + up
 
@@ -89,7 +89,7 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERA
     """
     v0, turns = oscillator.belt_velocity_m_per_s, 2.0 * math.pi
     flow = slip_flow(oscillator, law)
-    trough, y, peak, time = _first_loop(flow, accuracy)
+    trough, y, peak, time = loop_of_slip(flow, flow.departure, 1.0, accuracy)
     departure = departure_point(oscillator, law)
     reattachment, stick = departure + oscillator.V * (y - flow.departure), flow.departure - y
     excess = peak - 1.0 if peak <= 1.0 else 0.5 * (peak - 1.0) ** 2  # w'' = -1 where w' = 0 at the belt
@@ -137,7 +137,8 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     """
 
     def excess(ratio: float) -> float:
-        return _first_loop(slip_flow(replace(oscillator, damping_ratio=ratio), law))[2] - 1.0
+        flow = slip_flow(replace(oscillator, damping_ratio=ratio), law)
+        return loop_of_slip(flow, flow.departure, 1.0)[2] - 1.0
 
     if not excess(GRAZES) > 0.0:
         raise IllPosedError(

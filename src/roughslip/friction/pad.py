@@ -232,11 +232,9 @@ def pad_scatter(
     length_m : of the pads, as of `pad_edges`
 
     A window has its own variance; that of pads differs from it as sum_m a_m mean(rho^m) does. a_m are those of each
-    replicate. Raises IllPosedError where nothing scatters.
+    replicate.
     """
     modelled = parts @ means_of_pads(surface, block_m, width_m, window_m, length_m).T
-    if not adjacent[0] > 0.0:
-        raise IllPosedError("area over force of the strips does not scatter: a pad has no scatter to find")
     fallen = np.maximum(modelled[:, 1:] / modelled[:, :1], LEAST_SHARE / WINDOWS)
     return np.asarray(np.maximum(adjacent, LEAST_SHARE * adjacent[0])[:, None] * fallen)
 

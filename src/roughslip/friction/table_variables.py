@@ -127,13 +127,12 @@ def beta_variables(fits: list[BetaFit], dimensions: tuple[str, ...]) -> dict[str
 
 def missing_warnings(shares: list[Estimate], percentiles: np.ndarray) -> Iterator[str]:
     """One where more than MOST_MISSING of the windows of a penetration have no friction coefficient."""
-    missing = {f"{level:g} %": float(share.value) for level, share in zip(percentiles, shares, strict=True)}
-    worst = max(missing, key=lambda level: missing[level])
-    if missing[worst] > MOST_MISSING:
-        where = ", ".join(level for level, share in missing.items() if share > MOST_MISSING)
+    shown = zip(percentiles, shares, strict=True)
+    missing = {f"{level:g} %": float(share.value) for level, share in shown if share.value > MOST_MISSING}
+    if missing:
         yield (
-            f"at penetrations of {where} up to {missing[worst]:.2g} of the windows have no friction coefficient and "
-            "are left out: take larger windows"
+            f"at penetrations of {', '.join(missing)} up to {max(missing.values()):.2g} of the windows have no "
+            "friction coefficient and are left out: take larger windows"
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from roughslip.oscillator.answer_runs import Curve
 from roughslip.oscillator.states import Durations
@@ -67,44 +68,14 @@ class Needed(Quantity):
 
 
 @dataclass(frozen=True)
-class Decision:
-    """What decides: `mean curve`, `scatter` or `both`.
-
-    cycle_exists_without_scatter : None where that is unknown
-    friction_slope : d mu_D / d|v| at the belt's velocity
-    existence_limit, hopf_damping : [-] without scatter
-    hopf_by_lines : [-] the interval of Hopf dampings that straight lines between the points of a table would give
-    vibration_limit : [-] damping ratio up to which a mass that does not stick vibrates without scatter, from rest
-    band_over_distance : [-] width of the band between the levels, in damping, over the distance to the existence limit
-    """
-
-    by: str
-    cycle_exists_without_scatter: bool | None
-    friction_slope: Quantity
-    existence_limit: Quantity
-    hopf_damping: Quantity
-    hopf_by_lines: Quantity
-    vibration_limit: Quantity
-    band_over_distance: Quantity
-
-
-@dataclass(frozen=True)
-class Ending:
-    """Where a motion without scatter ends: `attractors.Attractor` in SI units; None where slip is too stiff to tell."""
-
-    state: str | None
-    amplitude: Quantity
-    frequency: Quantity
-
-
-@dataclass(frozen=True)
 class Answer:
     """What `answer` finds.
 
     runs, periods : how many there are from either start, and their natural periods after the first departure
     probability, probability_from_sliding : of stick-slip, of runs from rest and from steady sliding
     shares : of runs in stick-slip, in vibration without sticking and in steady sliding, by start
-    without_scatter : state, amplitude and frequency where the motion without scatter ends, by start
+    without_scatter : state, amplitude and frequency where the motion without scatter ends, by start; None where slip
+        is too stiff to tell
     starts_differ : whether shares differ by more than chance
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
@@ -116,7 +87,7 @@ class Answer:
     limits : by names of `machine.PARAMETERS`
     smallest_changes : of one parameter, least by their factor, that end stick-slip or vibration, whichever is likely,
         or begin stick-slip; several of the same factor, or none
-    decides : mean curve or scatter
+    decides : mean curve or scatter, as `deciding` has it
     outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
     motion : a few periods to draw, with_scatter and without_scatter
     trials : runs in all
@@ -127,7 +98,7 @@ class Answer:
     probability: Quantity
     probability_from_sliding: Quantity
     shares: Mapping[str, Mapping[str, Quantity]]
-    without_scatter: Mapping[str, Ending]
+    without_scatter: Mapping[str, Mapping[str, str | Quantity | None]]
     starts_differ: bool
     decided: bool
     needs: Needed
@@ -140,7 +111,7 @@ class Answer:
     vibration: Mapping[str, Quantity]
     limits: Mapping[str, Limits]
     smallest_changes: tuple[Change, ...]
-    decides: Decision
+    decides: Mapping[str, Any]
     outside_measured_speeds: bool
     motion: Mapping[str, Curve]
     trials: int

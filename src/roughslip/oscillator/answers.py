@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from itertools import chain, product
 from typing import Any
@@ -17,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Decision, Ending, Limits, Needed, Quantity
+from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Limits, Needed, Quantity
 from roughslip.oscillator.answer_runs import Run, Runs
-from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
+from roughslip.oscillator.attractors import Attractor, State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
@@ -78,7 +79,7 @@ def answer(
     omega = oscillator.natural_frequency_rad_per_s
     cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
     ends = endings(machine)
-    may_vibrate = any(one.state is State.VIBRATION for one in ends.values())
+    may_vibrate = any(one["state"] is State.VIBRATION for one in ends.values())
     limits, trials = {}, 2 * count
     progress(1, 1 + len(parameters))
     for done, name in enumerate(parameters, start=2):
@@ -93,7 +94,7 @@ def answer(
         probability_from_sliding=probability(seen["from_sliding"][State.STICK_SLIP]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
-        **memory_of_the_start(runs, periods, seen, ends["from_sliding"].state),
+        **memory_of_the_start(runs, periods, seen, ends["from_sliding"]["state"]),
         durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
         durations_by_theory=None if may_vibrate else durations_by_theory(machine),
         **cycle,
@@ -146,17 +147,19 @@ def states_seen(runs: Sequence[Run]) -> dict[State, np.ndarray]:
     return {State.STICK_SLIP: sticks, State.VIBRATION: vibrates, State.SLIDING: ~sticks & ~vibrates}
 
 
-def endings(machine: Machine) -> dict[str, Ending]:
-    """Where the motion without scatter ends, by start."""
-    try:
+def endings(machine: Machine) -> dict[str, dict[str, str | Quantity | None]]:
+    """State, amplitude [m] and frequency [Hz] where the motion without scatter ends, by start."""
+    omega, ends = machine.oscillator.natural_frequency_rad_per_s, list[Attractor | None]([None, None])
+    with suppress(ConvergenceError):
         found = attractors_of(machine.oscillator, machine.law)
-    except ConvergenceError:
-        return dict.fromkeys(STARTS, Ending(None, Quantity(None, None, "m"), Quantity(None, None, "Hz")))
-    omega, ends = machine.oscillator.natural_frequency_rad_per_s, {}
-    for name, one in zip(STARTS, (found.from_rest, found.from_sliding), strict=True):
-        cycle = (None, None) if one.state is State.SLIDING else (one.amplitude, omega / one.period)
-        ends[name] = Ending(one.state, Quantity(cycle[0], None, "m"), Quantity(cycle[1], None, "Hz"))
-    return ends
+        ends = [found.from_rest, found.from_sliding]
+    rows = {}
+    for name, one in zip(STARTS, ends, strict=True):
+        moves = one is not None and one.state is not State.SLIDING
+        amplitude, frequency = (one.amplitude, omega / one.period) if one and moves else (None, None)
+        rows[name] = {"state": one and one.state, "amplitude": Quantity(amplitude, None, "m")}
+        rows[name]["frequency"] = Quantity(frequency, None, "Hz")
+    return rows
 
 
 def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.random.Generator) -> dict[str, Any]:
@@ -262,33 +265,39 @@ def smallest_changes(
     return tuple(change for far, change in changes if abs(far - least) <= EQUAL)
 
 
-def deciding(machine: Machine, share: float, damping: Limits | None) -> Decision:
-    """Whether the mean curve of friction or its scatter decides.
+def deciding(machine: Machine, share: float, damping: Limits | None) -> dict[str, Any]:
+    """Whether the mean curve of friction or its scatter decides, and the limits without scatter.
 
     Scatter decides where the probability lies within the levels or denies the cycle without scatter. Else the mean
     curve decides, together with scatter where the band between the levels, in damping, is wide against the distance
     of the oscillator from the existence limit.
+
+    hopf_by_lines is the interval of Hopf dampings that straight lines between the points of a table would give;
+    vibration_limit the damping up to which a mass that does not stick vibrates, from rest; band_over_distance the
+    width of the band between the levels over the distance to the existence limit.
     """
-    belt = machine.oscillator
-    (hopf, existence), ratio = limits_or_nan(belt, machine.law), belt.damping_ratio
+    belt, law = machine.oscillator, machine.law
+    (hopf, existence), ratio, exists, width = limits_or_nan(belt, law), belt.damping_ratio, cycle_exists(machine), None
     limit = None if np.isnan(existence) else existence
-    exists = cycle_exists(machine)
-    width = None
     for side in SIDES if damping else ():
         five, ninety_five = (getattr(damping, side)[label] for label in LEVELS)
         if limit is not None and five is not None and ninety_five is not None and limit != ratio:
             width = abs(five.value - ninety_five.value) / abs(limit - ratio)
-    is_certain = share >= LEVELS["0.95"] if exists else share <= LEVELS["0.05"]
-    by = "scatter" if exists is None or not is_certain else "mean curve"
-    if by == "mean curve" and width is not None and width > CLEAR:
-        by = "both"
-    speed, vibration = belt.belt_velocity_m_per_s, vibration_limit(machine, limit)
-    of_slope = -0.5 * belt.F * belt.natural_frequency_rad_per_s
-    lines = [of_slope * slope for slope in machine.law.slopes_by_lines(speed)]
-    exists_to, unstable, vibrates, blur = (Quantity(value, None, "1") for value in (limit, hopf, vibration, width))
-    by_lines = Quantity(None, (min(lines), max(lines)) if lines else None, "1")
-    slope = Quantity(float(machine.law.slope(speed)), None, "s m-1")
-    return Decision(by, exists, slope, exists_to, unstable, by_lines, vibrates, blur)
+    by, is_certain = "scatter", share >= LEVELS["0.95"] if exists else share <= LEVELS["0.05"]
+    if exists is not None and is_certain:
+        by = "both" if width is not None and width > CLEAR else "mean curve"
+    of_slope, speed = -0.5 * belt.F * belt.natural_frequency_rad_per_s, belt.belt_velocity_m_per_s
+    lines = [of_slope * slope for slope in law.slopes_by_lines(speed)]
+    return {
+        "by": by,
+        "cycle_exists_without_scatter": exists,
+        "friction_slope": Quantity(float(law.slope(speed)), None, "s m-1"),
+        "existence_limit": Quantity(limit, None, "1"),
+        "hopf_damping": Quantity(hopf, None, "1"),
+        "hopf_by_lines": Quantity(None, (min(lines), max(lines)) if lines else None, "1"),
+        "vibration_limit": Quantity(vibration_limit(machine, limit), None, "1"),
+        "band_over_distance": Quantity(width, None, "1"),
+    }
 
 
 def memory_of_the_start(

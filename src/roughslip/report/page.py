@@ -125,7 +125,6 @@ def environment() -> Environment:
         "amount": words.amount,
         "aim": words.aim,
         "along_load": words.along_load,
-        "changed_state": words.changed_state,
         "bars": budget_words.bars,
         "chance": words.chance,
         "change_rows": words.change_rows,

@@ -97,7 +97,7 @@ def chance(answer: Mapping[str, Any]) -> str:
 
 def other_chances(answer: Mapping[str, Any]) -> str:
     """The shares of runs that stand below the probability in the head, of vibration and from sliding; may be empty."""
-    lines, vibrates = [], has_vibration(answer)
+    lines, vibrates = [], any(shares["vibration"]["value"] > 0.0 for shares in answer["shares"].values())
     for start, shares in answer["shares"].items():
         differs = start == "from_sliding" and answer["starts_differ"]
         parts = [f"{percent(shares['stick_slip'])} of the runs stick-slip"] if differs else []
@@ -107,25 +107,11 @@ def other_chances(answer: Mapping[str, Any]) -> str:
     return " ".join(lines)
 
 
-def has_vibration(answer: Mapping[str, Any]) -> bool:
-    """Whether a run, from either start, vibrates without sticking."""
-    return any(shares["vibration"]["value"] > 0.0 for shares in answer["shares"].values())
-
-
-def usual(shares: Mapping[str, Number]) -> str:
-    """The state of most runs."""
-    return max(shares, key=lambda state: float(shares[state]["value"]))
-
-
-def aim(answer: Mapping[str, Any]) -> str:
-    """What a change would do to stick-slip or vibration: end it where it is likely, or else begin stick-slip."""
+def aim(answer: Mapping[str, Any]) -> tuple[str, str]:
+    """What a change would do, `ends` or `begins`, and to which state: it ends what is likely, or begins stick-slip."""
     shares = answer["shares"]["from_rest"]
-    return "ends" if max(shares["stick_slip"]["value"], shares["vibration"]["value"]) > 0.5 else "begins"
-
-
-def changed_state(answer: Mapping[str, Any]) -> str:
-    """The state that a change would end or begin."""
-    return "vibration" if answer["shares"]["from_rest"]["vibration"]["value"] > 0.5 else "stick-slip"
+    state = "vibration" if shares["vibration"]["value"] > 0.5 else "stick-slip"
+    return "ends" if max(shares["stick_slip"]["value"], shares["vibration"]["value"]) > 0.5 else "begins", state
 
 
 def smallest_change(answer: Mapping[str, Any]) -> str:
@@ -133,7 +119,8 @@ def smallest_change(answer: Mapping[str, Any]) -> str:
 
     Near the Hopf limit D / N alone counts, so that damping and normal force are one change there.
     """
-    verb, state = aim(answer), "the vibration" if changed_state(answer) == "vibration" else "it"
+    verb, state = aim(answer)
+    state = "the vibration" if state == "vibration" else "it"
     shown = [
         f"{row.name}, {row.change}, from {row.now} to {row.there}" for row in change_rows(answer) if row.is_smallest
     ]
@@ -155,15 +142,14 @@ def smallest_change(answer: Mapping[str, Any]) -> str:
 def decision(decides: Mapping[str, Any]) -> str:
     """What decides, up to which damping the cycle exists without scatter, and how much scatter blurs that limit."""
     line = DECIDES.get(decides["by"], "The mean friction curve and its scatter decide together")
-    limit, width = decides["existence_limit"]["value"], decides["band_over_distance"]["value"]
-    if limit is None:
-        line += ": without scatter no existence limit is found"
-        vibration = decides["vibration_limit"]["value"]
-        vibrates = f"; the mass vibrates without sticking up to D = {digits(vibration)}" if vibration else ""
-        return f"{line}{vibrates}."
-    line += f": without scatter the cycle exists up to D = {digits(limit)}"
-    if (vibration := decides["vibration_limit"]["value"]) is not None:
-        line += f", and above that the mass vibrates without sticking up to D = {digits(vibration)}"
+    limit, vibration, width = (
+        decides[name]["value"] for name in ("existence_limit", "vibration_limit", "band_over_distance")
+    )
+    found = "no existence limit is found" if limit is None else f"the cycle exists up to D = {digits(limit)}"
+    line += f": without scatter {found}"
+    if vibration:
+        above = "; the mass" if limit is None else ", and above that the mass"
+        line += f"{above} vibrates without sticking up to D = {digits(vibration)}"
     return f"{line}." if width is None else f"{line}. Scatter blurs the limit by {digits(100 * width, SURE)} %."
 
 
@@ -217,38 +203,27 @@ def barred(answer: Mapping[str, Any], name: str, value: float) -> str:
 
 def nearest_limit(answer: Mapping[str, Any], name: str) -> Mapping[str, Any] | None:
     """Where along a parameter the likely state ends, or else stick-slip begins: the nearest that the machine allows."""
-    parameter = answer["limits"][name]
-    label = "0.05" if aim(answer) == "ends" else "0.95"
-    if changed_state(answer) == "vibration":
-        label = "steady_without_scatter"
-    near = [
-        parameter[side][label] for side in SIDES if (parameter[side][label] or {"value": None})["value"] is not None
-    ]
-    own = parameter["value"] or 1.0
-    return min(
-        near,
-        key=lambda limit: (barred(answer, name, limit["value"]), abs(math.log(limit["value"] / own))),
-        default=None,
-    )
+    parameter, (verb, state) = answer["limits"][name], aim(answer)
+    label = "steady_without_scatter" if state == "vibration" else "0.05" if verb == "ends" else "0.95"
+    near = [limit for side in SIDES if (limit := parameter[side][label]) and limit["value"] is not None]
+
+    def far(limit: Mapping[str, Any]) -> tuple[str, float]:
+        change = abs(math.log(limit["value"] / (parameter["value"] or 1.0)))
+        return barred(answer, name, limit["value"]), change
+
+    return min(near, key=far, default=None)
 
 
-def vibrates_on_the_way(answer: Mapping[str, Any], parameter: Mapping[str, Any], way: float) -> str:
-    """Where the mass vibrates without sticking after stick-slip ends, or before it begins; empty where it does not.
-
-    way : positive upwards
-    """
-    side = parameter[SIDES[way > 0.0]]
-    cycle, steady = (side[name]["value"] for name in ("without_scatter", "steady_without_scatter"))
-    if changed_state(answer) == "vibration" or cycle is None:
+def vibrates_on_the_way(answer: Mapping[str, Any], parameter: Mapping[str, Any], side: str) -> str:
+    """Where the mass vibrates without sticking after stick-slip ends, or before it begins; empty where it does not."""
+    (verb, state), unit = aim(answer), parameter["unit"]
+    cycle, steady = (parameter[side][name]["value"] for name in ("without_scatter", "steady_without_scatter"))
+    if state == "vibration" or cycle is None or (steady is not None and abs(math.log(steady / cycle)) < SAME):
         return ""
-    if steady is None:
-        return "then it vibrates without sticking" if aim(answer) == "ends" else ""
-    if abs(math.log(steady / cycle)) < SAME:
-        return ""
-    shown = amount(steady, parameter["unit"], like=parameter["value"] or steady)
-    if aim(answer) == "ends":
-        return f"then it vibrates without sticking {'up' if way > 0.0 else 'down'} to {shown}"
-    return f"it vibrates without sticking from {shown} on"
+    shown = "" if steady is None else amount(steady, unit, like=parameter["value"] or steady)
+    if verb == "ends":
+        return f"then it vibrates without sticking{f' as far as {shown}' if shown else ''}"
+    return f"it vibrates without sticking from {shown} on" if shown else ""
 
 
 def change_rows(answer: Mapping[str, Any]) -> list[Row]:
@@ -271,7 +246,7 @@ def change_rows(answer: Mapping[str, Any]) -> list[Row]:
             100.0 * min(abs(way) / math.log(REACH), 1.0),
             name in smallest,
             bool(limit.get("outside_measured_speeds")),
-            vibrates_on_the_way(answer, parameter, way),
+            vibrates_on_the_way(answer, parameter, SIDES[way > 0.0]),
             barred(answer, name, limit["value"]),
         )
         ranked.append((0.0 if row.is_smallest else abs(way), row))
@@ -287,33 +262,31 @@ def factor(ratio: float) -> str:
 
 def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     """The verdict as a word, its kind (bad, good or odd), and a sentence."""
-    shares = answer["shares"]
-    rest, sliding = usual(shares["from_rest"]), usual(shares["from_sliding"])
-    stuck, vibrating, steady = (shares["from_rest"][state]["value"] for state in DOES)
+    rest, sliding = ({state: part["value"] for state, part in one.items()} for one in answer["shares"].values())
+    likely, other = max(rest, key=lambda state: rest[state]), max(sliding, key=lambda state: sliding[state])
+    stuck, vibrating = rest["stick_slip"], rest["vibration"]
     if answer["starts_differ"] and not answer["decided"]:
         needed = answer["needs"]["value"]
-        text = "The runs are too short to tell: they still depend on how they start. " + (
-            f"Set answer.duration_periods to {digits(needed)}, the time of its {answer['needs']['scale']}."
-            if needed
-            else "No damping ends its transients."
+        do = f"Set answer.duration_periods to {digits(needed or 0.0)}, the time of its {answer['needs']['scale']}."
+        word, kind, text = "Not decided", "odd", "The runs are too short to tell: they still depend on how they start."
+        text += f" {do if needed else 'No damping ends its transients.'}"
+    elif answer["starts_differ"] and likely != other:
+        word, kind = "After a stop", "bad" if stuck >= CERTAIN else "odd"
+        text = f"It {DOES[likely]} once it has been at rest, and {GOES_ON[other]} where it slides at first."
+    elif max(rest.values()) >= CERTAIN and not answer["starts_differ"]:
+        word, kind = {"stick_slip": ("Yes", "bad"), "vibration": (VIBRATES, "odd"), "sliding": ("No", "good")}[likely]
+        text = f"It {DOES[likely]}, whether it starts from rest or from sliding."
+    elif stuck <= EXCLUDED < vibrating:
+        word, kind = f"{VIBRATES} at times", "odd"
+        text = (
+            f"It slides without sticking, and vibrates {'more' if vibrating > 0.5 else 'less'} than half of the time."
         )
-        return {"word": "Not decided", "kind": "odd", "text": text}
-    if answer["starts_differ"] and rest != sliding:
-        text = f"It {DOES[rest]} once it has been at rest, and {GOES_ON[sliding]} where it slides at first."
-        return {"word": "After a stop", "kind": "bad" if stuck >= CERTAIN else "odd", "text": text}
-    if max(stuck, vibrating, steady) >= CERTAIN and not answer["starts_differ"]:
-        text = f"It {DOES[rest]}, whether it starts from rest or from sliding."
-        word, kind = {"stick_slip": ("Yes", "bad"), "vibration": (VIBRATES, "odd"), "sliding": ("No", "good")}[rest]
-        return {"word": word, "kind": kind, "text": text}
-    if stuck <= EXCLUDED and vibrating > EXCLUDED:
-        share = "more" if vibrating > 0.5 else "less"
-        text = f"It slides without sticking, and vibrates {share} than half of the time."
-        return {"word": f"{VIBRATES} at times", "kind": "odd", "text": text}
-    share = "more" if min(stuck, shares["from_sliding"]["stick_slip"]["value"]) > 0.5 else "less"
-    text = f"Stick-slip ends and begins again: it takes {share} than half of the time."
-    if vibrating > EXCLUDED:
-        text += f" Without sticking it vibrates {100 * vibrating:.0f} % of the time."
-    return {"word": "At times", "kind": "odd", "text": text}
+    else:
+        word, kind, most = "At times", "odd", min(stuck, sliding["stick_slip"]) > 0.5
+        text = f"Stick-slip ends and begins again: it takes {'more' if most else 'less'} than half of the time."
+        if vibrating > EXCLUDED:
+            text += f" Without sticking it vibrates {100 * vibrating:.0f} % of the time."
+    return {"word": word, "kind": kind, "text": text}
 
 
 def along_load(answer: Mapping[str, Any]) -> str:

@@ -98,7 +98,7 @@ class Answer:
     probability: Quantity
     probability_from_sliding: Quantity
     shares: Mapping[str, Mapping[str, Quantity]]
-    without_scatter: Mapping[str, Mapping[str, str | Quantity | None]]
+    without_scatter: Mapping[str, Mapping[str, Any]]
     starts_differ: bool
     decided: bool
     needs: Needed

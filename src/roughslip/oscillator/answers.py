@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from functools import partial
 from itertools import chain, product
 from typing import Any
@@ -20,7 +19,7 @@ import numpy as np
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Limits, Needed, Quantity
 from roughslip.oscillator.answer_runs import Run, Runs
-from roughslip.oscillator.attractors import Attractor, State, attractors_of, state_from_rest, vibration_limit
+from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
@@ -147,18 +146,24 @@ def states_seen(runs: Sequence[Run]) -> dict[State, np.ndarray]:
     return {State.STICK_SLIP: sticks, State.VIBRATION: vibrates, State.SLIDING: ~sticks & ~vibrates}
 
 
-def endings(machine: Machine) -> dict[str, dict[str, str | Quantity | None]]:
+def endings(machine: Machine) -> dict[str, dict[str, Any]]:
     """State, amplitude [m] and frequency [Hz] where the motion without scatter ends, by start."""
-    omega, ends = machine.oscillator.natural_frequency_rad_per_s, list[Attractor | None]([None, None])
-    with suppress(ConvergenceError):
+
+    def row(state: State | None, amplitude: float | None = None, frequency: float | None = None) -> dict[str, Any]:
+        return {
+            "state": state,
+            "amplitude": Quantity(amplitude, None, "m"),
+            "frequency": Quantity(frequency, None, "Hz"),
+        }
+
+    try:
         found = attractors_of(machine.oscillator, machine.law)
-        ends = [found.from_rest, found.from_sliding]
-    rows = {}
-    for name, one in zip(STARTS, ends, strict=True):
-        moves = one is not None and one.state is not State.SLIDING
-        amplitude, frequency = (one.amplitude, omega / one.period) if one and moves else (None, None)
-        rows[name] = {"state": one and one.state, "amplitude": Quantity(amplitude, None, "m")}
-        rows[name]["frequency"] = Quantity(frequency, None, "Hz")
+    except ConvergenceError:
+        return dict.fromkeys(STARTS, row(None))
+    omega, rows = machine.oscillator.natural_frequency_rad_per_s, {}
+    for name, one in zip(STARTS, (found.from_rest, found.from_sliding), strict=True):
+        moves = () if one.state is State.SLIDING else (one.amplitude, omega / one.period)
+        rows[name] = row(one.state, *moves)
     return rows
 
 

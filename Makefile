@@ -63,7 +63,7 @@ lint: $(VENV)/dev.stamp ## check style, format and types
 	$(RUN) snakefmt --check Snakefile workflow/Snakefile workflow/rules
 
 benchmark: $(MEASURE_VENV)/run.stamp ## measure the solvers; with PEERS=1 public ones too
-	@set -e; for subject in surface contact chaos oscillator; do \
+	@set -e; for subject in surface contact chaos oscillator study; do \
 		$(MEASURE_VENV)/bin/python -m workflow.benchmarks.$$subject $(if $(filter 1,$(PEERS)),--peers); \
 	done
 

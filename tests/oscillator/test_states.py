@@ -136,22 +136,15 @@ def test_coulomb_s_law_without_a_step_has_no_cycle(damping):
         existence_limit(belt, law)
 
 
-def test_the_first_loading_is_no_state():
-    """mu N / (k v0) = 0.7 s, 31.5 natural periods: a damped mass on a slow belt never sticks again."""
+def test_a_run_goes_on_until_its_state_is_known_and_the_first_loading_is_none():
+    """mu N / (k v0) = 0.7 s, 31.5 natural periods: a damped mass on a slow belt never sticks again. With a cycle of 88
+    natural periods, nearly all stick, the state after 15 shows in the departure 75 periods later."""
     belt = Oscillator(25.0, math.sqrt(2e6 / 25.0), 0.03, 1e-4, 400.0)
     _, first, states = run_until_known(Machine(belt, StribeckLaw(0.35, 0.4)), None, 0.0, 20.0)
     assert first == pytest.approx(departure_point(belt, StribeckLaw(0.35, 0.4)) / belt.V / TURN, rel=1e-9)
-    assert first > 30.0
-    assert states.stick_slip.size == 0
-    np.testing.assert_allclose(states.sliding[:, 0], [first])
-
-
-def test_a_run_goes_on_until_its_state_is_known():
-    """On the slow belt a cycle lasts 88 natural periods, nearly all of them stick. The state after 15 shows in the
-    departure 75 periods later."""
-    asked = 15.0
-    run, first, states = run_until_known(Machine(SLOW, LUBRICATED), None, 0.0, asked)
-    assert states.is_stick_slip(first + asked)
+    assert (first > 30.0, states.stick_slip.size, list(states.sliding[:, 0])) == (True, 0, [pytest.approx(first)])
+    run, first, states = run_until_known(Machine(SLOW, LUBRICATED), None, 0.0, 15.0)
+    assert states.is_stick_slip(first + 15.0)
     assert run.duration / TURN > first + limit_cycle(SLOW, LUBRICATED).period / TURN
 
 

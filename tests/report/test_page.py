@@ -151,18 +151,6 @@ def test_the_page_says_which_scene_gives_each_number():
     assert "The curve is the friction_table of scene disc_brake: 0.45 at rest" in text
 
 
-def test_costs_and_warnings_of_a_run_stand_on_its_page():
-    """Warnings above the figures. A scene without them has no empty place for them."""
-    costs = [cost(stage="contact_square", did={"surfaces": 1000}), cost()]
-    costs.append(cost(stage="all", warnings=["slope of <0.7>", "few strips"]))
-    text = " ".join(" ".join(parsed(scene(costs=costs)).text).split())
-    shown = ("slope of <0.7>", "few strips", "Pressure.", "80,400 convolutions, 3 field fits", "1,000 surfaces")
-    assert [part for part in shown if part not in text] == []
-    assert text.index("A scan of my own") < text.index("slope of <0.7>") < text.index("Pressure.")
-    plain = " ".join(parsed(scene()).text)
-    assert [word for word in ("Warnings", "None", "How its surfaces are made") if word in plain] == []
-
-
 OSCILLATOR = '{"oscillator": {"law": "table", "static_friction": 0.45, "friction_table": [[0, 0.45], [0.5, 0.38]]}}'
 
 

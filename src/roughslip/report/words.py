@@ -163,32 +163,26 @@ class Row:
     """A parameter in the table of what would end or begin stick-slip.
 
     name, now : the change in words, the scene's value
-    needed, interval : the value at which stick-slip ends or begins, and its interval; empty without a limit
+    needed : the value at which stick-slip ends or begins; empty without a limit
+    notes : its interval; that it lies beyond the measured speeds; where the mass vibrates on the way; that the machine
+        does not allow it
     change : factor or per cent
     far : logarithm of the change [% of the search]
     is_smallest : of all relative changes
-    outside : whether the limit lies beyond the measured speeds
-    vibrates : where the mass vibrates without sticking on the way, in words
-    barred : why the machine does not allow the change, in words
     """
 
     name: str
     now: str
     needed: str = ""
-    interval: str = ""
+    notes: Sequence[str] = ()
     change: str = ""
     far: float = 0.0
     is_smallest: bool = False
-    outside: bool = False
-    vibrates: str = ""
-    barred: str = ""
 
     @property
     def there(self) -> str:
-        """The needed value with its interval."""
-        beyond = "beyond the measured speeds" if self.outside else ""
-        notes = [part for part in (self.interval, beyond, self.vibrates, self.barred) if part]
-        return f"{self.needed} ({', '.join(notes)})" if notes else self.needed
+        """The needed value with its notes."""
+        return f"{self.needed} ({', '.join(self.notes)})" if self.notes else self.needed
 
 
 def barred(answer: Mapping[str, Any], name: str, value: float) -> str:
@@ -237,17 +231,20 @@ def change_rows(answer: Mapping[str, Any]) -> list[Row]:
             ranked.append((math.inf, Row(title, amount(own, unit))))
             continue
         way = math.log(limit["value"] / own)
+        notes = (
+            ends(limit, own),
+            "beyond the measured speeds" if limit.get("outside_measured_speeds") else "",
+            vibrates_on_the_way(answer, parameter, SIDES[way > 0.0]),
+            barred(answer, name, limit["value"]),
+        )
         row = Row(
             CHANGES[name][way > 0.0],
             amount(own, unit),
             amount(limit["value"], unit, like=own),
-            ends(limit, own),
+            [note for note in notes if note],
             factor(limit["value"] / own),
             100.0 * min(abs(way) / math.log(REACH), 1.0),
             name in smallest,
-            bool(limit.get("outside_measured_speeds")),
-            vibrates_on_the_way(answer, parameter, SIDES[way > 0.0]),
-            barred(answer, name, limit["value"]),
         )
         ranked.append((0.0 if row.is_smallest else abs(way), row))
     return [row for _, row in sorted(ranked, key=lambda pair: pair[0])]

@@ -28,8 +28,8 @@ for each in ("verify", "reference"):
             each
         input:
             PUBLISHED,
-        output:
-            **{name: f"results/{file}" for name, file in STAGES[each].results.items() if file},
+        output:  # none of a folder with what else git keeps: Snakemake would remove it before the job
+            **{name: f"results/{file}" for name, file in STAGES[each].results.items() if file and each == "verify"},
         log:
             f"results/logs/{each}.log",
         localrule: True

@@ -6,5 +6,5 @@ and probability, and `roughslip.plot`. All quantities are in SI units; x slides 
 
 from roughslip.public_names import public_names
 
-__version__ = "2.1.0"
+__version__ = "2.0.0"
 __getattr__, __dir__, __all__ = public_names(__name__, __file__)

@@ -204,7 +204,7 @@ def test_the_stage_says_what_to_measure(run, folder):
     result = run("budget", uncertain(), "budget", {"SAMPLES": 16}, answer=folder / "answer.json")
     text = json.loads((folder / "budget-text.json").read_text())
     assert list(result["source_name"]) == list(text["probability"]["first"])
-    assert list(result["result_name"]) == ["probability", *text["limits"], "death", "birth"]
+    assert list(result["result_name"]) == ["probability", *text["limits"]]
     assert text["limits"]["damping"]["value"] == pytest.approx(EXISTENCE, abs=1e-6)
     assert 0.0 <= text["scatter"] <= 1.0
     assert np.isfinite(result["first"]).all()

@@ -215,8 +215,8 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
 @pytest.mark.slow
 def test_a_stage_that_fails_late_leaves_no_result(project):
     """Nor a temporary file; its message is shown once, without a traceback. What was made before is there to open."""
-    fails = 'raise store.StoreError("no luck")\n    store.write('
-    project.edit("src/roughslip/study/chaos_strip.py", "store.write(", fails)
+    last = "store.write(job.output, variables"
+    project.edit("src/roughslip/study/chaos_strip.py", last, f'raise store.StoreError("no luck")\n    {last}')
     run = project.snakemake("-j1", "results/tiny/chaos/strip.nc")
     said = run.stdout + run.stderr
     assert run.returncode == 1

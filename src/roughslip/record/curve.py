@@ -6,16 +6,13 @@ All least squares are of whitened columns, so tests and errors take the correlat
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
 
+from roughslip.oscillator.table_law import TableLaw
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.results import described, result
-
-if TYPE_CHECKING:
-    from roughslip.oscillator.table_law import TableLaw
 
 MOST_COLUMNS = 9  # of the spline
 KNOTS = 30  # of the stored curve
@@ -53,7 +50,6 @@ class FrictionCurve:
 
         static_friction : limit of stick, where it is larger than the friction at the slowest speed
         """
-        from roughslip.oscillator.table_law import TableLaw  # with numba, which a fit does not need
 
         static = max(static_friction, float(self.friction[0]))
         speeds = (0.0, *self.speeds_m_per_s.tolist())

@@ -204,7 +204,8 @@ def test_with_keep_going_a_scene_with_mistakes_is_left_out_and_others_run(tmp_pa
 
 def test_an_interrupt_of_the_run_alone_ends_its_jobs():
     code = (
-        "import subprocess; from workflow.study.working_folder import end_jobs_on_interrupt; end_jobs_on_interrupt();"
+        "import signal, subprocess; from workflow.study.working_folder import end_jobs_on_interrupt;"
+        "signal.signal(signal.SIGINT, signal.default_int_handler); end_jobs_on_interrupt();"  # a shell's job ignores it
         "job = subprocess.Popen(['sleep', '100']); print(job.pid, flush=True); job.wait()"
     )
     options = {"cwd": ROOT, "env": {"PYTHONPATH": f"{ROOT / 'src'}:{ROOT}"}, "text": True}

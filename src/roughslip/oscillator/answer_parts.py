@@ -75,7 +75,7 @@ class Answer:
     probability, probability_from_sliding : of stick-slip, of runs from rest and from steady sliding
     shares : of runs in stick-slip, in vibration without sticking and in steady sliding, by start
     without_scatter : state, amplitude and frequency where the motion without scatter ends, by start; None where slip
-        is too stiff to tell
+        is too stiff to follow
     starts_differ : whether shares differ by more than chance
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs

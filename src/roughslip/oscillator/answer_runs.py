@@ -24,13 +24,17 @@ DIGITS = 5  # of the numbers of a picture
 
 @dataclass(frozen=True)
 class Run:
-    """A run: its motion, first departure and states, when it is looked at, and whether it stick-slips then."""
+    """A run: its motion, first departure and states, and when it is looked at."""
 
     motion: Motion
     first: float
     states: States
     looked_at: float
-    cycles: bool
+
+    @property
+    def cycles(self) -> bool:
+        """Whether it stick-slips when it is looked at."""
+        return self.states.is_stick_slip(self.looked_at)
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ class Runs:
         time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
         path, spacing = self.path(number), self.own.paths.spacing
         motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
-        return Run(motion, first, states, first + time, states.is_stick_slip(first + time))
+        return Run(motion, first, states, first + time)
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
         """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""

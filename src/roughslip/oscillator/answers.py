@@ -21,7 +21,7 @@ from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Limits, 
 from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.limits import hopf_damping, limits_or_nan, slip_loop
+from roughslip.oscillator.limits import damping_of_slope, hopf_damping, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
 from roughslip.oscillator.states import durations, is_within, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
@@ -59,7 +59,7 @@ def answer(
     duration_periods : natural periods of a run; None for what its time scales take, up to 400
     seed : numbers; each run adds its own
     parameters : to search, of damping, belt_velocity, mass, stiffness, load
-    progress : is told how many parts are done, of how many: the runs at the scene's values, then each parameter
+    progress : takes how many parts are done, of how many: the runs at the scene's values, then each parameter
     can_change : range of each parameter that can change, for the smallest change; None where all can
 
     Raises as `check_has_answer` and `simulate`.
@@ -277,9 +277,9 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> dict[str
     curve decides, together with scatter where the band between the levels, in damping, is wide against the distance
     of the oscillator from the existence limit.
 
-    hopf_by_lines is the interval of Hopf dampings that straight lines between the points of a table would give;
-    vibration_limit the damping up to which a mass that does not stick vibrates, from rest; band_over_distance the
-    width of the band between the levels over the distance to the existence limit.
+    Straight lines between the points of a table would give Hopf dampings in the interval hopf_by_lines. From rest, a
+    mass that does not stick vibrates up to the damping vibration_limit. band_over_distance is the width of the band
+    between the levels over the distance to the existence limit.
     """
     belt, law = machine.oscillator, machine.law
     (hopf, existence), ratio, exists, width = limits_or_nan(belt, law), belt.damping_ratio, cycle_exists(machine), None
@@ -291,8 +291,8 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> dict[str
     by, is_certain = "scatter", share >= LEVELS["0.95"] if exists else share <= LEVELS["0.05"]
     if exists is not None and is_certain:
         by = "both" if width is not None and width > CLEAR else "mean curve"
-    of_slope, speed = -0.5 * belt.F * belt.natural_frequency_rad_per_s, belt.belt_velocity_m_per_s
-    lines = [of_slope * slope for slope in law.slopes_by_lines(speed)]
+    speed = belt.belt_velocity_m_per_s
+    lines = [damping_of_slope(belt, slope) for slope in law.slopes_by_lines(speed)]
     return {
         "by": by,
         "cycle_exists_without_scatter": exists,

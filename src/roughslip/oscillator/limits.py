@@ -43,7 +43,11 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     From X'' + (2 D + F omega mu_D'(v0)) X' + X = 0 about the equilibrium; negative where friction rises with speed.
     """
     check_free(oscillator)
-    slope = float(law.slope(oscillator.belt_velocity_m_per_s))
+    return damping_of_slope(oscillator, float(law.slope(oscillator.belt_velocity_m_per_s)))
+
+
+def damping_of_slope(oscillator: Oscillator, slope: float) -> float:
+    """The same at a slope [s/m] of friction at the belt's velocity."""
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
 
 

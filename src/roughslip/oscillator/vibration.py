@@ -55,7 +55,7 @@ def linear_response(machine: Machine) -> float:
 def least_amplitude(machine: Machine) -> float | None:
     """Half of peak to peak [m] from which slip without sticking is a vibration.
 
-    None where nothing vibrates, and where slip is too stiff to tell: there are two states then.
+    None where nothing vibrates, and where slip is too stiff to follow: there are two states then.
     """
     try:
         found = attractors_of(machine.oscillator, machine.law)

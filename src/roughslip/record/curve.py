@@ -50,7 +50,6 @@ class FrictionCurve:
 
         static_friction : limit of stick, where it is larger than the friction at the slowest speed
         """
-
         static = max(static_friction, float(self.friction[0]))
         speeds = (0.0, *self.speeds_m_per_s.tolist())
         values = (min(self.at_rest, static), *self.friction.tolist())

@@ -105,7 +105,6 @@ FIELD = ("covariance", "rms_height_m", "correlation_length_m")
 SHAPES = tuple(dict.fromkeys(name for shapes in COVARIANCES.values() for name in shapes))
 CORRECT, BETA, WAVES = "correct_correlation", "beta_shapes", "wavelengths_m"
 FIELD_OPTIONS = ("correlation_length_across_m", "lay_rad", *SHAPES, BETA)
-STATED = ("spacing_m", "height_unit")  # for a file that does not give them
 # The keys that each form may have.
 FORMS = {
     "covariance": (*FIELD, *FIELD_OPTIONS, CORRECT),

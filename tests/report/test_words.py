@@ -25,7 +25,13 @@ def number(value, low=None, high=None, unit="1", **more):
 
 
 def limits(title, value, unit, **sides):
-    ends = {"0.05": None, "0.95": None, "without_scatter": number(None), "steady_without_scatter": number(None)}
+    ends = {
+        "0.05": None,
+        "0.95": None,
+        "without_scatter": number(None),
+        "unsteady_0.05": None,
+        "steady_without_scatter": number(None),
+    }
     found = {side: ends | sides.get(side, {}) for side in ("below", "above")}
     return {"title": title, **number(value, unit=unit), **found}
 
@@ -78,6 +84,7 @@ MACHINE = {
         "mean_sliding_s": [None, 2.38, None],
     },
     "smallest_changes": [{"parameter": "damping"}],
+    "without_scatter": {"from_rest": {"state": "stick_slip"}},
     "decides": {
         "by": "mean curve",
         "friction_slope": number(-0.0542, unit="s m-1"),
@@ -131,6 +138,16 @@ def test_the_verdict_follows_from_the_shares_of_states(rest, sliding, differ, de
         summary = " ".join(answer_summary(one))
         assert summary.startswith(f"Stick-slip: {word[0].lower()}{word[1:]}, ")
         assert not re.search("None|nan", f"{summary} {facts(one)} {change_rows(one)}".replace("=None", ""))
+
+
+def test_a_vibration_that_scatter_hides_and_durations_of_the_state_that_goes_on():
+    """Sliding that only leads to a stick-slip without end has no duration in the words."""
+    hidden = {"without_scatter": {"from_rest": {"state": "vibration"}}}
+    said = verdict(MACHINE | shares((0.0, 0.0), (0.0, 0.0)) | hidden)
+    assert (said["word"], said["kind"], "hides" in said["text"]) == ("No", "odd", True)
+    lasting = MACHINE["states"] | {"mean_sliding_s": [0.096, 0.090, 0.1]}
+    note = next(note for title, _, note in facts(MACHINE | {"states": lasting}) if title == "time in stick-slip")
+    assert note.endswith("in the mean stick-slip lasts longer than 27 min")
 
 
 def test_a_budget_names_what_to_measure_next():

@@ -39,8 +39,8 @@ class Crossing(Quantity):
 class Limits(Quantity):
     """Limits of stick-slip along one parameter; its own value is `value`.
 
-    below, above : crossings by level, and `without_scatter`, where the cycle without scatter ceases or begins; and
-        `steady_without_scatter`, where steady sliding does
+    below, above : crossings by level, `unsteady_0.05` where a vibration is likely; `without_scatter`, where the
+        cycle without scatter ceases or begins; and `steady_without_scatter`, where steady sliding does
     searched : the ends of the search, as its interval
     """
 

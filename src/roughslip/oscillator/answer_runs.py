@@ -91,17 +91,18 @@ class Runs:
         periods = self.periods(machine)
         return np.array([self.one(machine, number, periods, False).cycles for number in numbers], dtype=bool)
 
-    def drawn(self, path: FrictionPath, periods: float, start: float | tuple[float, float] = 0.0) -> Trajectory:
-        """The motion of the own machine, sampled as finely as so long a run allows. start : as in `trajectory`"""
-        own = self.own
-        options = replace(own.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
-        return trajectory(own.oscillator, own.law, path, own.paths.spacing, periods, options, start)
+    def drawn(
+        self, machine: Machine, path: FrictionPath, periods: float, start: float | tuple[float, float] = 0.0
+    ) -> Trajectory:
+        """The motion of a machine, sampled as finely as so long a run allows. start : as in `trajectory`"""
+        options = replace(machine.options, samples_per_period=min(SAMPLES, max(int(MOST_SAMPLES / periods), 1)))
+        return trajectory(machine.oscillator, machine.law, path, self.own.paths.spacing, periods, options, start)
 
     def cycles_of(self, number: int, run: Run) -> np.ndarray:
         """The whole cycles of a run of the own machine, as `whole_cycles` gives them."""
         if run.motion.cycles < 2:
             return np.empty((0, 2))
-        return whole_cycles(self.drawn(self.path(number), run.motion.duration / (2 * np.pi)), run.states)
+        return whole_cycles(self.drawn(self.own, self.path(number), run.motion.duration / (2 * np.pi)), run.states)
 
     def curves(self, runs: Sequence[Run]) -> dict[str, Curve]:
         """A few periods of the own machine, with scatter and without.
@@ -113,7 +114,7 @@ class Runs:
         periods = runs[number].motion.duration / (2 * np.pi)
         omega = self.own.oscillator.natural_frequency_rad_per_s
         return {
-            name: curve(self.drawn(path, periods), omega)
+            name: curve(self.drawn(self.own, path, periods), omega)
             for name, path in (("with_scatter", self.path(number)), ("without_scatter", None))
         }
 

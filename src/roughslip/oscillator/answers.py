@@ -21,11 +21,11 @@ from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Limits, 
 from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.limits import damping_of_slope, hopf_damping, limits_or_nan, slip_loop
+from roughslip.oscillator.limits import damping_of_slope, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
 from roughslip.oscillator.states import durations, is_within, time_scales
 from roughslip.oscillator.trough_chain import durations_by_theory
-from roughslip.oscillator.vibration import vibrating_runs
+from roughslip.oscillator.vibration import unsteady_at, vibrating_runs
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import LevelSearch, first_change
 from roughslip.validation import gate
@@ -33,9 +33,9 @@ from roughslip.validation import gate
 REACH = 100.0  # factor of the own value, either way, up to which limits are searched
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 10.0  # where the search begins without damping; as far as it always goes
 LEVELS = {"0.05": 0.05, "0.95": 0.95}
+UNSTEADY = {"unsteady_0.05": 0.05}  # stick-slip or vibration
 LEAST_KNOWN = 0.1  # of the belt's velocity, down to which a law has to be measured
 LIKELY = 0.5  # share of the runs from which on a state is to be ended
-GROWTHS = 20.0  # times e in size in a run whose first half serves a vibration to grow
 EQUAL = 0.02  # of two changes, by the logarithms of their factors, which are then the same: as near as limits are found
 CLEAR = 0.5  # width of the band of chance over the distance to the limit, up to which the mean curve alone decides
 SIDES = {"below": False, "above": True}
@@ -82,7 +82,7 @@ def answer(
     limits, trials = {}, 2 * count
     progress(1, 1 + len(parameters))
     for done, name in enumerate(parameters, start=2):
-        limits[name], more = limits_of(name, runs, at_start)
+        limits[name], more = limits_of(name, runs, seen["from_rest"])
         trials += more
         progress(done, 1 + len(parameters))
     share, vibration = float(np.mean(at_start)), float(np.mean(seen["from_rest"][State.VIBRATION]))
@@ -93,7 +93,7 @@ def answer(
         probability_from_sliding=probability(seen["from_sliding"][State.STICK_SLIP]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
-        **memory_of_the_start(runs, periods, seen, ends["from_sliding"]["state"]),
+        **memory_of_the_start(runs, periods, seen),
         durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
         durations_by_theory=None if may_vibrate else durations_by_theory(machine),
         **cycle,
@@ -148,22 +148,19 @@ def states_seen(runs: Sequence[Run]) -> dict[State, np.ndarray]:
 
 def endings(machine: Machine) -> dict[str, dict[str, Any]]:
     """State, amplitude [m] and frequency [Hz] where the motion without scatter ends, by start."""
-
-    def row(state: State | None, amplitude: float | None = None, frequency: float | None = None) -> dict[str, Any]:
-        return {
-            "state": state,
-            "amplitude": Quantity(amplitude, None, "m"),
-            "frequency": Quantity(frequency, None, "Hz"),
-        }
-
     try:
         found = attractors_of(machine.oscillator, machine.law)
     except ConvergenceError:
-        return dict.fromkeys(STARTS, row(None))
+        found = None
     omega, rows = machine.oscillator.natural_frequency_rad_per_s, {}
-    for name, one in zip(STARTS, (found.from_rest, found.from_sliding), strict=True):
-        moves = () if one.state is State.SLIDING else (one.amplitude, omega / one.period)
-        rows[name] = row(one.state, *moves)
+    for name, from_sliding in STARTS.items():
+        one = found and (found.from_sliding if from_sliding else found.from_rest)
+        amplitude, frequency = (one.amplitude, omega / one.period) if one and one.amplitude else (None, None)
+        rows[name] = {
+            "state": one and one.state,
+            "amplitude": Quantity(amplitude, None, "m"),
+            "frequency": Quantity(frequency, None, "Hz"),
+        }
     return rows
 
 
@@ -189,33 +186,41 @@ def cycle_statistics(cycles: Sequence[np.ndarray], omega: float, generator: np.r
     return quantities
 
 
-def limits_of(name: str, runs: Runs, at_start: np.ndarray) -> tuple[Limits, int]:
-    """Where the probability of stick-slip crosses the levels along one parameter, either way, and the runs it took."""
+def limits_of(name: str, runs: Runs, seen: Mapping[State, np.ndarray]) -> tuple[Limits, int]:
+    """Where probabilities cross their levels along one parameter, either way, and the runs that took.
+
+    seen : (runs,) whether each is in a state at the own values; where a vibration is likely, its end is searched too
+    """
     parameter = PARAMETERS[name]
     own, unit = float(runs.own.value(name)), parameter.unit
     start = own or LEAST_DAMPING
     ends = {"below": start / REACH, "above": REACH * start}
     if name == "damping":
         ends["above"] = max(ends["above"], MOST_DAMPING)
-    cycle_ends = {side: changed_without_scatter(runs, name, end, cycle_exists) for side, end in ends.items()}
-    hints = [value for value in cycle_ends.values() if value is not None]
-    search = LevelSearch(partial(runs.of_value, name), start, ends["below"], ends["above"], at_start, hints)
-    sides: dict[str, dict[str, Quantity | None]] = {side: {} for side in SIDES}
-    for side, upwards in SIDES.items():
-        for label, level in LEVELS.items():
+    cycle_ends, steady_ends = (
+        {side: changed_without_scatter(runs, name, end, decided) for side, end in ends.items()}
+        for decided in (cycle_exists, slides)
+    )
+    sides: dict[str, dict[str, Quantity | None]] = {side: dict.fromkeys(LEVELS | UNSTEADY) for side in SIDES}
+    searches = [
+        (LEVELS, runs.of_value, seen[State.STICK_SLIP], cycle_ends),
+        (UNSTEADY, partial(unsteady_at, runs), ~seen[State.SLIDING], steady_ends),
+    ]
+    searched, trials = None, 0
+    for levels, occurs, at_start, without in searches[: 1 + (np.mean(seen[State.VIBRATION]) > LIKELY)]:
+        hints = [value for value in without.values() if value is not None]
+        search = LevelSearch(partial(occurs, name), start, ends["below"], ends["above"], at_start, hints)
+        for (side, upwards), (label, level) in product(SIDES.items(), levels.items()):
             crossing = search.crossing(level, upwards)
-            if crossing is None:
-                sides[side][label] = None
-                continue
-            word = "falls below" if search.count(start) > level * search.paths else "rises above"
-            outside = leaves_known_speeds(runs.own.changed({name: crossing.value}))
-            sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
-        steady_end = changed_without_scatter(runs, name, ends[side], slides)
+            if crossing is not None:
+                word = "falls below" if search.count(start) > level * search.paths else "rises above"
+                outside = leaves_known_speeds(runs.own.changed({name: crossing.value}))
+                sides[side][label] = Crossing(crossing.value, (crossing.low, crossing.high), unit, word, outside)
+        searched, trials = searched or search.searched, trials + search.trials
+    for side in SIDES:
         sides[side]["without_scatter"] = Quantity(cycle_ends[side], None, unit)
-        sides[side]["steady_without_scatter"] = Quantity(steady_end, None, unit)
-    return Limits(
-        own, None, unit, parameter.title, **sides, searched=Quantity(None, search.searched, unit)
-    ), search.trials
+        sides[side]["steady_without_scatter"] = Quantity(steady_ends[side], None, unit)
+    return Limits(own, None, unit, parameter.title, **sides, searched=Quantity(None, searched, unit)), trials
 
 
 def changed_without_scatter(
@@ -254,7 +259,7 @@ def smallest_changes(
     if stick_slip > LIKELY:
         aim, label = "end", "0.05"
     elif vibration > LIKELY:
-        state, aim, label = State.VIBRATION, "end", "steady_without_scatter"
+        state, aim, label = State.VIBRATION, "end", "unsteady_0.05"
     changes = []
     for (name, of_parameter), side in product(limits.items(), SIDES):
         limit, own = getattr(of_parameter, side)[label], of_parameter.value
@@ -305,12 +310,8 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> dict[str
     }
 
 
-def memory_of_the_start(
-    runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]], from_sliding: str | None
-) -> dict[str, Any]:
+def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
-
-    from_sliding : the state where the motion from sliding ends without scatter; what is not sliding has to grow first
 
     Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one
     start as from the other, where the start is forgotten.
@@ -320,12 +321,7 @@ def memory_of_the_start(
         sliding = seen["from_sliding"][state]
         more, less = np.count_nonzero(rest & ~sliding), np.count_nonzero(sliding & ~rest)
         differ = differ or bool(abs(more - less) > 2.0 * np.sqrt(more + less))
-    scales = time_scales(runs.own)
-    if from_sliding not in (None, State.SLIDING):
-        belt, law = runs.own.oscillator, runs.own.law
-        rate = 2.0 * np.pi * (hopf_damping(belt, law) - belt.damping_ratio)
-        scales["growth of a vibration"] = GROWTHS / rate if rate > 0.0 else math.inf
-    scale, needed = max(scales.items(), key=lambda pair: pair[1])
+    scale, needed = max(time_scales(runs.own).items(), key=lambda pair: pair[1])
     return {
         "starts_differ": differ,
         "decided": not differ or periods >= needed * (1.0 - 1e-9),

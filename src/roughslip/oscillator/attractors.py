@@ -10,8 +10,8 @@ is stable. Else they rise to the smallest fixed point, or to the belt. On the wa
 P(w), as P rises. So a search that steps as far as that, or MESH at least, sees every pair of fixed points that is
 farther apart; where P - w comes near zero and turns, its extreme is searched (a fold of cycles).
 
-Friction that rises from a minimum may let a nearly undamped mass overtake the belt and fall back behind it. Runs tell
-then where it ends.
+Friction that rises from a minimum may let a nearly undamped mass overtake the belt. Where it falls back beyond the
+departure point each loop is larger than the one before, up to that which falls back where it began.
 """
 
 from __future__ import annotations
@@ -26,12 +26,10 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.event_loop import CROSSING
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import GRAZES, hopf_damping, loop_of_slip, slip_loop
+from roughslip.oscillator.limits import GRAZES, hopf_damping, loop_of_slip, meetings, slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.motion import MotionOptions, trajectory
-from roughslip.oscillator.slip_orbit import SlipFlow, departure_point, slip_flow, too_stiff
+from roughslip.oscillator.slip_orbit import SlipFlow, slip_flow
 from roughslip.probability.search import RANGE_ACCURACY, first_change
 from roughslip.validation import gate
 
@@ -40,7 +38,7 @@ MESH, NARROW = 1 / 32, 1 / 512  # step of peaks, of their distance from 0 and fr
 NEUTRAL = 1e-9  # relative, of a change of peak that is none
 LAST = 1.0 - 1e-9  # peak next to the belt
 BEYOND, LEAST_DAMPING, REACH = 1e-6, 1e-3, 100.0  # the existence limit, of a search in damping for the vibration's end
-LOOPS, MOST_LOOPS, SETTLED = 50.0, 12_800.0, 1e-7  # natural periods of runs beyond the belt; change of a loop then
+LARGEST = 1e6  # y beyond departure, in units of the belt, to which loops that pass it are followed
 
 
 class State(StrEnum):
@@ -90,8 +88,7 @@ def state_from_rest(machine: Machine) -> State | None:
     try:
         peak = peak_from_rest(oscillator, law)
         if peak == 1.0:
-            sticks = slip_loop(oscillator, law).cycle is not None
-            return State.STICK_SLIP if sticks else beyond_the_belt(oscillator, law).state
+            return State.VIBRATION if slip_loop(oscillator, law).cycle is None else State.STICK_SLIP
     except ConvergenceError:
         return None
     return State.VIBRATION if peak > 0.0 else State.SLIDING
@@ -174,48 +171,35 @@ def _attractor(oscillator: Oscillator, law: FrictionLaw, peak: float) -> Attract
     if peak == 0.0:
         return Attractor(State.SLIDING)
     if peak < 1.0:
-        slip = period = loop_of_slip(flow, flow.at_peak(peak), peak)[3]
+        period = loop_of_slip(flow, flow.at_peak(peak), peak)[3]
         state, start = State.VIBRATION, flow.at_peak(peak)
     elif cycle is not None:
-        state, start, slip, period = State.STICK_SLIP, flow.departure, cycle.slip_duration, cycle.period
+        state, start, period = State.STICK_SLIP, flow.departure, cycle.period
     else:
-        return beyond_the_belt(oscillator, law)
-    solved = scipy.integrate.solve_ivp(
-        lambda _, z: (z[1], flow.at_peak(z[1]) - z[0]),
-        (0.0, slip),
-        (start, peak),
-        "LSODA",
-        events=lambda _, z: z[1],
-        rtol=1e-11,
-        atol=1e-13 * peak,
-    )
-    extremes = solved.y_events[0]
-    if len(extremes) != 2:
-        raise too_stiff(flow, peak, solved.nfev)
-    return Attractor(state, 0.5 * oscillator.V * float(np.ptp(extremes[:, 0])), period)
+        state, (start, period) = State.VIBRATION, beyond_the_belt(flow)
+    _, extremes = meetings(flow, start, peak, 0.0, 2)
+    return Attractor(state, 0.5 * oscillator.V * float(np.ptp(extremes)), period)
 
 
-def beyond_the_belt(oscillator: Oscillator, law: FrictionLaw) -> Attractor:
-    """The attractor of a motion that passes the belt without sticking at first, as runs from departure show it.
+def beyond_the_belt(flow: SlipFlow) -> tuple[float, float]:
+    """y at which a mass that passes the belt in each loop falls back to it, and the period [-] in tau.
 
-    Raises ConvergenceError where loops still change after MOST_LOOPS natural periods.
+    Raises ConvergenceError where loops grow beyond LARGEST.
     """
-    periods, change, departure = LOOPS, math.inf, departure_point(oscillator, law)
-    while periods <= MOST_LOOPS:
-        drawn = trajectory(oscillator, law, None, math.nan, periods, MotionOptions(1e-11), start_m=departure)
-        motion = drawn.motion
-        sticks = bool(motion.backwards.any())
-        marks = motion.backwards if sticks else (motion.kind == CROSSING) & (motion.position > 0.0)
-        times, places = motion.time[marks][-2:], motion.position[marks][-2:]
-        change = abs(float(np.diff(places)[0])) if times.size == 2 else math.inf
-        if change <= SETTLED * oscillator.F:
-            last = drawn.position[(times[0] <= drawn.time) & (drawn.time <= times[1])]
-            state = State.STICK_SLIP if sticks else State.VIBRATION
-            return Attractor(state, 0.5 * float(np.ptp(last)), float(np.diff(times)[0]))
-        periods *= 4.0
-    raise ConvergenceError(
-        f"loops that pass the belt still change after {MOST_LOOPS:g} natural periods: raise the damping; scene key: "
-        "oscillator.damping_ratio",
-        residual=change,
-        work=int(periods),
-    )
+
+    def loop(y: float) -> tuple[float, float]:
+        """How much farther the mass falls back after a loop, and the time that takes."""
+        _, at_belt, _, below = loop_of_slip(flow, y, 1.0)
+        (above,), (back,) = meetings(flow, at_belt, np.nextafter(1.0, 2.0), 1.0, 1)
+        return float(back) - y, below + float(above)
+
+    nearest, step = flow.departure, max(abs(flow.departure), 1.0)
+    if not loop(nearest)[0] > 0.0:
+        return nearest, loop(nearest)[1]
+    while loop(nearest + step)[0] > 0.0:
+        step *= 2.0
+        if step > LARGEST:
+            lacking = "loops that pass the belt still grow: raise the damping; scene key: oscillator.damping_ratio"
+            raise ConvergenceError(lacking, residual=step, work=0)
+    y = float(scipy.optimize.brentq(lambda y: loop(y)[0], nearest, nearest + step, xtol=1e-12 * step, rtol=1e-13))
+    return y, loop(y)[1]

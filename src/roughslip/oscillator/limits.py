@@ -16,12 +16,13 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, check_free, departure_point, slip_flow, turn
+from roughslip.oscillator.laws import FrictionLaw, friction
+from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, check_free, departure_point, slip_flow, too_stiff, turn
 from roughslip.results import described, result
 from roughslip.validation import gate
 
 LARGEST_DAMPING = 1e3
+LATEST = 1e9  # tau
 GRAZES = 1e-9  # excess of a peak, relative, below which only rounding parts it from the belt's velocity; and damping
 
 
@@ -78,6 +79,23 @@ def loop_of_slip(flow: SlipFlow, y: float, w: float, accuracy: float = TOLERANCE
     return trough, y, peak, down + up
 
 
+def meetings(flow: SlipFlow, y: float, w: float, level: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times [-] of the first meetings of w with a level, and y there, on either side of the belt; by LSODA."""
+
+    def meets(_: float, z: np.ndarray) -> float:
+        return float(z[1]) - level
+
+    def rate(_: float, z: np.ndarray) -> tuple[float, float]:
+        turned = max(float(friction(flow.v0 * (z[1] - 1.0), flow.law)), 0.0) if z[1] > 1.0 else 0.0
+        return z[1], flow.at_peak(z[1]) - z[0] - 2.0 * flow.scale * turned
+
+    meets.terminal = count  # type: ignore[attr-defined]
+    run = scipy.integrate.solve_ivp(rate, (0.0, LATEST), (y, w), "LSODA", events=meets, rtol=1e-11, atol=1e-13 * w)
+    if run.t_events[0].size < count:
+        raise too_stiff(flow, math.hypot(*run.y[:, -1]), run.nfev)
+    return run.t_events[0], run.y_events[0][:, 0]
+
+
 @lru_cache(maxsize=4096)
 def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERANCE) -> SlipLoop:
     """Follow slip from the departure point until it sticks again, or until its first loop has missed the belt.
@@ -86,6 +104,9 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERA
     slip passes below X' = V it spirals inwards, because trajectories of the plane do not cross, and no cycle exists.
     No duration limits the search. Coulomb's law with static = kinetic has no cycle: its loop is a damped oscillation,
     which without damping only grazes the belt.
+
+    A loop that comes to the belt beyond the static limit passes it, under friction of the other sign. If it falls back
+    before the departure point it sticks there. If not, it grows outwards: each later loop falls back farther still.
 
     accuracy : relative, of a step
 
@@ -96,11 +117,14 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERA
     trough, y, peak, time = loop_of_slip(flow, flow.departure, 1.0, accuracy)
     departure = departure_point(oscillator, law)
     reattachment, stick = departure + oscillator.V * (y - flow.departure), flow.departure - y
-    excess = peak - 1.0 if peak <= 1.0 else 0.5 * (peak - 1.0) ** 2  # w'' = -1 where w' = 0 at the belt
-    holds = reattachment + 2.0 * oscillator.damping_ratio * oscillator.V > -oscillator.F * law.static
-    if peak <= 1.0 or not holds or stick <= math.sqrt(GRAZES) * time:  # stick grows with the root of the excess
+    excess, passed = peak - 1.0 if peak <= 1.0 else 0.5 * (peak - 1.0) ** 2, 0.0  # w'' = -1 where w' = 0 at the belt
+    if peak > 1.0 and reattachment + 2.0 * oscillator.damping_ratio * oscillator.V <= -oscillator.F * law.static:
+        (above,), (back,) = meetings(flow, y, np.nextafter(1.0, 2.0), 1.0, 1)
+        passed, time, stick = float(back - y - above), time + float(above), flow.departure - float(back)
+        reattachment = departure - oscillator.V * stick
+    if peak <= 1.0 or stick <= math.sqrt(GRAZES) * time:  # stick grows with the root of the excess
         return SlipLoop(None, time / turns if peak > 0.0 else 0.0, v0, excess)
-    slipped = oscillator.V * (time + stick)
+    slipped = oscillator.V * (time + stick + 2.0 * passed)
     cycle = LimitCycle(departure, reattachment, time, time + stick, slipped)
     return SlipLoop(cycle, time / turns, v0 * (1.0 - trough), excess)
 
@@ -132,7 +156,6 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
 
     It is the upper limit. Where friction rises from a minimum, a nearly undamped mass may overtake the belt and fall
     back behind it beyond the static limit. This is a cycle of slip alone, which ends above a damping ratio of its own.
-    `slip_loop` has no cycle there.
 
     Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
     damping or slip is too stiff.

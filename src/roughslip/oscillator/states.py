@@ -34,7 +34,7 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import slip_loop
+from roughslip.oscillator.limits import hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, simulate
 from roughslip.oscillator.slip_orbit import departure_point, equilibrium
@@ -45,6 +45,7 @@ from roughslip.validation import gate
 LOOPS = 3.0
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
 NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a run lasts
+GROWTHS = 20.0  # times e in size, of a disturbance of unstable sliding, in a run; 10 in its first half
 STATES = ("stick_slip", "sliding")
 REPLICATES, FEWEST_ENDS = 400, 8
 
@@ -188,7 +189,8 @@ def run_until_known(
 def time_scales(machine: Machine) -> dict[str, float]:
     """Natural periods that a run has to last by each of its time scales, after its first departure.
 
-    Raises ParameterError for a belt at rest, and as `slip_loop` does.
+    About unstable sliding X' grows as exp((D_Hopf - D) tau). Raises ParameterError for a belt at rest, and as
+    `slip_loop` does.
     """
     oscillator, law = machine.oscillator, machine.law
     if not oscillator.V > 0.0:
@@ -208,6 +210,9 @@ def time_scales(machine: Machine) -> dict[str, float]:
     }
     if loop.cycle is not None:
         scales["cycles"] = CYCLES * loop.cycle.period / turn
+    growth = turn * (hopf_damping(oscillator, law) - oscillator.damping_ratio)
+    if growth > 0.0:
+        scales["growth from steady sliding"] = GROWTHS / growth
     return scales
 
 

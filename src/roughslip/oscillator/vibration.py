@@ -10,9 +10,15 @@ scatter multiplies. For mu_S of deviation sigma and correlation exp(-a tau), a =
 
     (F g sigma)^2 (2 d + a) / (2 d (1 + 2 d a + a^2)),
 
-that of slow noise for a -> 0 and of white noise for a -> infinity. A sine of that variance has the amplitude sqrt(2)
-times its root. Where sliding is unstable there is no such response, and its amplitude is 0: a slip vibrates once it has
-grown to A / 2. Without a vibration of the motion without scatter there are two states.
+that of slow noise for a -> 0 and of white noise for a -> infinity. A sine of that variance has the amplitude L, sqrt(2)
+times its root. Where sliding is unstable, d < 0, L is that at -d, as far on the stable side. For averaged motion with
+the growth rate -d (1 - (R / A)^2) then has R^2 normal about A^2 with deviation A L, cut at 0 (R. L. Stratonovich,
+Topics in the Theory of Random Noise 1, 1963). So for r = L / A the share that vibrates is
+
+    Phi((1 - (1 + r)^2 / 4) / r) / Phi(1 / r):
+
+95 % at r = 0.34, and 59 % where r -> 1. From L = A on, the cycle cannot be told from the noise: nothing vibrates, as
+without a vibration of the motion without scatter. So with scatter a vibration ends before the Hopf point, at L = A.
 """
 
 from __future__ import annotations
@@ -31,7 +37,7 @@ from roughslip.oscillator.limits import hopf_damping
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory
 from roughslip.oscillator.slip_orbit import equilibrium
-from roughslip.oscillator.states import States
+from roughslip.oscillator.states import States, is_within
 from roughslip.validation import gate
 
 TURN = 2.0 * math.pi
@@ -39,11 +45,11 @@ TURN = 2.0 * math.pi
 
 @gate
 def linear_response(machine: Machine) -> float:
-    """Amplitude [m] of the response of stable steady sliding to the scatter of friction; 0 where it is unstable."""
+    """Amplitude [m] of the response of steady sliding to the scatter of friction this far from the Hopf point."""
     oscillator, friction = machine.oscillator, machine.scattering
-    margin = oscillator.damping_ratio - hopf_damping(oscillator, machine.law)
-    if margin <= 0.0:
-        return 0.0
+    margin = abs(oscillator.damping_ratio - hopf_damping(oscillator, machine.law))
+    if margin == 0.0:
+        return math.inf
     multiplies = machine.options.scatter == "multiplicative"
     gain = float(machine.law.mu(oscillator.belt_velocity_m_per_s)) if multiplies else 1.0
     rate = oscillator.V / friction.correlation_length_m
@@ -55,14 +61,16 @@ def linear_response(machine: Machine) -> float:
 def least_amplitude(machine: Machine) -> float | None:
     """Half of peak to peak [m] from which slip without sticking is a vibration.
 
-    None where nothing vibrates, and where slip is too stiff to follow: there are two states then.
+    None where nothing vibrates, or nothing that can be told from the response to the scatter, and where slip is too
+    stiff to follow: there are two states then.
     """
     try:
         found = attractors_of(machine.oscillator, machine.law)
     except ConvergenceError:
         return None
     vibrations = [one.amplitude for one in (found.from_rest, found.from_sliding) if one.state is State.VIBRATION]
-    return 0.5 * (min(vibrations) + min(linear_response(machine), *vibrations)) if vibrations else None
+    response = linear_response(machine)
+    return 0.5 * (min(vibrations) + response) if vibrations and response < min(vibrations) else None
 
 
 @gate
@@ -116,9 +124,22 @@ def vibrating_runs(
         if least is None or not run.states.sliding.size:
             continue
         start = (equilibrium(own.oscillator, own.law), 0.0) if starts[name] else 0.0
-        drawn = runs.drawn(runs.path(number), run.motion.duration / TURN, start)
+        drawn = runs.drawn(own, runs.path(number), run.motion.duration / TURN, start)
         times = vibrations(drawn, run.states, least)
         found[name][number] = replace(run, states=replace(run.states, vibration=times))
         if not starts[name]:
             cycles.append(vibration_cycles(drawn, times, own))
     return found, cycles
+
+
+def unsteady_at(runs: Runs, name: str, value: float, numbers: range) -> np.ndarray:
+    """(runs,) whether the mass stick-slips or vibrates, from rest, with one parameter at another value."""
+    machine, found = runs.own.changed({name: value}), list[bool]()
+    least, periods = least_amplitude(machine), runs.periods(machine)
+    for number in numbers:
+        run = runs.one(machine, number, periods, False)
+        found.append(run.cycles)
+        if not run.cycles and least is not None and run.states.sliding.size:
+            drawn = runs.drawn(machine, runs.path(number), run.motion.duration / TURN)
+            found[-1] = is_within(vibrations(drawn, run.states, least), run.looked_at)
+    return np.array(found, dtype=bool)

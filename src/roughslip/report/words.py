@@ -198,7 +198,7 @@ def barred(answer: Mapping[str, Any], name: str, value: float) -> str:
 def nearest_limit(answer: Mapping[str, Any], name: str) -> Mapping[str, Any] | None:
     """Where along a parameter the likely state ends, or else stick-slip begins: the nearest that the machine allows."""
     parameter, (verb, state) = answer["limits"][name], aim(answer)
-    label = "steady_without_scatter" if state == "vibration" else "0.05" if verb == "ends" else "0.95"
+    label = "unsteady_0.05" if state == "vibration" else "0.05" if verb == "ends" else "0.95"
     near = [limit for side in SIDES if (limit := parameter[side][label]) and limit["value"] is not None]
 
     def far(limit: Mapping[str, Any]) -> tuple[str, float]:
@@ -273,6 +273,8 @@ def verdict(answer: Mapping[str, Any]) -> dict[str, str]:
     elif max(rest.values()) >= CERTAIN and not answer["starts_differ"]:
         word, kind = {"stick_slip": ("Yes", "bad"), "vibration": (VIBRATES, "odd"), "sliding": ("No", "good")}[likely]
         text = f"It {DOES[likely]}, whether it starts from rest or from sliding."
+        if likely == "sliding" and answer["without_scatter"]["from_rest"]["state"] == "vibration":
+            kind, text = "odd", "It slides without sticking; its scatter hides the vibration that it has without it."
     elif stuck <= EXCLUDED < vibrating:
         word, kind = f"{VIBRATES} at times", "odd"
         text = (
@@ -335,18 +337,19 @@ def _friction(answer: Mapping[str, Any]) -> tuple[str, str]:
     note = f"scatters by {digits(100 * deviation / mean, SURE)} %"
     if (windows := answer["windows"]["value"]) > 1:
         pad = answer["friction_pad_deviation"]["value"]
-        note = f"scatters by {digits(100 * pad / mean, SURE)} %; one contact window {note}, of {windows:.0f}"
+        note = f"scatters by {digits(100 * pad / mean, SURE)} %; each of its {windows:,.0f} contact windows {note}"
     return digits(mean), note
 
 
 def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
     """Time in stick-slip, of runs from rest where no state was seen to end, and mean durations of the states."""
-    states, durations = answer["states"], []
+    states, ended, lasting = answer["states"], [], []
     for word, name in (("stick-slip", "stick_slip"), ("vibration", "vibration"), ("sliding", "sliding")):
         mean, minimum, _ = states[f"mean_{name}_s"]
-        if mean is not None or minimum is not None:
-            known = amount(minimum, "s", SURE) if mean is None else amount(mean, "s", SURE)
-            durations.append(f"{word} lasts {'longer than ' if mean is None else ''}{known}")
+        if mean is not None:
+            ended.append(f"{word} lasts {amount(mean, 's', SURE)}")
+        elif minimum is not None:
+            lasting.append(f"{word} lasts longer than {amount(minimum, 's', SURE)}")
     value, low, high = (None if part is None else 100 * part for part in states["share_of_time"])
     if value is None:
         number, notes = percent(answer["probability"]).partition(" [")[0], ["of runs from rest"]
@@ -354,5 +357,6 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
         number = f"{value:.0f} %"
         is_wide = low is not None and high is not None and {f"{low:.0f} %", f"{high:.0f} %"} != {number}
         notes = [f"{low:.0f} to {high:.0f} %"] if is_wide else []
+    durations = lasting or ended  # next to a state that no run left, others only lead to it
     notes += [f"in the mean {joined(durations)}"] if durations else []
     return "time in stick-slip", number, "; ".join(notes)

@@ -117,7 +117,7 @@ class Answer(Section):
     of 5 %."""
     duration_periods: float | None = key(ge=20, le=1_000_000, default=None)
     """Duration of a run after its first departure, in natural periods; its second half counts. Where not given, 40 to
-    400, as decay of the vibration, cycle and correlation of friction take."""
+    400, as decay, growth of unstable sliding, cycle and correlation of friction take."""
     can_change: Changeable | None = None
     """What can change at the machine: the smallest change is one of these within its range."""
 

@@ -202,7 +202,7 @@ def limits_of(name: str, runs: Runs, seen: Mapping[State, np.ndarray]) -> tuple[
         for decided in (cycle_exists, slides)
     )
     sides: dict[str, dict[str, Quantity | None]] = {side: dict.fromkeys(LEVELS | UNSTEADY) for side in SIDES}
-    searches = [
+    searches: list[tuple[Any, ...]] = [
         (LEVELS, runs.of_value, seen[State.STICK_SLIP], cycle_ends),
         (UNSTEADY, partial(unsteady_at, runs), ~seen[State.SLIDING], steady_ends),
     ]

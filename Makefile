@@ -14,10 +14,12 @@ PEERS_VENV := .venv-peers
 DOCS_VENV := .venv-docs
 MEASURE_VENV := $(if $(filter 1,$(PEERS)),$(PEERS_VENV),$(VENV))
 RUN := $(VENV)/bin/python -m
-PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --compile --require-hashes
+PIP_INSTALL := pip install --quiet --disable-pip-version-check --no-input --no-compile --require-hashes
 
 # The package is not built: it runs from this folder, and so does each job that Snakemake starts.
 export PYTHONPATH := $(CURDIR)/src
+# Of the installed code a third is imported: that is compiled to byte code, and kept, at its first import.
+unexport PYTHONDONTWRITEBYTECODE
 # One thread a process: jobs run side by side, and results do not depend on the number of cores.
 export OPENBLAS_NUM_THREADS := 1
 

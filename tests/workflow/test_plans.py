@@ -10,6 +10,7 @@ import pytest
 
 from roughslip.errors import InputError
 from roughslip.study.graph import STAGES
+from roughslip.study.plan import stages_after
 from workflow.keys import Names
 from workflow.study.scenes import Scenes
 from workflow.study.working_folder import unused
@@ -38,6 +39,13 @@ PLANNED = {
     f"targets: [figure5]\n{GIVEN}\n{GROUND}": OSCILLATOR,
     f"targets: [answer]\n{GIVEN}": {"answer": 1},
 }
+
+
+def test_the_longest_chain_starts_first():
+    """Figures wait for cycles. An answer leads to the page alone, and with a budget to figures too."""
+    stages = frozenset({"contact", "friction", "cycles", "answer", "figures", "page"})
+    assert [stages_after(stage, stages) for stage in ("contact", "friction", "cycles", "answer")] == [3, 2, 1, 0]
+    assert stages_after("answer", stages | {"budget"}) == 2
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 # The stages: one rule each, made from its row in the graph. What a job reads stands in its key file.
 # In:  results/store/<stage>/<key>/key.json; the records of the jobs before it, as long as it has not ended.
 # Out: results/store/<stage>/<key>/<result of the stage>, usage/<job>.json; results/<scene>/..., published from these.
+ASKED = frozenset().union(*map(scenes.stages, scenes.asked))
 JOBS = [row for row in STAGES.values() if not row.caption and row.name not in ("verify", "reference")]
 
 
@@ -15,7 +16,7 @@ for row in JOBS:
             **outputs(row.name, lambda wildcards, stage=row.name: inputs.entry(stage, wildcards).scene),
         log:
             log(row.name),
-        priority: stages_after(row.name)
+        priority: stages_after(row.name, ASKED)
         resources:
             mem_mb=lambda wildcards, attempt, stage=row.name: asked_mb(stage, attempt, options["memory_mb"]),
         params:

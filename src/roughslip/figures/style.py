@@ -61,7 +61,7 @@ def save(figure: Figure, path: Path) -> None:
     if path.suffix == ".svg":
         FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None, "Creator": None})
     else:
-        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None})
+        FigureCanvasAgg(figure).print_png(path, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
     figure.set_layout_engine("none")  # the layout for one format is kept for the next
 
 

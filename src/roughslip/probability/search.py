@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
+import scipy  # its parts when they are used
 from scipy.special import bdtr, ndtr, ndtri
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
@@ -299,5 +299,5 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
 def _spline(place: np.ndarray, known: list[int], values: list[float]) -> np.ndarray:
     """(nodes,) the spline at all nodes through the values at the known ones."""
     quantiles = ndtri(LEAST + (1.0 - 2.0 * LEAST) * np.array(values))
-    spline = RBFInterpolator(place[known], quantiles, kernel="thin_plate_spline")
+    spline = scipy.interpolate.RBFInterpolator(place[known], quantiles, kernel="thin_plate_spline")
     return np.clip((ndtr(spline(place)) - LEAST) / (1.0 - 2.0 * LEAST), 0.0, 1.0)

@@ -93,10 +93,10 @@ def makers(stage: Stage, stages: frozenset[str]) -> list[str]:
 
 
 @cache
-def stages_after(name: str) -> int:
-    """Stages in the longest chain from one to the page: the first of the longest chain start first."""
-    takers = [row.name for row in STAGES.values() if name in {*row.makers, *row.collects.values()}]
-    return max((1 + stages_after(taker) for taker in takers), default=0)
+def stages_after(name: str, stages: frozenset[str]) -> int:
+    """Of these stages those in the longest chain after one: the first of the longest chain start first."""
+    takers = {"figures" if row.caption else row.name for row in STAGES.values() if name in row.makers} & stages
+    return max((1 + stages_after(taker, stages) for taker in takers), default=0)
 
 
 def _runs(scene: Values, stage: Stage) -> bool:

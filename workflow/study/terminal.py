@@ -101,23 +101,17 @@ def closing_lines(results: Iterable[str]) -> list[str]:
     """Lines for each scene that a run published, by their names; then the pages."""
     files = [Path(file) for file in results]
     folders = sorted({file.parent for file in files if file.match(f"results/*/{LISTED}")})
-    lines = [f"{folder.name}: {text}" for folder in folders for text in (*_answer(folder), *_warnings(folder))]
+    lines = [f"{folder.name}: {text}" for folder in folders for text in _of_scene(folder)]
     pages = [*(folder / "report.html" for folder in folders), *(file for file in files if file.name == "report.html")]
     return [*lines, *(f"page: {file}" for file in sorted(pages) if "store" not in file.parts)]
 
 
-def _answer(folder: Path) -> list[str]:
-    """The three lines of the answer on stick-slip; none where the scene has none."""
-    stages = {row["stage"] for row in json.loads((folder / "costs.json").read_text(encoding="utf-8"))}
-    if "answer" not in stages:  # the folder may hold that of older targets
-        return []
-    lines: list[str] = json.loads((folder / "answer.json").read_text(encoding="utf-8"))["summary"]
-    return lines
-
-
-def _warnings(folder: Path) -> list[str]:
-    """The first warnings of a scene, and the number of those that only the page shows."""
-    warnings = json.loads((folder / "costs.json").read_text(encoding="utf-8"))[-1]["warnings"]
-    lines = [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
-    left = len(warnings) - len(lines)
-    return [*lines, f"and {left} more warnings in {folder / 'report.html'}"] if left else lines
+def _of_scene(folder: Path) -> list[str]:
+    """The answer on stick-slip where the scene has one, its first warnings, and how many more are on its page."""
+    costs = json.loads((folder / "costs.json").read_text(encoding="utf-8"))
+    has_answer = any(row["stage"] == "answer" for row in costs)  # the folder may hold that of older targets
+    lines = json.loads((folder / "answer.json").read_text(encoding="utf-8"))["summary"] if has_answer else []
+    warnings, page = costs[-1]["warnings"], folder / "report.html"
+    lines += [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
+    left = len(warnings) - MOST_WARNINGS
+    return [*lines, f"and {left} more warnings in {page}"] if left > 0 else lines

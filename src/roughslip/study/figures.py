@@ -14,11 +14,6 @@ from roughslip.study.graph import STAGES
 from roughslip.study.job import Job
 
 
-def stored(results: Iterable[store.Result]) -> dict[str, store.Variable]:
-    """All variables of results. No name is in two of them, but for coordinates."""
-    return {name: result.variable(name) for result in results for name in result}
-
-
 def with_coordinates(variables: dict[str, store.Variable], drawn: Iterable[str]) -> dict[str, store.Variable]:
     """The variables that a figure takes, and the coordinates of their dimensions."""
     kept = {name: variables[name] for name in drawn}
@@ -35,7 +30,8 @@ def work(scene: Scene, job: Job) -> None:
         if row.module:
             variables = import_module(f"roughslip.study.{row.module}").numbers(scene, job)
         else:
-            variables = stored(store.read(path) for maker in row.makers for path in job.paths(maker))
+            results = (store.read(path) for maker in row.makers for path in job.paths(maker))
+            variables = {name: result.variable(name) for result in results for name in result}
         shown = Shown(store.dataset(variables, {}))
         picture = getattr(drawing, name)(shown)
         for kind in ("png", "svg"):

@@ -253,7 +253,9 @@ def test_a_lock_lasts_until_the_process_of_its_run_ends_and_is_then_cleared(tmp_
 
 
 def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
-    """Not a job that Snakemake itself runs in, nor jobs of another folder; nor without an answer of Slurm."""
+    """Not a job that Snakemake itself runs in, nor jobs of another folder; nor without an answer of Slurm, which is
+    asked only in a folder where jobs were submitted.
+    """
     here, squeue = tmp_path / "a | b", tmp_path / "squeue"
     (here / ".snakemake").mkdir(parents=True)
     answer = f"12|rule_surface|{here}\n13|rule_page|{here}/../a | b\n14|(null)|{here}\n15|rule_page|/elsewhere"
@@ -267,6 +269,9 @@ def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
         squeue.chmod(0o755)
         if "cat" not in script:
             assert working_folder.queued_jobs(here) == []
+    working_folder.hold(here / ".snakemake")
+    held.pop().close()
+    (here / ".snakemake" / "slurm_logs").mkdir()
     with pytest.raises(InputError, match=re.escape(f"{here}: jobs of an interrupted run") + ".*: scancel 12 13$"):
         working_folder.hold(here / ".snakemake")
     held.pop().close()

@@ -28,6 +28,7 @@ from workflow.study.publish import is_current
 from workflow.study.scenes import FOLDERS, Scenes
 
 ALIVE = "PENDING,CONFIGURING,RUNNING,SUSPENDED"  # states of jobs that will still write
+SUBMITTED = "slurm_logs"  # where the plug-in has submitted jobs. Without it no answer of Slurm is awaited
 _OF_A_RULE = "rule_"  # begins the comment of each job that the plug-in submits
 _SECONDS = 15.0  # for Slurm to answer
 _held: list[IO[str]] = []  # open as long as the process lives
@@ -55,7 +56,7 @@ def hold(state: Path) -> None:
     else:
         for lock in (state / "locks").glob("*.lock"):  # of Snakemake, which a killed run leaves behind
             lock.unlink(missing_ok=True)
-    if queued := queued_jobs(folder):
+    if (state / SUBMITTED).is_dir() and (queued := queued_jobs(folder)):
         raise InputError(
             f"{folder}: jobs of an interrupted run are in the queue of Slurm and would overwrite new results; start "
             f"again when they have ended, or after: scancel {' '.join(queued)}"

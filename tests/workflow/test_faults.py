@@ -253,9 +253,7 @@ def test_a_lock_lasts_until_the_process_of_its_run_ends_and_is_then_cleared(tmp_
 
 
 def test_queued_jobs_of_an_earlier_run_are_refused(tmp_path, monkeypatch):
-    """Not a job that Snakemake itself runs in, nor jobs of another folder; nor without an answer of Slurm, which is
-    asked only in a folder where jobs were submitted.
-    """
+    """Not a job that Snakemake runs in, nor of another folder; nor where none was submitted, or without an answer."""
     here, squeue = tmp_path / "a | b", tmp_path / "squeue"
     (here / ".snakemake").mkdir(parents=True)
     answer = f"12|rule_surface|{here}\n13|rule_page|{here}/../a | b\n14|(null)|{here}\n15|rule_page|/elsewhere"

@@ -130,11 +130,10 @@ def _sum(stage: str, records: list[dict[str, Any]]) -> dict[str, Any]:
 
 def judged(job: Job) -> list[dict[str, Any]]:
     """Return the claims of a scene, from what it has of the pressure at the centre, of friction and of cycles."""
-    paths = {name: job.optional(name) for name in ("square", "friction", "oscillator")}
-    results = {name: store.read(path) if path is not None else None for name, path in paths.items()}
-    if results["friction"] and "load_mean" in results["friction"]:  # the paper has no load
-        results["friction"] = None
-    return claims(results["square"], results["friction"], results["oscillator"])
+    paths = (job.optional(name) for name in ("square", "friction", "oscillator"))
+    square, friction, oscillator = (store.read(path) if path else None for path in paths)
+    has_load = friction is not None and "load_mean" in friction  # the paper has none
+    return claims(square, None if has_load else friction, oscillator)
 
 
 def work(scene: Scene, job: Job) -> None:

@@ -155,7 +155,7 @@ def test_a_budget_names_what_to_measure_next():
     for changes, words in (
         ({}, "Measure the damping next: known exactly, it takes away 50 % (40 to 62 %) of the variance of whether"),
         ({"probability": {"mean": 0.99}}, "That is sure enough. Measure the damping next: known exactly, it takes"),
-        ({"outcome": {}}, "No number that the scene gives with an uncertainty matters here."),
+        ({"outcome": {"mass": (1e-17, 0.0, 0.0)}}, "No number that the scene gives with an uncertainty matters here."),
     ):
         assert budget_summary(BUDGET | changes)[-1].startswith(words)
 

@@ -54,7 +54,8 @@ def bars(budget: Mapping[str, Any]) -> list[tuple[str, float, str]]:
     found = []
     for name, values in parts.items():
         part, *ends = (100.0 * min(max(value, 0.0), 1.0) for value in values)
-        found.append((name, part, " to ".join(f"{end:.0f}" for end in ends)))
+        is_wide = {f"{end:.0f}" for end in ends} != {f"{part:.0f}"}
+        found.append((name, round(part, 1), " to ".join(f"{end:.0f}" for end in ends) if is_wide else ""))
     return sorted(found, key=lambda one: -one[1])
 
 
@@ -64,8 +65,8 @@ def next_to_measure(budget: Mapping[str, Any]) -> str:
     if not known:
         return "No number that the scene gives with an uncertainty matters here."
     (name, part, ends), word = known[0], "the limit in damping" if is_sure(budget) else "whether it stick-slips"
-    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} % ({ends} %) of "
-    sentence += f"the variance of {word}"
+    sentence = f"Measure the {name} next: known exactly, it takes away {digits(part, SURE)} %"
+    sentence += f"{f' ({ends} %)' if ends else ''} of the variance of {word}"
     if is_sure(budget):
         return f"That is sure enough. {sentence}."
     kept = "less than 0.1" if budget["scatter"] < 1e-3 else digits(100 * budget["scatter"], SURE)

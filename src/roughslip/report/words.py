@@ -297,8 +297,8 @@ def along_load(answer: Mapping[str, Any]) -> str:
     factors = [digits(force / load, SURE) for load, force in zip(found["loads"], forces, strict=True)]
     return (
         f"Along the load the friction coefficient is that of solved contacts, {factors[0]} times today's at "
-        f"{amount(first, 'N', SURE)} and {factors[-1]} times at {amount(last, 'N', SURE)}; its scatter stays in "
-        "proportion."
+        f"{amount(first, 'N', SURE)} and {factors[-1]} times at {amount(last, 'N', SURE)}; its scatter is held "
+        "in proportion."
     )
 
 
@@ -357,6 +357,5 @@ def _states(answer: Mapping[str, Any]) -> tuple[str, str, str]:
         number = f"{value:.0f} %"
         is_wide = low is not None and high is not None and {f"{low:.0f} %", f"{high:.0f} %"} != {number}
         notes = [f"{low:.0f} to {high:.0f} %"] if is_wide else []
-    durations = lasting or ended  # next to a state that no run left, others only lead to it
-    notes += [f"in the mean {joined(durations)}"] if durations else []
+    notes += [f"in the mean {joined(lasting or ended)}"] if lasting or ended else []  # others lead to what lasts
     return "time in stick-slip", number, "; ".join(notes)

@@ -44,8 +44,7 @@ from roughslip.validation import gate
 
 LOOPS = 3.0
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
-NATURAL_PERIODS, CYCLES, DECAYS, CORRELATIONS = 40.0, 10.0, 4.0, 1.0  # that a run lasts
-GROWTHS = 20.0  # times e in size, of a disturbance of unstable sliding, in a run; 10 in its first half
+NATURAL_PERIODS, CYCLES, DECAYS, GROWTHS, CORRELATIONS = 40.0, 10.0, 4.0, 20.0, 1.0  # that a run lasts
 STATES = ("stick_slip", "sliding")
 REPLICATES, FEWEST_ENDS = 400, 8
 
@@ -189,7 +188,7 @@ def run_until_known(
 def time_scales(machine: Machine) -> dict[str, float]:
     """Natural periods that a run has to last by each of its time scales, after its first departure.
 
-    About unstable sliding X' grows as exp((D_Hopf - D) tau). Raises ParameterError for a belt at rest, and as
+    About unstable sliding X' grows as exp((D_Hopf - D) tau), by GROWTHS in the exponent. Raises ParameterError for a belt at rest, and as
     `slip_loop` does.
     """
     oscillator, law = machine.oscillator, machine.law

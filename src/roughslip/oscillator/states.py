@@ -188,8 +188,8 @@ def run_until_known(
 def time_scales(machine: Machine) -> dict[str, float]:
     """Natural periods that a run has to last by each of its time scales, after its first departure.
 
-    About unstable sliding X' grows as exp((D_Hopf - D) tau), by GROWTHS in the exponent. Raises ParameterError for a belt at rest, and as
-    `slip_loop` does.
+    About unstable sliding X' grows as exp((D_Hopf - D) tau), up to exp(GROWTHS). Raises ParameterError for a belt at
+    rest, and as `slip_loop` does.
     """
     oscillator, law = machine.oscillator, machine.law
     if not oscillator.V > 0.0:

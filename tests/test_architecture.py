@@ -153,7 +153,8 @@ KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 def test_an_error_names_keys_that_a_scene_has():
     """Where a text of the sources announces scene keys."""
     source = "".join(file.read_text(encoding="utf-8") for file in MODULES.values())
-    named = {key for text in re.findall(r"scene keys?: ([^;}\n]*)", source) for key in KEY.findall(text)}
+    texts = re.findall(r'(?:keys=|keys = |KEYS? = )"([^"]+)"', source)
+    named = {key for text in texts for key in KEY.findall(text)}
     assert named <= set(dict(keys()))
     assert {key.partition(".")[0] for key in named} >= {"expansion", "roughness", "strip"}
 

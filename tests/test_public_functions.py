@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughslip import Grid, ParameterError
+from roughslip import Grid, IllPosedError, ParameterError
 from roughslip.chaos import hermite_basis, least_squares, multi_indices
 from roughslip.contact import Influence, contact_shares, solve, solve_load
 from roughslip.friction import FrictionProcess, sample_path, strip_weights, window_statistics
@@ -139,6 +139,13 @@ def test_pictures_without_matplotlib_name_what_installs_it():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stderr.splitlines()[-1].startswith("roughslip.errors.MissingPackageError: pictures need matplotlib")
     assert "pip install 'roughslip[plot]'" in done.stderr
+
+
+def test_an_error_names_arguments_and_in_a_scene_its_keys_too():
+    """The second for users of scenes alone; an error passed on keeps them."""
+    with pytest.raises(IllPosedError, match="^2 samples .* too few .* a lower degree$") as caught:
+        least_squares(np.ones((2, 3)), np.ones(2))
+    assert caught.value.in_scene.startswith(f"{caught.value}; scene keys: expansion.samples or strip")
 
 
 OF_BELT = asdict(BELT) | {"excitation_force_n": 1.0, "excitation_frequency_rad_per_s": 316.0}

@@ -6,15 +6,28 @@ import numbers
 
 
 class RoughslipError(Exception):
-    """Base of every error that this package raises on purpose."""
+    """Base of every error that this package raises on purpose.
+
+    scene_keys : keys of a scene that change what the message names, with commas; none where no scene has it
+    """
+
+    def __init__(self, message: str = "", scene_keys: str = "") -> None:
+        super().__init__(message)
+        self.scene_keys = scene_keys
+
+    @property
+    def in_scene(self) -> str:
+        """The message for the user of a scene, who has keys in place of arguments."""
+        some = "s" if "," in self.scene_keys or " or " in self.scene_keys else ""
+        return f"{self}; scene key{some}: {self.scene_keys}" if self.scene_keys else str(self)
 
 
 class InputError(RoughslipError):
     """One or more mistakes in what a user gave: a line per mistake, all of them at once."""
 
-    def __init__(self, lines: list[str] | tuple[str, ...] | str) -> None:
+    def __init__(self, lines: list[str] | tuple[str, ...] | str, scene_keys: str = "") -> None:
         self.lines = (lines,) if isinstance(lines, str) else tuple(lines)
-        super().__init__("\n".join(self.lines))
+        super().__init__("\n".join(self.lines), scene_keys)
 
 
 class ParameterError(RoughslipError, ValueError):
@@ -28,10 +41,9 @@ class ConvergenceError(RoughslipError):
     work : iterations, convolutions or evaluations spent
     """
 
-    def __init__(self, message: str, residual: float, work: int) -> None:
-        self.residual = residual
-        self.work = work
-        super().__init__(f"{message} (residual reached {residual:.3e}, work {work})")
+    def __init__(self, message: str, residual: float, work: int, scene_keys: str = "") -> None:
+        self.residual, self.work = residual, work
+        super().__init__(f"{message} (residual reached {residual:.3e}, work {work})", scene_keys)
 
 
 class IllPosedError(RoughslipError):

@@ -54,9 +54,9 @@ def test_a_netcdf_map_carries_its_units(tmp_path):
         write_netcdf(path, dims=dims)
         check_heights(read_scan(path))
     twice = refusal(path, (DX, DY), "nm")
-    assert "file gives its unit of heights, um; remove roughness.scan.height_unit = nm; the file gives its s" in twice
+    assert "file gives its unit of heights, um; remove unit = nm; the file gives its s" in twice
     write_netcdf(path, units=None)
-    assert "does not give its unit of heights; set roughness.scan.height_unit" in refusal(path)
+    assert "does not give its unit of heights; set unit" in refusal(path)
     check_heights(read_scan(path, unit="um"))
 
 
@@ -123,12 +123,12 @@ def test_sizes_and_units_out_of_range(tmp_path):
     """All that is missing stands in one line; a unit in a line of headings is the file's own."""
     path = tmp_path / "plain.txt"
     path.write_text(matrix())
-    keys = "set roughness.scan.height_unit and roughness.scan.spacing_m"
+    keys = "set unit and spacing"
     assert f"does not give its unit of heights and spacing; {keys}" in refusal(path)
     assert "check the units" in refusal(path, (DX, DY), "mm")  # 1 mm of roughness on a scan of 0.02 mm
     path.write_text("Height [um]\n" + matrix(";"))
     check_heights(read_scan(path, (DX, DY)))
-    assert "gives its unit of heights, um; remove roughness.scan.height_unit" in refusal(path, *STATED)
+    assert "gives its unit of heights, um; remove unit = " in refusal(path, *STATED)
 
 
 @instruments
@@ -163,7 +163,7 @@ def test_instrument_files(tmp_path):
         scan = read_scan(path)
         check_heights(scan)
         np.testing.assert_array_equal(scan.missing, heights.mask)
-        assert "remove roughness.scan.height_unit = nm" in refusal(path, None, "nm")
+        assert "remove unit = nm" in refusal(path, None, "nm")
     path.write_bytes(path.read_bytes()[:500])
     assert "unknown format, or damaged" in refusal(path)
     path.write_bytes(np.random.default_rng(52).bytes(2 * 64**2))  # 2 n^2 bytes: not taken for a radar map of the Earth

@@ -134,7 +134,7 @@ def test_a_plane_is_taken_off_to_the_rim_and_in_holes():
         high_pass(topography(z, *CELL, "a scan"), CUTOFF).heights for z in (plane + wave, plane * 0 + wave)
     )
     np.testing.assert_allclose(with_plane, alone, atol=1e-11)
-    with pytest.raises(ParameterError, match=r"roughness\.scan\.cutoff_m.*no shorter waves"):
+    with pytest.raises(ParameterError, match=r"cutoff_m.*no shorter waves"):
         high_pass(topography(plane, *CELL, "a plane"), CUTOFF)
 
 

@@ -109,7 +109,7 @@ def test_files_of_the_user_and_the_surface_come_in_the_wave_of_the_other_mistake
     mass, gone, unit = (line.partition(": ")[2] for line in said(given + record % ""))
     assert mass.startswith("-1 is not allowed")
     assert gone.startswith("'gone.csv' is not there")
-    assert unit.startswith("config/scenes/unit.csv: column speed: rpm needs the radius of the track; scene key")
+    assert unit.startswith("config/scenes/unit.csv: column speed: rpm needs the radius of the track, radius_m")
     assert not any("rpm" in line for line in said(given + record % ", radius_m: -1"))
     light = "extends: disc_brake\nload: {force_n: 20, nominal_pressure_pa: 1.0e+3}\noscillator: {mass_kg: -1}\n"
     flat = "extends: disc_brake\nroughness: {rms_height_m: 1.0e-15}\n"  # under the load of its base

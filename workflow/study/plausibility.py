@@ -16,7 +16,7 @@ from typing import Any
 
 from roughslip.atomic_write import replacing
 from roughslip.compilation.source_hash import closure_hash
-from roughslip.errors import InputError, RoughslipError
+from roughslip.errors import RoughslipError
 from roughslip.limits import WINDOWS
 from roughslip.scene.contact import terms
 from roughslip.scene.friction import RECORD
@@ -75,8 +75,7 @@ def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[li
         section = "roughness.scan"
         warnings += [] if scan is None else _scan_warnings(scene, scan)
     except RoughslipError as error:
-        lines = error.lines if isinstance(error, InputError) else [str(error)]
-        return [Mistake((section, *SURFACE), text) for text in lines], []
+        return [Mistake((section, *SURFACE), text) for text in error.in_scene.splitlines()], []
     if marks:
         with replacing(mark) as temporary:
             temporary.write_text(json.dumps(warnings), encoding="utf-8")

@@ -65,8 +65,8 @@ def in_contact(pressure: np.ndarray) -> np.ndarray:
     positive = pressure[pressure > 0]
     if positive.size == 0:
         raise IllPosedError(
-            "no sample is in contact, so there is no distribution given contact: take more samples or a deeper "
-            "penetration; scene key: square.monte_carlo_samples"
+            "no sample is in contact: take more samples or a deeper penetration",
+            scene_keys="square.monte_carlo_samples",
         )
     return np.sort(positive, axis=None)
 
@@ -113,7 +113,7 @@ def fit_equation(
         try:
             fits.append(fit_in_contact(terms_at(xi, indices), pressure, logarithm=logarithm))
         except IllPosedError as error:
-            raise IllPosedError(f"design {number} of {len(variables)}: {error}") from error
+            raise IllPosedError(f"design {number} of {len(variables)}: {error}", error.scene_keys) from error
     return Equation(logarithm, indices, tuple(fits))
 
 

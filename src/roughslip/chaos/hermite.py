@@ -32,8 +32,8 @@ def multi_indices(variables: int, degree: int) -> np.ndarray:
     terms = math.comb(variables + degree, degree)
     if terms > MOST_TERMS:
         raise ParameterError(
-            f"degree {degree} in {variables} variables has {terms} terms, more than {MOST_TERMS}: lower the degree or "
-            "use fewer variables; scene key: expansion.degree"
+            f"degree {degree} in {variables} variables has {terms} terms, more than {MOST_TERMS}: lower one of them",
+            scene_keys="expansion.degree",
         )
     products = (combinations_with_replacement(range(variables), total) for total in range(degree + 1))
     factors = (np.array(product, dtype=np.int64) for product in chain.from_iterable(products))

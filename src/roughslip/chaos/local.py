@@ -21,7 +21,7 @@ from scipy.special import ndtri
 
 from roughslip.chaos.hermite import HermiteBasis, even_terms, multi_indices, terms_at
 from roughslip.chaos.pressure import PressureTarget
-from roughslip.chaos.regression import FEWER_TERMS, MORE_CONTACT, MORE_SURFACES, OTHER_PENETRATION, Fit, Regression
+from roughslip.chaos.regression import FEWER_TERMS, KEYS, MORE_CONTACT, OTHER_PENETRATION, Fit, Regression
 from roughslip.chaos.scatter import ResidualScatter, lowest_in_contact, residual_scatter
 from roughslip.chaos.variables import sobol_places
 from roughslip.errors import IllPosedError
@@ -137,8 +137,8 @@ def fit_local(samples: SolvedSurfaces, degree: int, target: PressureTarget) -> L
     fit, without = regression.fit(values), regression.without_pairs(values)
     if not fit.leave_one_out <= 1.0:
         raise IllPosedError(
-            f"{basis.shape[1]} terms predict left-out surfaces worse than a mean does, they miss "
-            f"{fit.leave_one_out:.2g} variances: {FEWER_TERMS}"
+            f"{basis.shape[1]} terms miss {fit.leave_one_out:.2g} variances of left-out surfaces: {FEWER_TERMS}",
+            KEYS,
         )
     lowest = lowest_in_contact(fit.predicted, values, pressure > 0)
     parts = [(own, basis[own]) for own in (np.flatnonzero(group == g) for g in range(GROUPS))]
@@ -163,9 +163,9 @@ def _terms(samples: SolvedSurfaces, degree: int) -> tuple[np.ndarray, np.ndarray
     """
     surfaces, _, count = samples.variables.shape
     if surfaces < GROUPS:
-        raise IllPosedError(f"{surfaces} surfaces are too few to leave out {GROUPS} groups: {MORE_SURFACES}")
+        raise IllPosedError(f"{surfaces} surfaces are too few for {GROUPS} groups: take more samples", KEYS)
     if not np.any(samples.pressure > 0):
-        raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}")
+        raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}", KEYS)
     indices = multi_indices(count, degree)
     if samples.odd.size:
         indices = even_terms(indices, samples.odd)
@@ -188,7 +188,7 @@ def _balance(
         return 1.0
     expected = float(target.pressure(scatter.draw(fitted[fitted > lowest, None], UNIFORM)).sum())
     if not expected > 0:
-        raise IllPosedError(f"the expansion is nowhere in contact: {MORE_CONTACT}")
+        raise IllPosedError(f"the expansion is nowhere in contact: {MORE_CONTACT}", KEYS)
     return float(pressure.sum() / (expected / len(UNIFORM)))
 
 
@@ -214,7 +214,7 @@ def best_gap_stiffness(
     spread = [pressure - pressure.mean(), guess * (gap - gap.mean())]
     missed, variance = ([a @ a, a @ b, b @ b] for a, b in (errors, spread))
     if not variance[0] > 0 and not variance[2] > 0:
-        raise IllPosedError(f"the target is the same on every sample: {OTHER_PENETRATION}")
+        raise IllPosedError(f"the target is the same on every sample: {OTHER_PENETRATION}", KEYS)
     factor = np.linspace(0.5, 2.0, 1501)
     share = (missed[0] - 2 * factor * missed[1] + factor**2 * missed[2]) / (
         variance[0] - 2 * factor * variance[1] + factor**2 * variance[2]

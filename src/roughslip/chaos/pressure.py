@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from roughslip.chaos.regression import MORE_CONTACT, Fit, Regression
+from roughslip.chaos.regression import KEYS, MORE_CONTACT, Fit, Regression
 from roughslip.errors import IllPosedError, ParameterError
 from roughslip.validation import finite, gate, not_negative, positive
 
@@ -84,7 +84,7 @@ class PressureTarget:
             return np.ones_like(target)
         contact = target > 0
         if not np.any(contact):
-            raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}")
+            raise IllPosedError(f"no sample is in contact: {MORE_CONTACT}", KEYS)
         scale = OUTSIDE_SCALE * np.mean(target[contact])
         return np.where(contact, 1.0, 1.0 / (1.0 + (target / scale) ** 2))
 
@@ -144,8 +144,8 @@ def fit_in_contact(basis: np.ndarray, pressure: np.ndarray, *, logarithm: bool) 
     if count <= terms:
         raise IllPosedError(
             f"{count} of {len(pressure)} samples are in contact; eq. (11) needs more than the {terms} coefficients: "
-            "take more samples, a deeper penetration or a lower degree; scene keys: square.latin_hypercube_samples, "
-            "expansion.degree"
+            "take more samples, a deeper penetration or a lower degree",
+            scene_keys="square.latin_hypercube_samples, expansion.degree",
         )
     target = np.log(pressure[contact]) if logarithm else pressure[contact]
     return Regression(basis[contact]).fit(target)  # in contact variables are not normal, and squares are no variance

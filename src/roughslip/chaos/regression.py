@@ -26,19 +26,11 @@ LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of what a group leaves of a column
 ERRORS = 4.0  # standard errors of a variance by which the sum of squares may exceed it
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
-# What to try where samples do not determine an expansion: the ends of error texts, with the scene keys.
-FEWER_TERMS = (
-    "take more samples, fewer variables or a lower degree; scene keys: expansion.samples or strip.training_samples, "
-    "expansion.degree"
-)
-MORE_CONTACT = (
-    "take more samples or a deeper penetration; scene keys: expansion.samples or strip.training_samples, "
-    "strip.penetration_percentiles"
-)
-OTHER_PENETRATION = (
-    "its value is the result; for a scatter take another penetration; scene key: strip.penetration_percentiles"
-)
-MORE_SURFACES = "take more samples; scene key: expansion.samples"
+# What to try where samples do not determine an expansion, the ends of error texts, and the scene keys of it.
+FEWER_TERMS = "take more samples, fewer variables or a lower degree"
+MORE_CONTACT = "take more samples or a deeper penetration"
+OTHER_PENETRATION = "its value is the result; for a scatter take another penetration"
+KEYS = "expansion.samples or strip.training_samples, expansion.degree, strip.penetration_percentiles"
 
 
 @result
@@ -110,16 +102,14 @@ class Regression:
         self.samples, terms = int(np.count_nonzero(self.weights)), basis.shape[1]
         effective = float(self.weights.sum() ** 2 / np.sum(self.weights**2))
         if min(self.samples, effective) <= terms:
-            raise IllPosedError(
-                f"{self.samples} samples ({effective:.0f} effective) are too few for {terms} coefficients: "
-                f"{FEWER_TERMS}"
-            )
+            few = f"{self.samples} samples ({effective:.0f} effective) are too few for {terms} coefficients"
+            raise IllPosedError(f"{few}: {FEWER_TERMS}", KEYS)
         self._members = [slice(None)] if group is None else [_members(group == g) for g in np.unique(group)]
         self._change: np.ndarray | None = None  # triangular, from coefficients of the terms to those of the fit
         self._take(basis)
         norms = np.sqrt(np.diag(self._gram))
         if not np.all(norms > 0):
-            raise IllPosedError(f"a term of the basis vanishes on every sample: {FEWER_TERMS}")
+            raise IllPosedError(f"a term of the basis vanishes on every sample: {FEWER_TERMS}", KEYS)
         self.condition = _condition(self._factor / norms)
         if self.condition > WELL_CONDITIONED:
             self._change = self._triangle(norms)
@@ -142,10 +132,8 @@ class Regression:
         triangle = scipy.linalg.qr(columns, mode="r", check_finite=False)[0][: len(norms)]
         self.condition = _condition(triangle)
         if self.condition > WORST_CONDITION:
-            raise IllPosedError(
-                f"condition number {self.condition:.1e} of {self.samples} samples for {len(norms)} terms, more than "
-                f"{WORST_CONDITION:.0e}: {FEWER_TERMS}"
-            )
+            of = f"of {self.samples} samples for {len(norms)} terms, more than {WORST_CONDITION:.0e}"
+            raise IllPosedError(f"condition number {self.condition:.1e} {of}: {FEWER_TERMS}", KEYS)
         return np.asarray(triangle * norms)
 
     def _leverages(self) -> np.ndarray:
@@ -154,7 +142,7 @@ class Regression:
         leverage = np.einsum("pk,pk->k", columns, columns)
         if np.max(leverage) > 1.0 - LEAST_FREEDOM:
             worst = np.argmax(leverage)
-            raise IllPosedError(f"without sample {worst} a coefficient is undetermined: {FEWER_TERMS}")
+            raise IllPosedError(f"without sample {worst} a coefficient is undetermined: {FEWER_TERMS}", KEYS)
         return leverage
 
     def fit(self, target: np.ndarray) -> Fit:
@@ -164,7 +152,7 @@ class Regression:
             raise ParameterError(f"a regression needs a target for each of {len(self.basis)} rows, not {len(target)}")
         variance = np.average((target - np.average(target, weights=self.weights)) ** 2, weights=self.weights)
         if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
-            raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}")
+            raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}", KEYS)
         predicted = self.predicted(target)
         missed = np.average((target - predicted) ** 2, weights=self.weights)
         coefficients = self._natural(self._solution(target))
@@ -220,7 +208,7 @@ class Regression:
         """The Cholesky factor of G less a part. Raises IllPosedError where that leaves nothing of a column."""
         factor = _cholesky(self._gram - gram)
         if not np.min(np.diag(factor) / np.diag(self._factor)) ** 2 > LEAST_FREEDOM:
-            raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}")
+            raise IllPosedError(f"without a group of samples a coefficient is undetermined: {FEWER_TERMS}", KEYS)
         return factor
 
 

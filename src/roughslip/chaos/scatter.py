@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.chaos.regression import MORE_CONTACT
+from roughslip.chaos.regression import KEYS, MORE_CONTACT
 from roughslip.errors import IllPosedError
 
 SPLINE_PIECES = 5  # of m(s), with equal numbers of samples; 4 to 12 give distributions equal within their scatter
@@ -98,16 +98,16 @@ def residual_scatter(predicted: np.ndarray, target: np.ndarray) -> ResidualScatt
     """
     if len(predicted) < LEAST_SAMPLES:
         raise IllPosedError(
-            f"{len(predicted)} samples in or near contact are too few to estimate the scatter of the target; "
-            f"{LEAST_SAMPLES} are needed: {MORE_CONTACT}"
+            f"{len(predicted)} samples in or near contact give no scatter, {LEAST_SAMPLES} do: {MORE_CONTACT}",
+            KEYS,
         )
     order = np.argsort(predicted, kind="stable")
     s, t = predicted[order], target[order]
     knots = np.quantile(s, np.linspace(0, 1, SPLINE_PIECES + 1))
     if not np.all(np.diff(knots) > 0):
         raise IllPosedError(
-            f"at least one in {SPLINE_PIECES} predictions are alike, so the expansion explains too little: take more "
-            "variables or a higher degree; scene key: expansion.degree"
+            f"one in {SPLINE_PIECES} predictions or more are alike: take more variables or a higher degree",
+            scene_keys="expansion.degree",
         )
     mean = scipy.interpolate.make_lsq_spline(s, t, np.concatenate([knots[:1].repeat(3), knots, knots[-1:].repeat(3)]))
     residual = t - mean(s)

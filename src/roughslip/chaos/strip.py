@@ -104,7 +104,7 @@ def fit_strip(
                 fit = regression.fit(values)
             except IllPosedError as error:
                 where = f"row {row} of the strip, penetration {level} (both from 0 on)"
-                raise IllPosedError(f"{where}: {error}") from error
+                raise IllPosedError(f"{where}: {error}", error.scene_keys) from error
             coefficients[row, :, level], missed[row, level] = fit.coefficients, fit.leave_one_out
             predicted[level, order, row] = fit.predicted
     return StripExpansion(indices, whiten, coefficients, stencil, target), missed, predicted

@@ -117,8 +117,8 @@ def orthonormal_directions(candidates: np.ndarray) -> np.ndarray:
     own[: len(triangle)] = np.diag(triangle)
     if not np.all(np.abs(own) > INDEPENDENT * np.linalg.norm(candidates, axis=1)):
         raise IllPosedError(
-            f"the {len(candidates)} variables of the expansion depend on each other: take more modes; scene key: "
-            "square.modes"
+            f"the {len(candidates)} variables of the expansion depend on each other: take more modes",
+            scene_keys="square.modes",
         )
     return (columns * np.sign(own)).T
 
@@ -140,8 +140,8 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
         raise IllPosedError(
-            f"the local functional {NAMES[np.argmin(scale)]} vanishes on all {len(samples)} samples, because the strip "
-            "is too narrow: use a wider one; scene key: strip.width_m"
+            f"the local functional {NAMES[np.argmin(scale)]} vanishes on all {len(samples)} samples: widen the strip",
+            scene_keys="strip.width_m",
         )
     try:
         factor = scipy.linalg.cholesky(covariance / np.outer(scale, scale), lower=True)
@@ -149,8 +149,8 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
         factor = np.zeros_like(covariance)
     if np.min(np.diag(factor)) <= INDEPENDENT:
         raise IllPosedError(
-            f"the local functionals of {len(samples)} samples depend on each other: use a wider strip or more training "
-            "samples; scene keys: strip.width_m, strip.training_samples"
+            f"the local functionals of {len(samples)} samples depend on each other: widen the strip or take more",
+            scene_keys="strip.width_m, strip.training_samples",
         )
     return scipy.linalg.solve_triangular(factor, np.diag(1.0 / scale), lower=True)
 

@@ -393,7 +393,8 @@ def _failure(tolerance: float, residual: float, products: int) -> ConvergenceErr
         return ConvergenceError(text, residual, products)
     return ConvergenceError(
         f"the contact pressures did not reach the relative residual {tolerance:.1e}, of which rounding allows about "
-        "1e-14: try a larger tolerance; scene key: numerics.contact_tolerance",
+        "1e-14: try a larger tolerance",
         residual,
         products,
+        scene_keys="numerics.contact_tolerance",
     )

@@ -71,9 +71,10 @@ def solve_each(
 def _failure(square: float, factors: int) -> ConvergenceError:
     return ConvergenceError(
         "no set of pressed nodes has pressures and gaps of the right sign: try other heights, such as these with a "
-        "rounding error added; scene key: seed",
+        "rounding error added",
         math.sqrt(square),
         factors,
+        scene_keys="seed",
     )
 
 

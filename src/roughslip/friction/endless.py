@@ -142,7 +142,8 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     if not correlation_error <= CORRELATION_LIMIT:
         raise IllPosedError(
             f"{terms} exponentials leave the autocorrelation {correlation_error:.3f} from the exponential, more "
-            f"than {CORRELATION_LIMIT}; draw by waves (ensemble.process: spectral), or {SMOOTHER}"
+            f"than {CORRELATION_LIMIT}; draw with the method spectral, or {SMOOTHER}",
+            scene_keys="ensemble.process",
         )
     return Recursion(
         spacing=float(spacing_m),

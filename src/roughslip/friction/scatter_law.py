@@ -169,8 +169,8 @@ def roughness_of(covariance: Covariance) -> Roughness:
     if not math.isfinite(slope):
         raise IllPosedError(
             "the rms slope of the heights is not known or grows without limit as waves get shorter, and contact with "
-            "it: take a covariance of roughslip.surface and cut its spectrum off; scene keys: roughness.covariance, "
-            "roughness.bandwidth"
+            "it: take a covariance of roughslip.surface and cut its spectrum off",
+            scene_keys="roughness.covariance, roughness.bandwidth",
         )
     is_smooth = math.isfinite(curvature)
     step = STEP * slope / curvature if is_smooth else SHORT * min(covariance.lengths_m)  # type: ignore[attr-defined]

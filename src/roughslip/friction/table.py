@@ -212,7 +212,7 @@ def friction_table(
             both[k] = combine(of_estimates(found), control, weights)
         except IllPosedError as error:
             if k == layout.median:
-                raise IllPosedError(f"percentile {percentile:g}: {error}") from error
+                raise IllPosedError(f"percentile {percentile:g}: {error}", error.scene_keys) from error
             missing[float(percentile)] = str(error)
             continue
         own.append(found | {"ratio_of_sums": ratio_of_sums(*sums, 1.0, weights[0])})

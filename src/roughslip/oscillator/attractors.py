@@ -199,7 +199,7 @@ def beyond_the_belt(flow: SlipFlow) -> tuple[float, float]:
     while loop(nearest + step)[0] > 0.0:
         step *= 2.0
         if step > LARGEST:
-            lacking = "loops that pass the belt still grow: raise the damping; scene key: oscillator.damping_ratio"
-            raise ConvergenceError(lacking, residual=step, work=0)
+            lacking = "loops that pass the belt still grow: raise the damping"
+            raise ConvergenceError(lacking, residual=step, work=0, scene_keys="oscillator.damping_ratio")
     y = float(scipy.optimize.brentq(lambda y: loop(y)[0], nearest, nearest + step, xtol=1e-12 * step, rtol=1e-13))
     return y, loop(y)[1]

@@ -21,10 +21,8 @@ from roughslip.validation import finite, gate
 REPLICATES = 1000
 FEWEST_REALISATIONS = 8
 NO_SCATTER = 1e-12  # of the mean, or of the scatter of all runs: what rounding leaves where there is none
-MORE_CYCLES = (
-    "run longer, more realisations or a lower damping; scene keys: ensemble.duration_periods, ensemble.realisations, "
-    "oscillator.damping_ratio"
-)
+MORE_CYCLES = "run longer, more realisations or a lower damping"
+CYCLES_KEYS = "ensemble.duration_periods, ensemble.realisations, oscillator.damping_ratio"
 
 
 @result
@@ -130,8 +128,8 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     realisations = len(stochastic)
     if realisations < FEWEST_REALISATIONS:
         raise IllPosedError(
-            f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}; scene key: "
-            "ensemble.realisations"
+            f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}",
+            scene_keys="ensemble.realisations",
         )
     mean = stochastic.mean(axis=0)
     error = stochastic.std(axis=0, ddof=1) / np.sqrt(realisations)
@@ -180,7 +178,8 @@ def reattachment_statistics(
     owners, owner = np.unique(realisation, return_inverse=True)
     runs = len(owners)
     if runs < FEWEST_REALISATIONS:
-        raise IllPosedError(f"only {runs} runs stick again, of at least {FEWEST_REALISATIONS}: {MORE_CYCLES}")
+        few = f"only {runs} runs stick again, of at least {FEWEST_REALISATIONS}"
+        raise IllPosedError(f"{few}: {MORE_CYCLES}", CYCLES_KEYS)
     centre, scale = position.mean(), position.std()
     if scale <= NO_SCATTER * np.abs(centre):
         raise IllPosedError(f"every run sticks again at the same point, X = {centre:.6g} m: friction has no scatter")
@@ -212,7 +211,7 @@ def _moments(values: np.ndarray, owner: np.ndarray, counts: np.ndarray) -> np.nd
     variance = m2 - m1**2
     if np.any(variance <= NO_SCATTER):
         raise IllPosedError(
-            "almost every run sticks again at the same point: run more realisations; scene key: ensemble.realisations"
+            "almost every run sticks again at the same point: run more realisations", scene_keys="ensemble.realisations"
         )
     third = m3 - 3 * m1 * m2 + 2 * m1**3
     fourth = m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4

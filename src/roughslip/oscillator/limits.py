@@ -139,8 +139,8 @@ def limit_cycle(oscillator: Oscillator, law: FrictionLaw) -> LimitCycle:
     cycle = slip_loop(oscillator, law).cycle
     if cycle is None:
         raise IllPosedError(
-            f"no stick-slip cycle at the damping ratio {oscillator.damping_ratio:.6g}: the mass does not stick again; "
-            "lower the damping below the existence limit; scene key: oscillator.damping_ratio"
+            f"no stick-slip cycle at damping_ratio {oscillator.damping_ratio:.6g}: lower it below the existence limit",
+            scene_keys="oscillator.damping_ratio",
         )
     return cycle
 
@@ -170,14 +170,15 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     if not excess(GRAZES) > 0.0:
         raise IllPosedError(
             "no stick-slip cycle even without damping: friction must fall with speed, or from more than "
-            f"{law.static:.4g} at rest; scene keys: oscillator.law, oscillator.static_friction"
+            f"{law.static:.4g} at rest",
+            scene_keys="oscillator.law, oscillator.static_friction",
         )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2
     while excess(high) > 0.0:
         if high > LARGEST_DAMPING:
             raise ConvergenceError(
-                f"the cycle exists at every damping ratio tried, up to {high:.3g}: lower the normal force or raise the "
-                "belt velocity; scene keys: oscillator.normal_force_n, oscillator.belt_velocity_m_per_s",
+                f"the cycle exists up to the damping ratio {high:.3g}: lower the normal force or raise the belt velocity",
+                scene_keys="oscillator.normal_force_n, oscillator.belt_velocity_m_per_s",
                 residual=1.0,
                 work=trials,
             )

@@ -20,10 +20,7 @@ from roughslip.validation import gate, positive
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
-COARSER = (  # what to try
-    "try a larger tolerance, friction that changes over a wider range of speeds, or a coarser path; scene key: "
-    "ensemble.nodes_per_correlation_length; local errors in m"
-)
+COARSER = "try a larger tolerance, friction that changes over more of the speeds, or a coarser path; local errors in m"
 
 
 @result
@@ -186,7 +183,8 @@ def _check_end(status: Status, run: RunState, periods: float, length: float) -> 
         need = f", about {1.1 * length * periods / reached:.3g} m" if reached > 0.0 else ""
         raise ParameterError(
             f"the friction path of {length:.4g} m ends after {reached:.4g} of {periods:.4g} natural periods: give a "
-            f"longer one{need}, or a shorter motion; scene key: ensemble.duration_periods"
+            f"longer one{need}, or a shorter motion",
+            scene_keys="ensemble.duration_periods",
         )
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = "within the step limit" if status == Status.STEPS_OVER else "and needs a step too short to change time"
@@ -194,6 +192,7 @@ def _check_end(status: Status, run: RunState, periods: float, length: float) -> 
             f"the motion reached {reached:.4g} of {periods:.4g} natural periods {reason}; {COARSER}",
             residual=run.error,
             work=run.steps,
+            scene_keys="ensemble.nodes_per_correlation_length",
         )
 
 

@@ -59,13 +59,13 @@ def check_free(oscillator: Oscillator) -> None:
     """Raise ParameterError where the oscillator is excited or its belt is at rest, as the limits do not apply there."""
     if oscillator.q > 0.0:
         raise ParameterError(
-            "limits of the cycle are for the free oscillator: set the excitation force to 0, not "
-            f"{oscillator.excitation_force_n:g} N; scene key: oscillator.excitation_force_n"
+            f"limits of the cycle are without excitation: set its force of {oscillator.excitation_force_n:g} N to 0",
+            scene_keys="oscillator.excitation_force_n",
         )
     if not oscillator.V > 0.0:
         raise ParameterError(
-            "limits of the cycle are for a belt that moves: give it a velocity; scene key: "
-            "oscillator.belt_velocity_m_per_s"
+            "limits of the cycle are for a belt that moves: give it a velocity",
+            scene_keys="oscillator.belt_velocity_m_per_s",
         )
 
 
@@ -176,8 +176,8 @@ def too_stiff(flow: SlipFlow, distance: float, steps: int) -> ConvergenceError:
     """The error of a flow that an explicit method cannot follow, at a distance from steady sliding."""
     return ConvergenceError(
         f"a loop of slip at the damping ratio {flow.damping_ratio:.6g} is too stiff to follow: lower the normal "
-        "force or the damping, or give a stiffer spring; scene keys: oscillator.normal_force_n, "
-        "oscillator.damping_ratio, oscillator.stiffness_n_per_m; distance from steady sliding in units of V",
+        "force or the damping, or give a stiffer spring; distance from steady sliding in units of V",
+        scene_keys="oscillator.normal_force_n, oscillator.damping_ratio, oscillator.stiffness_n_per_m",
         residual=distance,
         work=steps,
     )

@@ -179,7 +179,8 @@ def run_until_known(
     lacking = f"whether the mass sticks or slides after {end:.3g}" if slips.size else "when the mass leaves the belt"
     raise ConvergenceError(
         f"{motion.duration / turn:.3g} natural periods do not show {lacking}: raise the belt velocity of "
-        f"{oscillator.belt_velocity_m_per_s:.3g} m/s; scene key: oscillator.belt_velocity_m_per_s",
+        f"{oscillator.belt_velocity_m_per_s:.3g} m/s",
+        scene_keys="oscillator.belt_velocity_m_per_s",
         residual=1.0,
         work=EXTENSIONS,
     )
@@ -194,8 +195,8 @@ def time_scales(machine: Machine) -> dict[str, float]:
     oscillator, law = machine.oscillator, machine.law
     if not oscillator.V > 0.0:
         raise ParameterError(
-            "a belt at rest has no time scale of stick-slip: give it a velocity; scene key: "
-            "oscillator.belt_velocity_m_per_s"
+            "a belt at rest has no time scale of stick-slip: give it a velocity",
+            scene_keys="oscillator.belt_velocity_m_per_s",
         )
     turn, loop = 2.0 * math.pi, slip_loop(oscillator, law)
     decay = math.inf if oscillator.damping_ratio == 0.0 else 1.0 / (turn * oscillator.damping_ratio)

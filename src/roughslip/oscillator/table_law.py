@@ -230,10 +230,10 @@ def law_from_scene(section: Any, mean: float) -> FrictionLaw:
     file, _, name = section.law.rpartition(":")
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
     if spec is None or spec.loader is None or not Path(file).is_file():
-        raise ParameterError(f"there is no file {file!r} with a friction law; scene key: oscillator.law")
+        raise ParameterError(f"there is no file {file!r} with a friction law", scene_keys="oscillator.law")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     function = getattr(module, name, None)
     if not callable(function):
-        raise ParameterError(f"{section.law} is no function of speed; scene key: oscillator.law")
+        raise ParameterError(f"{section.law} is no function of speed", scene_keys="oscillator.law")
     return friction_law(function, static=section.static_friction)

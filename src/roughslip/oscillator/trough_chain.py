@@ -92,8 +92,8 @@ def _turn(flow: SlipFlow, y: float, w: float) -> tuple[float, float]:
     _, extreme, time = turn(flow, y, w, ACCURACY, to_belt=True)
     if extreme == 0.0:
         raise IllPosedError(
-            f"slip at the damping ratio {flow.damping_ratio:.4g} does not swing, so that its loops make no chain: "
-            "lower the damping; scene key: oscillator.damping_ratio"
+            f"slip at the damping ratio {flow.damping_ratio:.4g} does not swing: lower the damping",
+            scene_keys="oscillator.damping_ratio",
         )
     return extreme, time
 
@@ -121,7 +121,7 @@ def _reaching(flow: SlipFlow, first: float) -> float:
         deepest *= 1.5
         if deepest > DEEPEST * first:
             raise IllPosedError(
-                "slip reaches the belt from no trough: lower the damping; scene key: oscillator.damping_ratio"
+                "slip reaches the belt from no trough: lower the damping", scene_keys="oscillator.damping_ratio"
             )
     return float(scipy.optimize.brentq(lambda depth: _after(flow, depth)[0] - 1.0, least, deepest, rtol=1e-8))
 

@@ -161,7 +161,8 @@ def empirical_distribution(values: np.ndarray, standard_deviation: float | None 
     if shared > MOST_SHARED:
         raise IllPosedError(
             f"{100.0 * shared:.2g} % of the values are equal to the lowest or highest one, as in a clipped or coarsely "
-            f"digitised scan; remove those points or take Gaussian heights; scene key: roughness.scan.marginal"
+            "digitised scan; remove those points or take Gaussian heights",
+            scene_keys="roughness.scan.marginal",
         )
     score = ndtri((np.cumsum(counts) - 0.5 * counts) / x.size)
     spacing = x.size**-0.2

@@ -141,8 +141,8 @@ class LevelSearch:
         minimum, maximum = central_counts(self.paths, level)
         if not 0 < minimum <= maximum < self.paths:
             raise ParameterError(
-                f"{self.paths} paths do not bound a value of the probability {level:g}: take more; scene key: "
-                "answer.realisations"
+                f"{self.paths} paths do not bound a value of the probability {level:g}: take more",
+                scene_keys="answer.realisations",
             )
         step, target = 1 if upwards else -1, level * self.paths
         above = self._is_above(STEPS, target)
@@ -270,7 +270,8 @@ def lattice_map(probability: Callable[[int, int], float], points: int, computed:
     if points < START or not START**2 <= computed <= points**2:
         raise ParameterError(
             f"a map of {points} x {points} nodes, at least {START} x {START}, is computed at {START**2} to {points**2} "
-            f"of them, not at {computed}; scene key: map.points"
+            f"of them, not at {computed}",
+            scene_keys="map.points",
         )
     nodes = np.stack(np.divmod(np.arange(points**2), points), axis=1)
     place = nodes / (points - 1)

@@ -89,8 +89,8 @@ class Translation:
         if np.any(wanted < minimum - self.least_error):
             raise IllPosedError(
                 f"correlation {float(np.min(wanted)):.4g} is wanted, but this distribution allows none below "
-                f"{minimum:.4g}; use a less skewed distribution, or leave the correlation uncorrected; scene key: "
-                "roughness.correct_correlation"
+                f"{minimum:.4g}; use a less skewed distribution, or leave the correlation uncorrected",
+                scene_keys="roughness.correct_correlation",
             )
         wanted = np.maximum(wanted, minimum)
         nodes = np.linspace(-1.0, 1.0, CORRELATION_NODES)
@@ -108,9 +108,10 @@ class Translation:
             return rho
         raise ConvergenceError(
             f"no Gaussian correlation was found to within {WORST_CORRELATION_ERROR:.0e}; use a less skewed "
-            "distribution, or leave the correlation uncorrected; scene key: roughness.correct_correlation",
+            "distribution, or leave the correlation uncorrected",
             residual,
             _ + 1,
+            scene_keys="roughness.correct_correlation",
         )
 
 

@@ -161,9 +161,7 @@ def _header(path: Path, cells: list[str], radius_m: float | None) -> tuple[list[
             wrong.append(f"{path}: column {name}: unit {unit!r} is not allowed; {', '.join(filter(None, UNITS[name]))}")
             unit = next(iter(UNITS[name]))
         if unit == "rpm" and radius_m is None:
-            wrong.append(
-                f"{path}: column {name}: rpm needs the radius of the track; scene key: friction.record.radius_m"
-            )
+            wrong.append(f"{path}: column {name}: rpm needs the radius of the track, radius_m")
         names.append(name)
         factors.append(UNITS[name][unit] * ((radius_m or 1.0) if unit == "rpm" else 1.0))
     for name in ("time", "speed"):

@@ -71,7 +71,7 @@ def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
     count = sum(map(np.count_nonzero, used))
     if count == 0:
         raise IllPosedError(
-            "no sample of the record is in steady sliding; give the rig: scene key: friction.record.rig_mass_kg"
+            "no sample of the record is in steady sliding; give the rig", scene_keys="friction.record.rig_mass_kg"
         )
     sticks, notes = [stick for _, _, stick in parts], []
     lost = float(np.mean(np.concatenate(sticks)))

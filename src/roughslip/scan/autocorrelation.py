@@ -23,6 +23,7 @@ from roughslip.scan.jackknife import ENOUGH_LENGTHS, SubAreas, leave_one_out, su
 from roughslip.scan.topography import Topography, high_pass, remove_form
 
 LEVEL = math.exp(-1.0)
+KEYS = "roughness.scan.form, roughness.scan.endless_lay, roughness.scan.cutoff_m"  # that help
 ANGLES = np.arange(180) * math.pi / 180
 GROOVES = math.radians(30.0)  # from an axis: correlations that do not fall within it alone are those of a lay along it
 CUTOFFS = (2, 4, 8, 16)  # of the shorter edge: cutoffs that are tried as a help
@@ -62,14 +63,15 @@ def sub_areas_for(scan: Topography, endless: int | None = None) -> SubAreas:
     correlation, radii = _whole(scan)
     if endless is None:
         if not np.isfinite(radii).all():
-            raise IllPosedError(_too_long(scan, radii))
+            raise IllPosedError(_too_long(scan, radii), KEYS)
         extent = np.max(radii * np.abs([np.cos(ANGLES), np.sin(ANGLES)]), axis=1)
     else:
         across = radii[0 if endless else len(ANGLES) // 2]
         if not np.isfinite(across):
             raise IllPosedError(
-                f"roughness.scan.endless_lay = {'xy'[endless]}: the autocorrelation along {'yx'[endless]} does not "
-                "fall to 1/e within half the scan either: try the other axis, or a high-pass roughness.scan.cutoff_m"
+                f"endless_lay = {'xy'[endless]}: the autocorrelation along {'yx'[endless]} does not fall to 1/e within "
+                "half the scan either: try the other axis, or a high-pass, cutoff_m",
+                KEYS,
             )
         edges = scan.grid.nx * scan.dx, scan.grid.ny * scan.dy
         extent = np.full(2, across)
@@ -96,13 +98,13 @@ def _too_long(scan: Topography, radii: np.ndarray) -> str:
             return False
 
     stuck = ~np.isfinite(radii)
-    helps = ["roughness.scan.form: quadratic"] if falls(lambda: remove_form(scan, "quadratic")) else []
+    helps = ["form: quadratic"] if falls(lambda: remove_form(scan, "quadratic")) else []
     for axis, name in enumerate("xy"):
         if np.all(np.abs(wrapped(ANGLES[stuck] - axis * math.pi / 2)) < GROOVES):
-            helps.append(f"a lay taken as infinitely long, roughness.scan.endless_lay: {name}")
+            helps.append(f"a lay taken as infinitely long, endless_lay: {name}")
     cutoffs = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy) / np.array(CUTOFFS)
     if enough := [cutoff for cutoff in cutoffs if falls(partial(high_pass, scan, float(cutoff)))]:
-        helps.append(f"a high-pass, roughness.scan.cutoff_m: {enough[0]:.2g}")
+        helps.append(f"a high-pass, cutoff_m: {enough[0]:.2g}")
     advice = "What helps: " + ", or ".join(helps) if helps else "No form, lay or high-pass helps"
     return (
         f"the autocorrelation at {math.degrees(ANGLES[np.argmax(stuck)]):.0f} degrees from x does not fall to 1/e "
@@ -133,10 +135,8 @@ def autocorrelation(scan: Topography, parts: SubAreas) -> Autocorrelation:
         last = reach[parts.endless] * (scan.dx, scan.dy)[parts.endless]
         lengths[:, [parts.endless, 2]] = np.minimum(lengths[:, [parts.endless, 2]], last)
     if not np.isfinite(lengths).all():
-        raise IllPosedError(
-            "the autocorrelation without one sub-area does not fall to 1/e: take a high-pass, roughness.scan.cutoff_m, "
-            "or measure a larger area"
-        )
+        text = "the autocorrelation without one sub-area does not fall to 1/e"
+        raise IllPosedError(f"{text}: take a high-pass, cutoff_m, or measure a larger area", KEYS)
     turned = wrapped(lay[1:] - lay[0])
     turn = np.minimum(parts.half_width(turned - np.mean(turned)), math.pi / 2)
     length_x, length_y, along, across = (

@@ -167,8 +167,8 @@ def fitted_covariances(
             refused.setdefault(str(error), []).append(kind)
     reasons = [f"{', '.join(names)}: {reason}" for reason, names in refused.items()]
     if not fits:
-        instead = "take the measured one, roughness.scan.covariance: measured"
-        raise IllPosedError(f"no model fits the autocorrelation; {instead} ({'; '.join(reasons)})")
+        text = f"no model fits the autocorrelation; take the measured one ({'; '.join(reasons)})"
+        raise IllPosedError(text, scene_keys="roughness.scan.covariance")
     return sorted(fits, key=lambda fit: fit.criterion), reasons
 
 

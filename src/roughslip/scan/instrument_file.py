@@ -38,7 +38,7 @@ def read_scan(path: Path | str, spacing: tuple[float, float] | None = None, unit
     one of heights is that whose name is one of NAMES, else the first of an instrument; named arrays are then refused.
     `read` of the scan says what was.
 
-    Raises InputError where the file is no scan or gives too little, in a line that names the key of a scene that helps.
+    Raises InputError where the file is no scan or gives too little, in a line that names the argument that helps.
     """
     path = Path(path)
     if not path.is_file():
@@ -86,13 +86,13 @@ def _read(path: Path) -> Reading:
 def _settled(
     path: Path, found: Reading, unit: str | None, spacing: tuple[float, float] | None
 ) -> tuple[str, tuple[float, float]]:
-    """Unit of heights and spacing [m]: each of the file or of the scene, of one of them alone.
+    """Unit of heights and spacing [m]: each of the file or given, one of them alone.
 
-    unit, spacing : of the scene. Raises InputError with all that is missing or twice there.
+    unit, spacing : given. Raises InputError with all that is missing or twice there.
     """
     rows = (
-        ("unit of heights", "roughness.scan.height_unit", found.unit, unit),
-        ("spacing", "roughness.scan.spacing_m", found.spacing, spacing),
+        ("unit of heights", "unit", found.unit, unit),
+        ("spacing", "spacing", found.spacing, spacing),
     )
     wrong = [
         f"the file gives its {what}, {own}; remove {key} = {said}" for what, key, own, said in rows if own and said
@@ -103,7 +103,8 @@ def _settled(
         wrong.append(f"the file does not give its {what}; set {keys}")
     unit, spacing = found.unit or unit, found.spacing or spacing
     if wrong or unit is None or spacing is None:
-        raise InputError(f"{path}: {'; '.join(wrong)}")
+        keys = "roughness.scan.height_unit, roughness.scan.spacing_m"
+        raise InputError(f"{path}: {'; '.join(wrong)}", scene_keys=keys)
     return unit, spacing
 
 

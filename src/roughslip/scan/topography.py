@@ -194,13 +194,14 @@ def high_pass(scan: Topography, cutoff_m: float) -> Topography:
     maximum = min(scan.grid.nx * scan.dx, scan.grid.ny * scan.dy)
     if not minimum <= cutoff_m <= maximum:
         raise ParameterError(
-            f"roughness.scan.cutoff_m = {cutoff_m:.3g} m; allowed are {minimum:.3g} m, five cells of the scan, to "
-            f"{maximum:.3g} m, its shorter edge"
+            f"cutoff_m = {cutoff_m:.3g}; allowed are {minimum:.3g} m, five cells of the scan, to "
+            f"{maximum:.3g} m, its shorter edge",
+            scene_keys="roughness.scan.cutoff_m",
         )
     long = _smoothed(_smoothed(scan.heights, cutoff_m / scan.dx).T, cutoff_m / scan.dy).T
     left = scan.heights - long
     if np.std(left) <= ROUNDING * np.ptp(scan.heights):
-        raise ParameterError(f"roughness.scan.cutoff_m = {cutoff_m:.3g} m: no shorter waves are left of the scan")
+        raise ParameterError(f"cutoff_m = {cutoff_m:.3g}: no shorter waves are left of the scan")
     return replace(scan, heights=left)
 
 

@@ -32,8 +32,8 @@ def work(scene: Scene, job: Job) -> None:
     try:
         check_has_answer(machine)
     except IllPosedError as error:
-        lines = [f"Stick-slip: no answer, because {error}."]
-        store.write_json(job.output, {"given": False, "reason": str(error), "summary": lines})
+        lines = [f"Stick-slip: no answer, because {error.in_scene}."]
+        store.write_json(job.output, {"given": False, "reason": error.in_scene, "summary": lines})
         return
     asked = scene.answer.can_change
     ranges = None if asked is None else {name: ends for name, ends in vars(asked).items() if ends is not None}

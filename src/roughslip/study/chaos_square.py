@@ -167,7 +167,7 @@ def local_expansion(
         drawn = edges.apply(local.draw(np.random.default_rng(drawing), DRAWS))
         return centre, local, drawn, expanded_rows(local, drawn, edges, drawing, solved)
     except IllPosedError as error:
-        job.warn(f"the expansion of all samples, {error}; its distribution is stored as NaN")
+        job.warn(f"the expansion of all samples, {error.in_scene}; its distribution is stored as NaN")
         return centre, None, None, None
 
 
@@ -178,7 +178,7 @@ def fitted_equations(variables: list[np.ndarray], designs: list[np.ndarray], job
         try:
             equations[name] = fit_equation(variables, designs, degree, logarithm=name == "equation_9")
         except IllPosedError as error:
-            job.warn(f"{name.replace('_', ' ')}, {error}; its distribution is stored as NaN")
+            job.warn(f"{name.replace('_', ' ')}, {error.in_scene}; its distribution is stored as NaN")
     return equations
 
 

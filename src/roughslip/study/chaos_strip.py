@@ -39,7 +39,7 @@ def work(scene: Scene, job: Job) -> None:
         half, missed, predicted = fit_strip(training, values, degree, stencil, target, strip, mirrored)
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)
     except IllPosedError as error:
-        job.warn(f"the expansion of the strips is missing, and friction is that of the solved strips alone: {error}")
+        job.warn(f"no expansion of the strips, and friction is that of the solved strips alone: {error.in_scene}")
         store.write(job.output, {"missed": store.Variable((), 1, "1", "1: no expansion")}, job.key)
         return
     fitted = on_all_rows(half, grid.ny)

@@ -145,7 +145,7 @@ def of_reattachment(
         statistics = reattachment_statistics(place, owner, generator)
     except IllPosedError as error:
         if place.size:  # without a cycle there is nothing to have statistics of
-            warn(f"{error}; the statistics of the reattachment point are stored as NaN")
+            warn(f"{error.in_scene}; the statistics of the reattachment point are stored as NaN")
     variables: Variables = {}
     for name, unit in (("mean", "m"), ("std", "m"), ("skewness", "1"), ("kurtosis", "1"), ("distance_to_normal", "1")):
         title = f"reattachment point X_gh: {name.replace('_', ' ')}"

@@ -51,7 +51,7 @@ def where_it_exists(
     except IllPosedError:
         return None
     except ConvergenceError as error:
-        job.warn(f"{error}; stored as NaN")
+        job.warn(f"{error.in_scene}; stored as NaN")
         return None
 
 

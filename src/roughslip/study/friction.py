@@ -76,7 +76,7 @@ def over_penetration(
         table = friction_table(sums, others, *rest)
     except IllPosedError as error:
         table = friction_table(unresolved(sums, np.random.default_rng([*draws, layout.count])), others, *rest)
-        job.warn(f"noise of {UNSEEN:g} of the range stands for no scatter: {error}")
+        job.warn(f"noise of {UNSEEN:g} of the range stands for no scatter: {error.in_scene}")
     known = table.layout.percentiles
     loads = load_table(job, [blocks[int(np.flatnonzero(percentiles == level)[0])] for level in known], table)
     job.warn(*(f"the penetration of {level:g} % is left out: {reason}" for level, reason in table.missing.items()))

@@ -87,7 +87,7 @@ def load_results(
     except IllPosedError as error:
         job.warn(
             "the statistics of windows are missing; the scatter of a window is that of a pad of one, its correlation "
-            f"length that of the window alone, its shapes those of the paper: {error}"
+            f"length that of the window alone, its shapes those of the paper: {error.in_scene}"
         )
         of_single, beta = without_windows(own, of_load)
     loads = over_loads(scene, {nominal: own} | others, surface, mean)
@@ -162,7 +162,7 @@ def by_law(job: Job) -> dict[str, store.Variable]:
     try:
         deviation = scene.friction.mean * scatter_of_friction(covariance, modulus, load.nominal_pressure_pa, pad)
     except IllPosedError as error:
-        job.warn(f"the scatter of friction by the law of scatter is missing: {error}")
+        job.warn(f"the scatter of friction by the law of scatter is missing: {error.in_scene}")
         return {}
     if doubt := doubt_of_law(covariance):
         job.warn(doubt)

@@ -178,7 +178,7 @@ def main() -> None:
     try:
         run(file, given)
     except RoughslipError as error:
-        print(f"{file.parent.parent.name}: error: {error}", file=sys.stderr)
+        print(f"{file.parent.parent.name}: error: {error.in_scene}", file=sys.stderr)
         sys.exit(1)
     sys.stdout.flush()
     sys.stderr.flush()

@@ -68,7 +68,7 @@ def work(scene: Scene, job: Job) -> None:
         try:
             by_law = of_surface(scene, float(np.mean(found.mean)), variables["lag"].values)
         except IllPosedError as error:
-            job.warn(f"the surface has no scatter by law to compare with the record: {error}")
+            job.warn(f"the surface has no scatter by law to compare with the record: {error.in_scene}")
         else:
             doubt = doubt_of_law(gaussian_model(scene).covariance)
             cause = is_roughness_the_cause(by_law["surface_std"].values, *found.additive.interval()[0])

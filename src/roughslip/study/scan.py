@@ -100,7 +100,7 @@ def work(scene: Scene, job: Job) -> None:
         helping.append("covariance")
         variables, attributes, words = fitted_model(job, scan, statistics, marginal)
     except (ConvergenceError, IllPosedError, ParameterError) as error:  # the scan is drawn without a model
-        reason = f"{error}. {surface_model.what_helps(wanted, helping)}"
+        reason = f"{error.in_scene}. {surface_model.what_helps(wanted, helping)}"
         job.warn(f"the scan has no model: {reason}")
         variables, attributes, words = {}, {"no_model": reason}, f"none: {reason}"
     if not statistics.sub_areas.sufficient:

@@ -21,6 +21,7 @@ IMAGE_SHARE = 5e-3  # of the largest decorrelation on the mesh: what periodic im
 PROBED_LAGS = 64  # on an axis, where images are looked for
 MOST_FOLDS = 16  # of the spectrum at the Nyquist wave number of an axis
 CLIPPED = 0.01  # of the variance of a periodic cell, in eigenvalues below zero
+KEYS = "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"  # of fields that embed
 
 
 @result
@@ -81,8 +82,8 @@ def embed(covariance: StationaryCovariance, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(np.maximum(eigenvalues, 0.0)), clipped)
     raise IllPosedError(
         f"no torus up to {torus[0]} x {torus[1]} nodes embeds the covariance: smallest eigenvalue {worst:.1e} of the "
-        "largest; use a shorter correlation length, larger cells or another model; scene keys: "
-        "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
+        "largest; use a shorter correlation length, larger cells or another model",
+        KEYS,
     )
 
 
@@ -102,8 +103,8 @@ def embed_cell(covariance: StationaryCovariance, grid: Grid) -> Embedding:
     if clipped > CLIPPED:
         raise IllPosedError(
             f"a periodic cell of {grid.nx} x {grid.ny} nodes has {clipped:.1e} of the variance below zero: its edges "
-            "are short against the correlation; use a shorter correlation length or another model; scene keys: "
-            "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
+            "are short against the correlation; use a shorter correlation length or another model",
+            KEYS,
         )
     variance = fft.c2r(positive + 0j, lastsize=grid.ny, forward=False, inorm=2)[0, 0]
     return Embedding(grid, grid.shape, covariance.rms_height_m * np.sqrt(positive / variance), clipped)
@@ -151,8 +152,8 @@ def _embed_spectrum(covariance: SelfAffine, grid: Grid) -> Embedding:
             return Embedding(grid, torus, np.sqrt(share * eigenvalues), 0.0, images)
     raise IllPosedError(
         f"on tori up to {torus[0]} x {torus[1]} nodes periodic images change correlations by {images:.1e} of their "
-        "fall; use a shorter roll-off wavelength, larger cells or another model; scene keys: "
-        "roughness.correlation_length_m, strip.cell_m, roughness.scan.covariance"
+        "fall; use a shorter roll-off wavelength, larger cells or another model",
+        KEYS,
     )
 
 
@@ -165,7 +166,8 @@ def _folded_spectrum(covariance: SelfAffine, grid: Grid, torus: tuple[int, int])
     if max(beyond_x, beyond_y) > MOST_FOLDS:
         raise ParameterError(
             f"waves of {shortest:.3g} m are cut off far below cells of {grid.dx:.3g} m x {grid.dy:.3g} m: "
-            "cut off at two cells or more; scene key: roughness.bandwidth"
+            "cut off at two cells or more",
+            scene_keys="roughness.bandwidth",
         )
     total = np.zeros((torus[0], torus[1] // 2 + 1))
     for i in range(-beyond_x, beyond_x + 1):

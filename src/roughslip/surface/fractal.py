@@ -58,13 +58,14 @@ class WeierstrassMandelbrot:
         ordered = self.shortest_wavelength_m <= self.longest_wavelength_m
         if not (ordered and math.isfinite(gamma) and gamma > 1.0 and azimuths >= 1):
             raise ParameterError(
-                f"the longest wavelength {self.longest_wavelength_m:g} m must exceed the shortest, "
-                f"{self.shortest_wavelength_m:g} m, gamma {gamma:g} exceed 1 and azimuths {azimuths} be 1 or more"
+                f"longest_wavelength_m = {self.longest_wavelength_m:g} must exceed shortest_wavelength_m = "
+                f"{self.shortest_wavelength_m:g}, gamma = {gamma:g} exceed 1 and azimuths = {azimuths} be 1 or more"
             )
         if self.variables > MOST_WAVES:
             raise ParameterError(
                 f"{self.variables} waves, more than {MOST_WAVES}: use a larger gamma or fewer azimuths, or a narrower "
-                "band; scene key: roughness.wavelengths_m"
+                "band",
+                scene_keys="roughness.wavelengths_m",
             )
 
     @property
@@ -145,8 +146,8 @@ class WeierstrassMandelbrot:
             if n > 1 and np.max(np.abs(k)) * spacing >= math.pi * (1.0 - 1e-12):
                 raise ParameterError(
                     f"waves of {2e6 * math.pi / np.max(np.abs(k)):.3g} µm alias on cells of {1e6 * spacing:.3g} µm: "
-                    "lengthen the shortest wavelength or use a finer mesh; scene keys: "
-                    "roughness.wavelengths_m, strip.cell_m"
+                    "lengthen the shortest wavelength or use a finer mesh",
+                    scene_keys="roughness.wavelengths_m, strip.cell_m",
                 )
         x = np.outer(grid.x(), kx)
         along, across = np.hstack((np.cos(x), -np.sin(x))), np.exp(1j * np.outer(ky, grid.y()))
@@ -189,9 +190,10 @@ def height_series(amplitudes: np.ndarray, repeats: int) -> tuple[float, np.ndarr
         if terms > MOST_TERMS:
             raise ConvergenceError(
                 f"the distribution of a sum of {len(amplitudes) * repeats} cosines is not found from its series; use "
-                "more frequencies or azimuths; scene key: roughness.wavelengths_m",
+                "a longer band, more azimuths or a smaller gamma",
                 error,
                 MOST_TERMS,
+                scene_keys="roughness.wavelengths_m",
             )
         factors = np.minimum(2.0 / (math.pi * amplitudes * (math.pi * terms / bound)), 1.0)
         if active := repeats * np.count_nonzero(factors < 1.0):

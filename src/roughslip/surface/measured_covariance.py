@@ -99,7 +99,8 @@ def measured_covariance(
     if not change <= LARGEST_CHANGE:
         raise IllPosedError(
             f"the covariance near to the table of correlations differs by up to {change:.2g} from it: take fewer "
-            "lags, a larger scan or the best of the models; scene key: roughness.scan.covariance"
+            "lags, a larger scan or the best of the models",
+            scene_keys="roughness.scan.covariance",
         )
     coefficients = scipy.ndimage.spline_filter(np.pad(positive, MARGIN), order=3, mode="mirror")
     return MeasuredCovariance(rms_height_m, lag_x_m, lag_y_m, positive, change, coefficients)

@@ -102,7 +102,8 @@ def refuse_impossible(translation: Translation, wanted: np.ndarray) -> None:
         deviation = float(np.max(np.abs(translation.correlation(nearest) - wanted)))
         raise IllPosedError(
             f"no Gaussian field gives the wanted correlation: {' and '.join(reasons)}; the nearest deviates by "
-            f"{deviation:.2g}: leave the correlation uncorrected; scene key: roughness.correct_correlation"
+            f"{deviation:.2g}: leave the correlation uncorrected",
+            scene_keys="roughness.correct_correlation",
         )
 
 

@@ -28,7 +28,8 @@ NODES_AT_ONCE = 256
 LANCZOS_SHARE = 4  # Lanczos is for up to one mode in so many nodes
 MISSING_TOLERANCE = 1e-9  # relative, above the smallest eigenvalue found: what exceeds it was missed
 MOST_ROUNDS = 20  # of searches for missing modes
-FEWER = "ask for fewer, or take a longer correlation length; scene keys: square.modes, roughness.correlation_length_m"
+FEWER = "ask for fewer, or take a longer correlation length"
+KEYS = "square.modes, roughness.correlation_length_m"
 
 Operator = Callable[[np.ndarray], np.ndarray]
 Pairs = tuple[np.ndarray, np.ndarray]  # eigenvalues : (M,) and vectors : (M, nx ny)
@@ -156,7 +157,7 @@ def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> P
             more, more_vectors = _search(apply, grid, vectors, count)
         except ArpackError as error:  # eigenvalues that are nearly all equal, as of independent nodes
             text = f"Lanczos has not found {order} modes of {grid.size} nodes, whose eigenvalues are nearly equal"
-            raise ConvergenceError(f"{text}; {FEWER}", math.nan, order) from error
+            raise ConvergenceError(f"{text}; {FEWER}", math.nan, order, KEYS) from error
         if more[0] <= smallest:
             break
         values, vectors = np.concatenate((values, more)), np.concatenate((vectors, more_vectors))
@@ -169,7 +170,7 @@ def leading_modes(covariance: StationaryCovariance, grid: Grid, order: int) -> P
     worst = float(np.linalg.norm(defects, axis=1).max() / values[0])
     if not worst <= LARGEST_RESIDUAL or more[0] > smallest:
         text = f"{order} modes of {grid.nx} x {grid.ny} nodes are inaccurate, or some are missing"
-        raise ConvergenceError(f"{text}; {FEWER}", worst, order)
+        raise ConvergenceError(f"{text}; {FEWER}", worst, order, KEYS)
     return values, vectors
 
 

@@ -143,7 +143,7 @@ def test_pictures_without_matplotlib_name_what_installs_it():
 
 def test_an_error_names_arguments_and_in_a_scene_its_keys_too():
     """The second for users of scenes alone; an error passed on keeps them."""
-    with pytest.raises(IllPosedError, match="^2 samples .* too few .* a lower degree$") as caught:
+    with pytest.raises(IllPosedError, match=r"^2 samples .* too few .* a lower degree$") as caught:
         least_squares(np.ones((2, 3)), np.ones(2))
     assert caught.value.in_scene.startswith(f"{caught.value}; scene keys: expansion.samples or strip")
 

@@ -177,7 +177,7 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     while excess(high) > 0.0:
         if high > LARGEST_DAMPING:
             raise ConvergenceError(
-                f"the cycle exists up to the damping ratio {high:.3g}: lower the normal force or raise the belt velocity",
+                f"the cycle exists up to the damping ratio {high:.3g}: lower the normal force or raise the belt speed",
                 scene_keys="oscillator.normal_force_n, oscillator.belt_velocity_m_per_s",
                 residual=1.0,
                 work=trials,

@@ -104,6 +104,8 @@ def test_all_is_in_its_place_in_every_case(name):
             legend = axes.get_legend()
             assert legend is None or legend.get_frame_on() or not covered(axes, legend.get_window_extent())
             assert not axes.axison or axes.get_xlabel() or axes.get_ylabel()
+            ticks = [tick.get_window_extent() for tick in axes.get_xticklabels() if tick.get_text()]
+            assert all(one.x1 <= after.x0 for one, after in pairwise(ticks))
         titles = [axes._left_title.get_window_extent() for axes in figure.axes if axes.get_title(loc="left")]
         assert all(one.x1 < after.x0 or one.y0 > after.y1 for one, after in pairwise(titles))
 

@@ -78,6 +78,7 @@ def _reattachment(axes: Axes, result: Shown) -> None:
     if np.isfinite(place):
         axes.plot([place, place], [0, max(normal.max(), float(density.max()))], "C3--", lw=1.2, label="deterministic")
     axes.set(xlim=(mean - 5 * std, mean + 5 * std), ylim=(0, None))
+    axes.locator_params(axis="x", nbins=4)
     legend_above(axes)
 
 
@@ -128,4 +129,5 @@ def _friction(axes: Axes, result: Shown) -> None:
     axes.axhline(mean, color="0.1", lw=1.2, ls="--", label=f"mean {mean:.3g}")
     axes.set(xlabel="slipped distance [mm]", ylabel="friction coefficient $\\mu$", xlim=(0, place[-1]))
     axes.locator_params(axis="y", nbins=6)
+    axes.ticklabel_format(axis="y", useOffset=False)
     legend_above(axes, columns=3)

@@ -29,6 +29,7 @@ LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 def figure_map(result: Shown) -> Figure:
     """The map with its levels 0.05, 0.5 and 0.95, the area of vibration, limits without scatter, and the scene."""
     figure, _ = panels(1, 1, 6.2)
+    figure.set_figheight(4.2)  # with a legend below
     axes = figure.axes[0]
     x, y, probability = (result[name].values for name in ("map_x", "map_y", "probability"))
     names = list(map(str, result["map_parameters"].values))
@@ -60,7 +61,7 @@ def figure_map(result: Shown) -> Figure:
     if all(values[0] <= value <= values[-1] for value, values in zip(own, (x, y), strict=True)):
         axes.plot(*own, "*", color="C1", mec="white", ms=12, label="the scene", clip_on=False, ls="none")
     shown = [*axes.get_legend_handles_labels()[0], *handles]
-    axes.legend(handles=shown, loc="lower left", fontsize="small", frameon=True, framealpha=0.9, handlelength=1.8)
+    figure.legend(handles=shown, loc="outside lower center", ncols=2, fontsize="small", handlelength=1.8)
     axes.set_title(
         f"probability of stick-slip, {int(result['map_runs'])} runs at each dot", loc="left", fontsize="medium"
     )
@@ -82,7 +83,7 @@ def figure_budget(result: Shown) -> Figure:
     An estimate below 0 or above 1, or a first index above the total one, is drawn at the nearest that can be.
     """
     limits = [str(name) for name in result["result_name"].values[1:]]
-    columns = min(3, 1 + len(limits))
+    columns = 2 if len(limits) == 3 else min(3, 1 + len(limits))
     figure, axes = panels(columns, -(-(1 + len(limits)) // columns), 3.6)
     sources, rows = [str(name) for name in result["source_name"].values], np.arange(len(result["source_name"]))
     outcome, *others = np.ravel(axes)
@@ -94,8 +95,8 @@ def figure_budget(result: Shown) -> Figure:
         panel.remove()
     for place, panel in enumerate(others[: len(limits)], start=1):
         total, *first = (np.clip(end[place], 0.0, 1.0) for end in (result["total"], *with_ends(result, "first")))
-        panel.barh(rows, total, height=0.8, color="C9", label="total")
-        panel.barh(rows, np.minimum(first[0], total), height=0.45, color="C0", label="first")
+        panel.barh(rows, total, height=0.8, color="C9", label="total index")
+        panel.barh(rows, np.minimum(first[0], total), height=0.45, color="C0", label="first index (95 %)")
         panel.hlines(rows, *first[1:], color=".15", lw=1.2)
         panel.set(xlabel="Sobol' index")
     for place, panel in enumerate(figure.axes):
@@ -106,5 +107,5 @@ def figure_budget(result: Shown) -> Figure:
         figure.legend(*others[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     mean = 100.0 * float(result["averaged_probability"])
     titles = (TITLES.get(name, f"limit in {name.replace('_', ' ')}") for name in limits)
-    heads(figure.axes, f"stick-slip or not ({mean:.0f} %)", *titles)
+    heads(figure.axes, f"stick-slip (probability {mean:.0f} %) or not", *titles)
     return figure

@@ -1,5 +1,7 @@
 """Numbers of the picture of the chain from surface to limit cycle, with one contact solve for surface and pressure."""
 
+from itertools import chain
+
 import numpy as np
 
 from roughslip import store
@@ -62,10 +64,10 @@ def surface_and_pressure(job: Job) -> dict[str, store.Variable]:
 def friction_along_paths(job: Job) -> dict[str, store.Variable]:
     """The friction coefficient along the paths of the first runs, from their beginning."""
     scene, friction = job.scene, job.optional("friction")
-    own, nodes = friction_of(scene, friction), scene.ensemble.nodes_per_correlation_length
+    own, count = friction_of(scene, friction), LENGTHS * scene.ensemble.nodes_per_correlation_length + 1
     paths = friction_paths(scene, own)
     seeds = ([scene.seed, Stream.PROCESS, number] for number in range(PATHS))
-    drawn = np.stack([next(iter(paths.realisation(seed)))[: LENGTHS * nodes + 1] for seed in seeds])
+    drawn = np.stack([np.fromiter(chain.from_iterable(paths.realisation(seed)), float, count) for seed in seeds])
     place = paths.spacing * np.arange(drawn.shape[1])
     return {
         "path": store.Variable(("path",), place, "m", "slipped distance"),

@@ -195,8 +195,8 @@ def mesh_under(scene: Scene, model: GaussianModel, pressure_pa: float) -> tuple[
     if grid.size > MOST_CELL_NODES:
         raise IllPosedError(
             f"a periodic cell of {WINDOWS[0]} x {WINDOWS[1]} windows and {EDGE:g} correlation lengths takes "
-            f"{grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows; scene keys: "
-            "strip.cell_m, strip.window_m, strip.width_m"
+            f"{grid.size} nodes, more than {MOST_CELL_NODES}: use larger cells or smaller windows",
+            scene_keys="strip.cell_m, strip.window_m, strip.width_m",
         )
     return grid, mistake
 

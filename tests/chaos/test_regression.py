@@ -131,7 +131,8 @@ def test_a_sum_of_squares_above_the_variance_of_the_samples_is_warned_of():
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             fit = least_squares(basis, target)
-            least_squares(basis[:, 1:] * 1e-3, target)  # no orthonormal terms: their squares say nothing
+            for plain in (basis[:, 1:] * 1e-3, np.vander(x[:, 0], 7, increasing=True)):
+                least_squares(plain, target)  # no orthonormal terms: their squares say nothing
         assert (np.sum(fit.coefficients[1:] ** 2) > 10 * (5**-0.5 - 1 / 3)) == warns
         assert ["lower degree in `basis`" in str(one.message) for one in caught] == [True] * warns
 

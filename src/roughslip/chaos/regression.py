@@ -23,6 +23,7 @@ from roughslip.validation import finite, gate
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 WELL_CONDITIONED = 100.0  # up to it a Gram matrix loses four digits of sixteen
 LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of what a group leaves of a column: below it there is rounding error
+MOST_MEAN = 0.5  # of an orthonormal term over samples, where it has none but by chance; that of x^2 is 1
 ERRORS = 4.0  # standard errors of a variance by which the sum of squares may exceed it
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
@@ -55,9 +56,9 @@ def least_squares(
     weights : (K,) [-] not negative, 1 if not given; only their ratios matter
     group : (K,) whole numbers; samples of one number are left out together, by default each alone
 
-    Warns where the coefficients of a basis of `hermite_basis` are not those of the response: orthonormal terms carry
-    the sum of their squares, which is no more than the variance. Raises ParameterError for input that is not finite or
-    of the wrong shape. Raises IllPosedError as `Regression`, and for a constant target.
+    Warns where the coefficients of an orthonormal basis, as of `hermite_basis`, are not those of the response: their
+    squares sum to no more than the variance. Of other bases squares say nothing. Raises ParameterError for input that
+    is not finite or of the wrong shape, IllPosedError as `Regression`, and for a constant target.
     """
     weights = None if weights is None else finite("weights", weights, 1)
     fit = Regression(basis, weights, group).fit(target)
@@ -70,6 +71,8 @@ def _warn_of_variance(basis: np.ndarray, target: np.ndarray, coefficients: np.nd
     """Warn where an expansion has more variance than samples have, with its standard error sqrt((m4 - s^4) / K)."""
     if basis.shape[1] < 2 or np.any(basis[:, 0] != 1.0) or not 0.5 < np.mean(basis[:, 1] ** 2) < 2.0:
         return  # not orthonormal terms: the constant, a variable of variance 1, and others
+    if np.any(np.abs(np.mean(basis[:, 1:], axis=0)) > MOST_MEAN):
+        return
     squares, from_mean = float(np.sum(coefficients[1:] ** 2)), target - np.mean(target)
     variance = float(np.mean(from_mean**2))
     error = math.sqrt((float(np.mean(from_mean**4)) - variance**2) / len(target))

@@ -153,7 +153,9 @@ KEY = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+|\bseed\b")
 def test_an_error_names_keys_that_a_scene_has():
     """Where a text of the sources announces scene keys."""
     source = "".join(file.read_text(encoding="utf-8") for file in MODULES.values())
-    assert not re.search(r"; scene keys?: ", source)  # an error of the library carries them: its message is for its users
+    assert not re.search(
+        r"; scene keys?: ", source
+    )  # an error of the library carries them: its message is for its users
     texts = re.findall(r'(?:keys=|keys = |KEYS? = )"([^"]+)"', source)
     named = {key for text in texts for key in KEY.findall(text)}
     assert named <= set(dict(keys()))

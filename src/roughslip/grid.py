@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughslip.errors import ParameterError
-from roughslip.validation import finite, gate, positive
+from roughslip.validation import finite, gate, positive, whole_at_least
 
 UNEQUAL = 1e-3  # of a step: coordinates in single precision differ by less
 
@@ -28,10 +28,10 @@ class Grid:
     dy: float
 
     def __post_init__(self) -> None:
-        if min(self.nx, self.ny) < 1:
-            raise ParameterError(f"a mesh needs at least one cell an axis, not {self.nx} x {self.ny}")
-        for axis, edge in (("x", self.dx), ("y", self.dy)):
-            positive(f"the edge of a cell along {axis}", edge, "m")
+        whole_at_least("nx", self.nx, 1)
+        whole_at_least("ny", self.ny, 1)
+        positive("dx", self.dx, "m")
+        positive("dy", self.dy, "m")
 
     @classmethod
     @gate
@@ -45,8 +45,9 @@ class Grid:
         """
         nx, ny = finite("heights", heights, 2).shape
         step_x, step_y = _step(heights, 0), _step(heights, 1)
-        edge_x, edge_y = step_x or dx or dy, step_y or dy or dx
-        if edge_x is None or edge_y is None or (step_x and dx) or (step_y and dy):
+        edge_x = step_x or (dy if dx is None else dx)
+        edge_y = step_y or (dx if dy is None else dy)
+        if edge_x is None or edge_y is None or (step_x and dx is not None) or (step_y and dy is not None):
             raise ParameterError("heights need the edges dx and dy of a cell [m], or coordinates x and y, not both")
         return cls(nx, ny, edge_x, edge_y)
 

@@ -27,8 +27,8 @@ def multi_indices(variables: int, degree: int) -> np.ndarray:
     Returns indices : (P, variables) with P = C(variables + degree, degree), ordered by total degree, so that a lower
     degree is a leading block; row 0 is the constant. Raises ParameterError, also for more than MOST_TERMS terms.
     """
-    variables = whole_at_least("number of variables", variables, 1)
-    degree = whole_at_least("degree of a basis", degree, 0)
+    variables = whole_at_least("variables", variables, 1)
+    degree = whole_at_least("degree", degree, 0)
     terms = math.comb(variables + degree, degree)
     if terms > MOST_TERMS:
         raise ParameterError(

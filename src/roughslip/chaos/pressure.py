@@ -119,8 +119,12 @@ def pressure_target(
 
     Raises ParameterError as PressureTarget does.
     """
+    positive("influence_diagonal", influence_diagonal, "m/Pa")
     if kind == "trial_pressure":
         return PressureTarget(kind, 1.0 / influence_diagonal, hardness_pa=hardness_pa)
+    positive("plane_strain_modulus_pa", plane_strain_modulus_pa, "Pa")
+    positive("rms_height_m", rms_height_m, "m")
+    positive("correlation_length_m", correlation_length_m, "m")
     summit_curvature = CURVATURE * rms_height_m / correlation_length_m**2
     stiffness = (2 * plane_strain_modulus_pa / np.pi) ** 2 * summit_curvature
     return PressureTarget(kind, stiffness, stiffness * influence_diagonal, hardness_pa)

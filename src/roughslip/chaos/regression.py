@@ -95,12 +95,12 @@ class Regression:
     """
 
     def __init__(self, basis: np.ndarray, weights: np.ndarray | None = None, group: np.ndarray | None = None) -> None:
-        self.basis = basis = finite("basis of a regression", basis, 2)
-        weights = np.ones(len(basis)) if weights is None else finite("weights of a regression", weights, 1)
+        self.basis = basis = finite("basis", basis, 2)
+        weights = np.ones(len(basis)) if weights is None else finite("weights", weights, 1)
         if len(weights) != len(basis):
-            raise ParameterError(f"a regression needs a weight for each of {len(basis)} samples, not {len(weights)}")
+            raise ParameterError(f"weights must be one for each of the {len(basis)} rows of basis, not {len(weights)}")
         if np.any(weights < 0) or not np.any(weights > 0):
-            raise ParameterError("weights of a regression must be non-negative and not all zero")
+            raise ParameterError("weights must be non-negative and not all zero")
         self.weights = weights / weights.max()
         self.samples, terms = int(np.count_nonzero(self.weights)), basis.shape[1]
         effective = float(self.weights.sum() ** 2 / np.sum(self.weights**2))
@@ -150,9 +150,11 @@ class Regression:
 
     def fit(self, target: np.ndarray) -> Fit:
         """The fit of a target : (K,). Raises IllPosedError for a constant one."""
-        target = finite("target of a regression", target, 1)
+        target = finite("target", target, 1)
         if len(target) != len(self.basis):
-            raise ParameterError(f"a regression needs a target for each of {len(self.basis)} rows, not {len(target)}")
+            raise ParameterError(
+                f"target must have a value for each of the {len(self.basis)} rows of basis, not {len(target)}"
+            )
         variance = np.average((target - np.average(target, weights=self.weights)) ** 2, weights=self.weights)
         if not np.sqrt(variance) > LEAST_VARIATION * np.max(np.abs(target)):
             raise IllPosedError(f"the target is the same on every sample, {target[0]:.6g}: {OTHER_PENETRATION}", KEYS)

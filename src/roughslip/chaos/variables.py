@@ -166,8 +166,8 @@ def latin_hypercube(generator: np.random.Generator, samples: int, variables: int
     Method: McKay, Beckman and Conover, Technometrics 21 (1979) 239: the strata in random order, a random place in each.
     `scipy.stats.qmc.LatinHypercube` draws the places first, so its designs are others.
     """
-    whole_at_least("number of samples", samples, 1)
-    whole_at_least("number of variables", variables, 1)
+    whole_at_least("samples", samples, 1)
+    whole_at_least("variables", variables, 1)
     strata = np.stack([generator.permutation(samples) for _ in range(variables)], axis=1)
     return scipy.special.ndtri((strata + generator.random((samples, variables))) / samples)
 

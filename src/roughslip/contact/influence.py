@@ -73,9 +73,9 @@ class Material:
     poisson_ratio: float
 
     def __post_init__(self) -> None:
-        positive("Young's modulus", self.young_modulus_pa, "Pa")
-        if not -1 < real("Poisson's ratio", self.poisson_ratio) <= 0.5:
-            raise ParameterError(f"Poisson's ratio must lie in (-1, 0.5], not {self.poisson_ratio}")
+        positive("young_modulus_pa", self.young_modulus_pa, "Pa")
+        if not -1 < real("poisson_ratio", self.poisson_ratio) <= 0.5:
+            raise ParameterError(f"poisson_ratio must lie in (-1, 0.5], not {self.poisson_ratio}")
 
     @property
     def plane_strain_modulus_pa(self) -> float:
@@ -96,7 +96,7 @@ def love_coefficients(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     Method: Love, Phil. Trans. R. Soc. A 228 (1929) 377. The integral is a sum over the four edges. An edge contributes
     its distance times int ds / r = 2 artanh(length / sum of the distances to its ends), Love's logarithms in pairs.
     """
-    positive("the plane-strain modulus", plane_strain_modulus_pa, "Pa")
+    positive("plane_strain_modulus_pa", plane_strain_modulus_pa, "Pa")
     x = (np.arange(grid.nx) * grid.dx)[:, None]
     y = (np.arange(grid.ny) * grid.dy)[None, :]
     across_x = _opposite_edges(x, y, grid.dx, grid.dy)
@@ -138,7 +138,7 @@ class Influence:
     """
 
     def __init__(self, grid: Grid, plane_strain_modulus_pa: float, periodic: bool = False) -> None:
-        real("the plane-strain modulus", plane_strain_modulus_pa)
+        real("plane_strain_modulus_pa", plane_strain_modulus_pa)
         if periodic and grid.size == 1:
             raise ParameterError("a periodic cell of one node is a rigid flat: it needs two nodes at least")
         self.periodic = periodic

@@ -56,7 +56,7 @@ def periodic_symbol(grid: Grid, plane_strain_modulus_pa: float) -> np.ndarray:
     a product of two sums along the axes, in place of the slowly converging, alternating sum over G. X and Y are
     positive (see influence), so every term of the quadrature is.
     """
-    positive("the plane-strain modulus", plane_strain_modulus_pa, "Pa")
+    positive("plane_strain_modulus_pa", plane_strain_modulus_pa, "Pa")
     # Below the first s every mode but the mean has X Y < exp(-REACH^2). Above the last X = Y = 1, and 1/s remains.
     lowest = math.pi / max(grid.nx * grid.dx, grid.ny * grid.dy) / REACH
     highest = 2 * REACH / min(grid.dx, grid.dy)

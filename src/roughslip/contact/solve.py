@@ -14,7 +14,7 @@ from roughslip.contact.influence import Influence
 from roughslip.contact.problem import Problem
 from roughslip.errors import ParameterError, real
 from roughslip.results import described, result
-from roughslip.validation import finite, gate
+from roughslip.validation import finite, gate, positive
 
 # The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
 # the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
@@ -110,7 +110,7 @@ def solve(
     _check(influence, tolerance, hardness_pa, at_plane=True)
     if penetration_m is None:
         return _solve(influence, interference, tolerance, (None, None), hardness_pa)
-    plane = float(interference.max()) - finite("the penetration", penetration_m).item()
+    plane = float(interference.max()) - finite("penetration_m", penetration_m).item()
     return replace(_solve(influence, interference - plane, tolerance, (None, None), hardness_pa), plane=plane)
 
 
@@ -153,7 +153,8 @@ def solve_load(
     node has the hardness, are refused by these names. In a periodic cell the height of the plane is relative to the
     mean of the deformed surface.
     """
-    (solution,) = solve_loads(influence, heights, [mean_pressure_pa], tolerance, hardness_pa)
+    load = positive("mean_pressure_pa", mean_pressure_pa, "Pa")
+    (solution,) = solve_loads(influence, heights, [load], tolerance, hardness_pa)
     return solution
 
 
@@ -280,10 +281,10 @@ def _iterated(problem: Problem, tolerance: float, start: Start) -> ContactSoluti
 def _check(influence: Influence, tolerance: float, hardness_pa: float, at_plane: bool = False) -> None:
     if at_plane and influence.periodic:
         raise ParameterError("a periodic cell has no pressures at a fixed plane, but under a load: use solve_load")
-    if not 0 < real("the tolerance", tolerance) < 1:
+    if not 0 < real("tolerance", tolerance) < 1:
         raise ParameterError(f"the tolerance of a contact solve must lie in (0, 1), not {tolerance}")
-    if not real("the hardness", hardness_pa) > 0:
-        raise ParameterError(f"the hardness must be positive, not {hardness_pa} Pa")
+    if not real("hardness_pa", hardness_pa) > 0:
+        raise ParameterError(f"hardness_pa must be positive, not {hardness_pa} Pa")
 
 
 def _field(name: str, values: np.ndarray, influence: Influence) -> np.ndarray:

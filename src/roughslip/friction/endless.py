@@ -118,10 +118,10 @@ def recursion(process: FrictionProcess, spacing_m: float) -> Recursion:
     and Takenaka, a Cholesky factor in closed form (B. Ninness & F. Gustafsson, IEEE Trans. Autom. Control 42 (1997)
     515).
     """
-    ratio = real("the spacing", spacing_m) / process.correlation_length_m
+    ratio = real("spacing_m", spacing_m) / process.correlation_length_m
     if not SPACINGS[0] <= ratio <= SPACINGS[1]:
         raise ParameterError(
-            f"the spacing of a friction path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "
+            f"spacing_m of a path by recursion must lie in {SPACINGS[0]:g} to {SPACINGS[1]:g} correlation "
             f"lengths, not {ratio:.4g}"
         )
     translation = process.translation()
@@ -231,7 +231,7 @@ def moving_average(process: FrictionProcess, spacing_m: float) -> MovingAverage:
     Method: the weights of linear phase (P. J. Brockwell & R. A. Davis, Time Series: Theory and Methods, 2nd ed. 1991,
     ch. 4). The spectrum is that of a period of SPAN last lags.
     """
-    positive("the spacing of a friction path", spacing_m, "m")
+    positive("spacing_m", spacing_m, "m")
     assert process.shape is not None
     last = process.correlation_length_m * process.shape.lags[-1] / spacing_m
     if not SPAN * last < MOST_WEIGHTS:

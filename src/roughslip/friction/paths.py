@@ -25,7 +25,7 @@ from roughslip.friction.process import (
     average_beta,
 )
 from roughslip.probability import BetaDistribution
-from roughslip.validation import gate, positive
+from roughslip.validation import gate, not_negative, positive
 
 GUARD_LENGTHS = 10.0  # correlation lengths by which the period exceeds the path: exp(-10) is what wraps round
 SHORTEST_PERIOD = 300.0  # correlation lengths; the random-phase sum has the excess kurtosis -3 L / period
@@ -74,7 +74,7 @@ def spectral_representation(process: FrictionProcess, spacing_m: float, length_m
     Method: M. Shinozuka & G. Deodatis, Appl. Mech. Rev. 44 (1991) 191-204.
     """
     for name, value in (("spacing", spacing_m), ("length", length_m)):
-        positive(f"the {name} of a friction path", value, "m")
+        positive(f"{name}_m", value, "m")
     nodes = max(math.ceil(length_m / spacing_m - 1e-9), 1) + 1
     correlation_m = process.correlation_length_m
     wanted_period = max(length_m + GUARD_LENGTHS * correlation_m, SHORTEST_PERIOD * correlation_m) / spacing_m
@@ -120,6 +120,8 @@ def path_sampler(
 
     Raises ParameterError and IllPosedError as they do.
     """
+    if not length_m > 0.0:
+        raise ParameterError(f"length_m must be positive, not {length_m} m")
     if method == "recursion":
         return recursion(process, spacing_m) if process.shape is None else moving_average(process, spacing_m)
     if method == "spectral":
@@ -140,7 +142,7 @@ def sample_path(
 
     By recursion, the beginning of the path without end that `path_sampler` gives for this seed.
     """
-    if whole("the nodes of a friction path", nodes) < 2:
+    if whole("nodes", nodes) < 2:
         raise ParameterError(f"a friction path has at least 2 nodes, not {nodes}")
     paths, values = path_sampler(process, spacing_m, (nodes - 1) * spacing_m, method), [np.empty(0)]
     pieces = iter(paths.realisation(seed))
@@ -180,7 +182,9 @@ class Friction:
     multiplies: bool = False
 
     def __post_init__(self) -> None:
-        positive("Friction.mean", self.mean)
+        positive("mean", self.mean)
+        if not_negative("deviation", self.deviation):  # else the length says nothing
+            positive("length_m", self.length_m, "m")
 
     @property
     def unit(self) -> float:

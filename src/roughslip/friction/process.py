@@ -140,7 +140,7 @@ def average_beta(window: BetaDistribution, windows: float) -> BetaDistribution:
     kurtosis of the mean. For every Beta 3 s > 2 e. The sum of its shapes is 6 (2 + e - s) / (3 s - 2 e) (Johnson, Kotz
     and Balakrishnan, Continuous Univariate Distributions 2, 1995, ch. 25).
     """
-    if not (math.isfinite(real("the number of windows in parallel", windows)) and windows >= 1.0):
+    if not (math.isfinite(real("windows", windows)) and windows >= 1.0):
         raise ParameterError(f"{windows} windows in parallel: at least 1")
     if windows == 1:
         return window

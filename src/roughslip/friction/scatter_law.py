@@ -128,7 +128,7 @@ def _checked(
     """The roughness and p / (E* h')."""
     for name, value in (("the modulus", modulus_pa), ("the pressure", pressure_pa)):
         positive(name, value, "Pa")
-    positive("the length of the window", min(window_m), "m")
+    positive("window_m", min(window_m), "m")
     rough = roughness_of(covariance)
     return rough, pressure_pa / (modulus_pa * rough.slope)
 

@@ -38,7 +38,7 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
     """
     columns = finite("column_sums", column_sums)
     nx = columns.shape[-1] if columns.ndim else 0
-    if whole("a stride", stride_nodes) < 1 or not 1 <= whole("a window", window_nodes) <= nx:
+    if whole("stride_nodes", stride_nodes) < 1 or not 1 <= whole("window_nodes", window_nodes) <= nx:
         raise ParameterError(
             f"a window of {window_nodes} columns every {stride_nodes} does not fit a strip of {nx} columns: "
             "1 <= window <= strip and stride >= 1"
@@ -69,8 +69,8 @@ def friction_coefficient(
         raise ParameterError(f"area {area.shape} and force {force.shape} must have one shape")
     if (area < 0.0).any() or (force < 0.0).any():
         raise ParameterError("contact area and normal force of a window must not be negative")
-    positive("the shear strength", shear_strength_pa, "Pa")
-    positive("the least contact area", least_area_m2, "m^2")
+    positive("shear_strength_pa", shear_strength_pa, "Pa")
+    positive("least_area_m2", least_area_m2, "m^2")
     valid = area >= least_area_m2
     if (force[valid] <= 0.0).any():
         raise ParameterError("a window in contact carries no normal force: area and force do not belong together")
@@ -95,8 +95,8 @@ CANCELLED = 1e-3
 def strip_weights(strips: int, replicates: int, rng: np.random.Generator) -> np.ndarray:
     """Counts (1 + replicates, strips): row 0 ones, the sample; the others multinomial, the bootstrap replicates."""
     if strips < 2:
-        raise IllPosedError(f"{strips} strip(s) cannot show their own scatter: solve at least 2, better 100")
-    if whole("the number of replicates", replicates) < FEWEST_REPLICATES:
+        raise IllPosedError(f"strips must be at least 2, better 100, to show their own scatter, not {strips}")
+    if whole("replicates", replicates) < FEWEST_REPLICATES:
         raise ParameterError(f"a 95 % interval needs at least {FEWEST_REPLICATES} replicates, not {replicates}")
     drawn = rng.multinomial(strips, np.full(strips, 1.0 / strips), size=replicates)
     return np.concatenate((np.ones((1, strips), dtype=np.int64), drawn))

@@ -122,7 +122,7 @@ class PathFeed:
             self.path = Path(np.zeros(0), 0, 1.0, True)
             return
         self._low, self._high = math.inf, -math.inf
-        spacing = positive("the spacing of the path", spacing_m, "m")
+        spacing = positive("spacing_m", spacing_m, "m")
         self.path = Path(np.zeros(0), 0, spacing, False)
         self.advance(0.0)
         if self.received < 2:

@@ -52,7 +52,7 @@ class Translation:
     @gate
     def apply(self, gaussian: np.ndarray) -> np.ndarray:
         """x - E x : (as gaussian) of standard normal variables [-], constant beyond the table."""
-        field = np.ascontiguousarray(finite("the Gaussian field", gaussian))
+        field = np.ascontiguousarray(finite("gaussian", gaussian))
         shifted = np.empty_like(field)
         per_node = (self.normal.size - 1) / (self.normal[-1] - self.normal[0])
         _interpolate(field.ravel(), float(self.normal[0]), per_node, self.values, shifted.ravel())

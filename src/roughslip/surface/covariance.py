@@ -85,11 +85,11 @@ class Covariance:
     lay_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("rms height", self.rms_height_m, "m")
+        positive("rms_height_m", self.rms_height_m, "m")
         for length in self.lengths_m:
-            positive("correlation length", length, "m")
-        if not math.isfinite(real("the angle of lay", self.lay_rad)):
-            raise ParameterError(f"the angle of lay must be finite, not {self.lay_rad} rad")
+            positive("correlation_length_m", length, "m")
+        if not math.isfinite(real("lay_rad", self.lay_rad)):
+            raise ParameterError(f"lay_rad must be finite, not {self.lay_rad} rad")
         check_shapes(type(self), {name: getattr(self, name) for name in self.shapes})
 
     def profile(self, u: np.ndarray) -> np.ndarray:
@@ -210,7 +210,7 @@ def check_shapes(model: type[Covariance], given: Mapping[str, object]) -> None:
         raise ParameterError(f"a {model.kind} covariance has no {name}: leave it out, or take another model")
     for name, (low, high) in model.shapes.items():
         value = given.get(name)
-        if value is None or not low <= real(f"the {name}", value) <= high:  # a NaN fails both comparisons
+        if value is None or not low <= real(name, value) <= high:  # a NaN fails both comparisons
             raise ParameterError(
                 f"the {name} of a {model.kind} covariance must lie in [{low:g}, {high:g}], not {value}"
             )

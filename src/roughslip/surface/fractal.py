@@ -50,8 +50,8 @@ class WeierstrassMandelbrot:
     gamma: float = 1.5
 
     def __post_init__(self) -> None:
-        if not 0.0 < real("the Hurst exponent", self.hurst) < 1.0:
-            raise ParameterError(f"the Hurst exponent must lie between 0 and 1, not {self.hurst}")
+        if not 0.0 < real("hurst", self.hurst) < 1.0:
+            raise ParameterError(f"hurst must lie between 0 and 1, not {self.hurst}")
         for name in ("rms_height_m", "longest_wavelength_m", "shortest_wavelength_m"):
             positive(name, getattr(self, name), "m")
         gamma, azimuths = real("gamma", self.gamma), whole("azimuths", self.azimuths)

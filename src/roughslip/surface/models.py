@@ -235,7 +235,7 @@ def self_affine(
     Method: Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, section 3, with the transform in closed form.
     """
     across = rolloff_wavelength_m if rolloff_wavelength_across_m is None else rolloff_wavelength_across_m
-    bandwidth = rolloff_wavelength_m / positive("the cut-off wavelength", cutoff_wavelength_m, "m")
+    bandwidth = rolloff_wavelength_m / positive("cutoff_wavelength_m", cutoff_wavelength_m, "m")
     check_shapes(SelfAffine, {"hurst": hurst, "bandwidth": bandwidth})
     scale = self_affine_transform.scale(hurst, bandwidth) / (2 * math.pi)
     lengths = scale * rolloff_wavelength_m, scale * across

@@ -92,8 +92,8 @@ def karhunen_loeve(covariance: StationaryCovariance, grid: Grid, order: int) -> 
     does not converge. Raises IllPosedError for more than a quarter of the modes of a mesh of more than
     MOST_DENSE_NODES: sample by circulant embedding.
     """
-    if not 1 <= whole("the order", order) <= grid.size:
-        raise ParameterError(f"the order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
+    if not 1 <= whole("order", order) <= grid.size:
+        raise ParameterError(f"order must lie between 1 and the {grid.size} nodes of the mesh, not {order}")
     most = grid.size // LANCZOS_SHARE
     if covariance.separable and max(grid.shape) <= DENSE_NODES:
         values, vectors = _kronecker_modes(covariance, grid, order)

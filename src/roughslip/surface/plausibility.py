@@ -43,7 +43,7 @@ def rms_slope(covariance: Callable[..., np.ndarray], step_m: float | None = None
         if slope is None:
             raise ParameterError("give step_m where the covariance is not one of roughslip.surface.MODELS")
         return slope
-    positive("the step", step_m, "m")
+    positive("step_m", step_m, "m")
     whole, along, across = covariance(np.array([0.0, step_m, 0.0]), np.array([0.0, 0.0, step_m])).tolist()
     return math.sqrt(max(4 * whole - 2 * along - 2 * across, 0.0)) / step_m
 

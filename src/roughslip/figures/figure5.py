@@ -35,13 +35,8 @@ def figure5(result: Shown) -> Figure:
     _reattachment(histogram, result)
     _loss(loss, result)
     _counts(counts, result)
-    heads(
-        figure.axes,
-        cycle_title(result),
-        "reattachment point",
-        "cycles lost to the scatter",
-        "cycles with and without scatter",
-    )
+    titles = "reattachment point", "cycles lost to the scatter", "cycles with and without scatter"
+    heads(figure.axes, cycle_title(result), *titles)
     return figure
 
 

@@ -37,12 +37,11 @@ def figure_record(result: Shown) -> Figure:
     axes[3].vlines(0.0, *share, color=CURVE, lw=4.0, alpha=0.4)
     axes[3].axhline(0.0, color="0.6", lw=0.6)
     axes[3].set(xlabel="slipped distance [mm]", ylabel="autocovariance")
+    labels = {"xlabel": "time of sliding [s]", "ylabel": "friction coefficient"}
+    axes[0].set(**labels)
     for panel, twin in zip(axes[4:], result["twin"], strict=True):
         panel.plot(time, twin, color=TWIN, lw=0.5)
-    for panel in (axes[0], *axes[4:]):
-        panel.set(xlabel="time of sliding [s]", ylabel="friction coefficient")
-    for panel in axes[4:]:
-        panel.set_ylim(axes[0].get_ylim())
+        panel.set(ylim=axes[0].get_ylim(), **labels)
     for panel in (axes[0], axes[1]):
         legend_above(panel)
     legend_above(axes[3], columns=1)

@@ -120,6 +120,7 @@ def path_sampler(
 
     Raises ParameterError and IllPosedError as they do.
     """
+    positive("spacing_m", spacing_m, "m")
     if not length_m > 0.0:
         raise ParameterError(f"length_m must be positive, not {length_m} m")
     if method == "recursion":

@@ -126,8 +126,8 @@ def _checked(
     covariance: Covariance, modulus_pa: float, pressure_pa: float, window_m: tuple[float, float]
 ) -> tuple[Roughness, float]:
     """The roughness and p / (E* h')."""
-    for name, value in (("the modulus", modulus_pa), ("the pressure", pressure_pa)):
-        positive(name, value, "Pa")
+    positive("plane_strain_modulus_pa", modulus_pa, "Pa")
+    positive("pressure_pa", pressure_pa, "Pa")
     positive("window_m", min(window_m), "m")
     rough = roughness_of(covariance)
     return rough, pressure_pa / (modulus_pa * rough.slope)

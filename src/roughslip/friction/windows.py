@@ -40,7 +40,7 @@ def window_sums(column_sums: np.ndarray, window_nodes: int, stride_nodes: int) -
     nx = columns.shape[-1] if columns.ndim else 0
     if whole("stride_nodes", stride_nodes) < 1 or not 1 <= whole("window_nodes", window_nodes) <= nx:
         raise ParameterError(
-            f"a window of {window_nodes} columns every {stride_nodes} does not fit a strip of {nx} columns: "
+            f"window_nodes = {window_nodes} every stride_nodes = {stride_nodes} does not fit a strip of {nx} columns: "
             "1 <= window <= strip and stride >= 1"
         )
     running = np.zeros((*columns.shape[:-1], nx + 1))

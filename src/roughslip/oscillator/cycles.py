@@ -122,13 +122,15 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     ParameterError for input that is not finite or does not match, IllPosedError for fewer than FEWEST_REALISATIONS.
     """
     if stochastic.ndim != 2 or deterministic.shape != stochastic.shape[1:]:
-        raise ParameterError(f"counts {deterministic.shape} and {stochastic.shape} are not of the same damping ratios")
+        raise ParameterError(
+            f"deterministic {deterministic.shape} and stochastic {stochastic.shape} differ in damping ratios"
+        )
     finite("deterministic", deterministic)
     finite("stochastic", stochastic)
     realisations = len(stochastic)
     if realisations < FEWEST_REALISATIONS:
         raise IllPosedError(
-            f"{realisations} realisations give no interval: run at least {FEWEST_REALISATIONS}",
+            f"stochastic has {realisations} realisations, which give no interval: run at least {FEWEST_REALISATIONS}",
             scene_keys="ensemble.realisations",
         )
     mean = stochastic.mean(axis=0)

@@ -149,7 +149,7 @@ def _followed(
     p = coefficients(oscillator, law, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
-        raise ParameterError(f"the start must be finite, not {x} m, {u} m")
+        raise ParameterError(f"start_m must be finite, not {x} m, {u} m")
     if u == p.V:
         run, events = start_on_belt(float(x), feed.path, p)
     else:

@@ -117,8 +117,8 @@ class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
         values = tuple(real("TableLaw.values", value) for value in self.values)
         if len(speeds) < 2 or len(speeds) != len(values) or not np.isfinite((speeds, values)).all():
             raise ParameterError(
-                f"TableLaw.values must be finite, one for each of at least two finite speeds: {len(values)} values for "
-                f"{len(speeds)} speeds"
+                f"TableLaw.values must be finite, one for each of at least two finite speeds_m_per_s: {len(values)} "
+                f"for {len(speeds)} speeds"
             )
         if speeds[0] != 0.0 or not np.all(np.diff(speeds) > 0.0):
             raise ParameterError(f"TableLaw.speeds_m_per_s must increase strictly from 0, not {speeds}")

@@ -37,7 +37,7 @@ class Moments(NamedTuple):
 @gate
 def beta_moments(a: float, b: float) -> Moments:
     """Moments of Beta(a, b) on (0, 1)."""
-    total = a + b
+    total = positive("a", a) + positive("b", b)
     variance = a * b / (total**2 * (total + 1.0))
     skewness = 2.0 * (b - a) * math.sqrt(total + 1.0) / ((total + 2.0) * math.sqrt(a * b))
     excess = 6.0 * ((a - b) ** 2 * (total + 1.0) - a * b * (total + 2.0)) / (a * b * (total + 2.0) * (total + 3.0))

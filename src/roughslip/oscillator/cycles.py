@@ -122,9 +122,7 @@ def count_difference(deterministic: np.ndarray, stochastic: np.ndarray) -> Cycle
     ParameterError for input that is not finite or does not match, IllPosedError for fewer than FEWEST_REALISATIONS.
     """
     if stochastic.ndim != 2 or deterministic.shape != stochastic.shape[1:]:
-        raise ParameterError(
-            f"deterministic {deterministic.shape} and stochastic {stochastic.shape} differ in damping ratios"
-        )
+        raise ParameterError(f"stochastic {stochastic.shape} does not match deterministic {deterministic.shape}")
     finite("deterministic", deterministic)
     finite("stochastic", stochastic)
     realisations = len(stochastic)

@@ -22,7 +22,7 @@ from roughslip.validation import finite, gate
 
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 WELL_CONDITIONED = 100.0  # up to it a Gram matrix loses four digits of sixteen
-LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of what a group leaves of a column: below it there is rounding error
+LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of a column without a group: below it there is rounding error
 MOST_MEAN = 0.5  # of an orthonormal term over samples, where it has none but by chance; that of x^2 is 1
 ERRORS = 4.0  # standard errors of a variance by which the sum of squares may exceed it
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean

@@ -102,7 +102,7 @@ def fit_record(
     spline = basis.at(samples.speed)
     drift, separate = _drift_columns(samples, spline)
     if not separate:
-        notes.append("drift cannot be told from the curve: record ramps up and down, or speeds in random order")
+        notes.append("drift is not distinct from the curve: record ramps up and down, or speeds in random order")
     known = {"drift": drift, "ramps": _ramp_columns(samples)}
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
@@ -151,7 +151,7 @@ def fit_record(
 def _additive_or_multiplicative(
     samples: SlidingSamples, columns: np.ndarray, time_constant_s: float | None, mean: np.ndarray, start: ProcessFit
 ) -> tuple[dict[str, ProcessFit], str, float]:
-    """Fits of both, which of them the likelihood tells, and the logarithm of its ratio. mean : of friction"""
+    """Fits of both, which of them is likelier, and the logarithm of its ratio. mean : of friction"""
     relative = np.maximum(mean, LEAST_SHARE * np.mean(mean)) / np.mean(mean)
     fits = {
         name: fitted_process(samples, columns, time_constant_s, weight, start)

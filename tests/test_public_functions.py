@@ -185,7 +185,15 @@ GOOD = {
 }
 SIGNED = {"lower", "upper", "poisson_ratio", "lay_rad"}  # numbers of either sign
 ZERO = {"damping_ratio", "belt_velocity_m_per_s", "excitation_force_n", "excitation_frequency_rad_per_s", "degree"}
-ZERO |= {"deviation", "fit", "static", "kinetic", "decay_s_per_m", "quadratic_s2_per_m2"}  # numbers that may be zero
+ZERO |= {
+    "influence_diagonal",
+    "deviation",
+    "fit",
+    "static",
+    "kinetic",
+    "decay_s_per_m",
+    "quadratic_s2_per_m2",
+}  # numbers that may be zero
 
 
 def bad_values(name: str, good: Any) -> Iterator[Any]:

@@ -119,9 +119,9 @@ def pressure_target(
 
     Raises ParameterError as PressureTarget does.
     """
-    positive("influence_diagonal", influence_diagonal, "m/Pa")
     if kind == "trial_pressure":
-        return PressureTarget(kind, 1.0 / influence_diagonal, hardness_pa=hardness_pa)
+        return PressureTarget(kind, 1.0 / positive("influence_diagonal", influence_diagonal), hardness_pa=hardness_pa)
+    not_negative("influence_diagonal", influence_diagonal, "m/Pa")
     positive("plane_strain_modulus_pa", plane_strain_modulus_pa, "Pa")
     positive("rms_height_m", rms_height_m, "m")
     positive("correlation_length_m", correlation_length_m, "m")

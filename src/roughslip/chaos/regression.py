@@ -23,7 +23,6 @@ from roughslip.validation import finite, gate
 WORST_CONDITION = 1e8  # above it half the digits of the coefficients are rounding error
 WELL_CONDITIONED = 100.0  # up to it a Gram matrix loses four digits of sixteen
 LEAST_FREEDOM = 1e-10  # of 1 - leverage, and of a column without a group: below it there is rounding error
-MOST_MEAN = 0.5  # of an orthonormal term over samples, where it has none but by chance; that of x^2 is 1
 ERRORS = 4.0  # standard errors of a variance by which the sum of squares may exceed it
 LEAST_VARIATION = 1e-13  # of the target, relative to its magnitude: the rounding error of its mean
 
@@ -71,8 +70,8 @@ def _warn_of_variance(basis: np.ndarray, target: np.ndarray, coefficients: np.nd
     """Warn where an expansion has more variance than samples have, with its standard error sqrt((m4 - s^4) / K)."""
     if basis.shape[1] < 2 or np.any(basis[:, 0] != 1.0) or not 0.5 < np.mean(basis[:, 1] ** 2) < 2.0:
         return  # not orthonormal terms: the constant, a variable of variance 1, and others
-    if np.any(np.abs(np.mean(basis[:, 1:], axis=0)) > MOST_MEAN):
-        return
+    if np.any(np.abs(np.mean(basis[:, 1:], axis=0)) > 0.5):
+        return  # nor these: but by chance an orthonormal term has no mean, that of x^2 is 1
     squares, from_mean = float(np.sum(coefficients[1:] ** 2)), target - np.mean(target)
     variance = float(np.mean(from_mean**2))
     error = math.sqrt((float(np.mean(from_mean**4)) - variance**2) / len(target))

@@ -8,6 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from roughslip.compilation import source_hash
 from roughslip.study.graph import STAGES
 from roughslip.study.job import run
 from workflow.keys import Names
@@ -29,6 +30,7 @@ def main(wanted: list[str]) -> None:
                 for values in scenes.jobs(scene, stage):
                     few = {"last": min(values["last"], SAMPLES)} if values.get("design") else {}
                     run(Path(names.entry(scene, stage).folder, "key.json"), values | few)
+    source_hash.keep()  # for the first run, which names results by all files that are parsed here
 
 
 if __name__ == "__main__":

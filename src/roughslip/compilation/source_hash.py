@@ -139,9 +139,9 @@ def syntax(file: Path, source: bytes) -> Syntax:
 
 
 def keep() -> None:
-    """Write the memory of parsed files. Where it cannot be written, the next process parses again."""
+    """Write the memory of parsed files, with what others wrote. Where it cannot be, the next process parses again."""
     with contextlib.suppress(OSError):  # a read-only folder, a full disk
-        write_if_changed(_memory(), json.dumps(_kept()))
+        write_if_changed(_memory(), json.dumps(_kept.__wrapped__() | _kept()))
 
 
 def _memory() -> Path:

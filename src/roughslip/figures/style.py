@@ -16,8 +16,6 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 Look = dict[str, Any]  # colour, marker and line of an artist, in matplotlib's words
-INTERVAL = ("", "_low", "_high")
-DPI = 160
 STYLE: Any = {
     "font.sans-serif": ["DejaVu Sans"],  # which matplotlib brings: the same picture everywhere
     "image.cmap": "viridis",
@@ -57,7 +55,7 @@ def save(figure: Figure, path: Path) -> None:
 
     `savefig` would draw it twice, once for its layout, which the first drawing here finds.
     """
-    figure.dpi = DPI
+    figure.dpi = 160
     if path.suffix == ".svg":
         FigureCanvasSVG(figure).print_svg(path, metadata={"Date": None, "Creator": None})
     else:
@@ -73,7 +71,7 @@ def heads(axes: Iterable[Axes], *texts: str) -> None:
 
 def with_ends(result: Shown, name: str, factor: float = 1.0, **at: Any) -> list[xr.DataArray]:
     """A stored number and both ends of its interval, in units of 1 / factor: value, low, high. at : as for `sel`"""
-    return [factor * result[name + end].sel(at) for end in INTERVAL]
+    return [factor * result[name + end].sel(at) for end in ("", "_low", "_high")]
 
 
 def draw_curve(axes: Axes, x: Any, ends: Sequence[Any], look: Look, alpha: float = 0.2) -> None:

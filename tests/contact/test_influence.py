@@ -243,5 +243,5 @@ def test_a_stencil_is_the_sum_over_its_neighbours(shape):
     wide = np.pad(field, 2)
     expected = sum(stencil[a, b] * wide[a : a + nx, b : b + ny] for a in range(5) for b in range(5))
     result = np.full(shape, np.nan)
-    kernels.stencil_product(stencil, field, nodes, np.zeros((nx + 4, ny + 4)), result)
+    kernels.stencil_product(stencil, field, nodes, np.zeros((2, nx + 4, ny + 4)), result)
     np.testing.assert_allclose(result, np.where(nodes, expected, 0.0), rtol=0, atol=1e-14)

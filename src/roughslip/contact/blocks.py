@@ -14,6 +14,8 @@ directions of the outer iteration stay conjugate to the last step with any s.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from roughslip.compilation.cache import compiled
@@ -28,6 +30,7 @@ LOCAL = 1.0
 ROUGHLY = 0.1
 
 
+@cache
 def block_edges(grid: Grid) -> tuple[bool, np.ndarray]:
     """Whether the longer axis is the first, and the first nodes of its blocks, with the end.
 

@@ -133,11 +133,10 @@ def guess(problem: Problem) -> np.ndarray | None:
     u_bar, influence = problem.interference, problem.influence
     if u_bar.size <= COARSEST:
         return None
-    coarser = influence.coarser
-    coarse_u_bar = u_bar
-    for axis in (0, 1):
-        if coarser.grid.shape[axis] < u_bar.shape[axis]:
-            coarse_u_bar = _pair_means(coarse_u_bar, axis)
+    coarser, (nx, ny) = influence.coarser, u_bar.shape
+    halved = coarser.grid.nx < nx, coarser.grid.ny < ny
+    coarse_u_bar = _pair_means(u_bar) if halved[0] else u_bar
+    coarse_u_bar = np.ascontiguousarray(_pair_means(coarse_u_bar.T).T) if halved[1] else coarse_u_bar
     pressure_sum = None if problem.pressure_sum is None else problem.pressure_sum * coarse_u_bar.size / u_bar.size
     if pressure_sum is None and not (coarse_u_bar > 0).any():
         return None
@@ -148,19 +147,17 @@ def guess(problem: Problem) -> np.ndarray | None:
             iteration.advance(residual, COARSE_TOLERANCE)
     except ConvergenceError:  # the solve on the fine mesh may still succeed
         return None
-    pressure = iteration.pressure
-    for axis in (0, 1):
-        if coarser.grid.shape[axis] < u_bar.shape[axis]:
-            pressure = np.repeat(pressure, 2, axis).take(range(u_bar.shape[axis]), axis)
+    pressure = np.repeat(iteration.pressure, 2, 0)[:nx] if halved[0] else iteration.pressure
+    pressure = np.ascontiguousarray(np.repeat(pressure, 2, 1)[:, :ny]) if halved[1] else pressure
     return pressure if pressure_sum is not None else np.where(u_bar > 0, pressure, 0.0)
 
 
-def _pair_means(field: np.ndarray, axis: int) -> np.ndarray:
-    """Means of neighbours, first and second, third and fourth; an odd one at the end stays as it is."""
-    first, second = (np.take(field, range(start, field.shape[axis], 2), axis) for start in (0, 1))
-    if first.shape != second.shape:
-        second = np.concatenate((second, np.take(first, [-1], axis)), axis)
-    return (first + second) / 2
+def _pair_means(field: np.ndarray) -> np.ndarray:
+    """Means of neighbouring rows, first and second, third and fourth; an odd one at the end stays as it is."""
+    means = field[::2].copy()
+    means[: len(field) // 2] += field[1::2]
+    means[: len(field) // 2] /= 2
+    return means
 
 
 class _Workspace(NamedTuple):
@@ -168,7 +165,7 @@ class _Workspace(NamedTuple):
 
     stencil : (5, 5) M, in the precision of misfits
     misfit, descent, product : (nx, ny) r, s, B t, in single precision where possible
-    padded : (nx + 4, ny + 4) r between two rows and columns of zeros
+    padded : (2, nx + 4, ny + 4) r between two rows and columns of zeros, and sums over its neighbours
     step : (nx, ny) t, in double precision, which keeps a given sum
     trial : (nx, ny) [Pa] p + lambda d
     free : (nx, ny) whether a node may move
@@ -198,7 +195,7 @@ def _workspace(influence: Influence, precision: type[np.floating]) -> _Workspace
         misfit=np.zeros((nx, ny), precision),
         descent=np.zeros((nx, ny), precision),
         product=np.zeros((nx, ny), precision),
-        padded=np.zeros((nx + 4, ny + 4), precision),
+        padded=np.zeros((2, nx + 4, ny + 4), precision),
         step=np.zeros((nx, ny)),
         trial=np.empty((nx, ny)),
         free=np.zeros((nx, ny), dtype=np.bool_),
@@ -263,10 +260,12 @@ class _Iteration:
         pressure = np.empty_like(self.pressure)
         kernels.on_bounds(self.pressure, self.gap, self.plane, self.problem.influence.diagonal, cap, pressure)
         if pressure_sum is not None:
-            moved = shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
-            if moved is None:
-                return False
-            pressure = moved
+            _, _, total, _ = kernels.sums(pressure, self.gap, cap)
+            if abs(total - pressure_sum) > SUM_ERROR * pressure_sum:
+                moved = shifted(pressure, (pressure > 0) & (pressure < cap), cap, pressure_sum)
+                if moved is None:
+                    return False
+                pressure = moved
         self.pressure = pressure
         self.compute_gap()
         return True
@@ -328,7 +327,8 @@ class _Iteration:
             if pressure_sum is None:
                 return np.zeros_like(u_bar), -u_bar
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
-            displacement = np.zeros_like(u_bar) if self.problem.influence.periodic else None
+            if self.problem.influence.periodic:
+                return guess, -u_bar
         pressure, allowed = guess, guess.min() >= 0 and guess.max() <= cap and pressure_sum is None
         if not allowed:
             pressure = with_sum(self.problem, np.minimum(np.maximum(guess, 0.0), cap), guess > 0)

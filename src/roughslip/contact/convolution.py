@@ -22,15 +22,9 @@ NARROW = 24
 # Wave numbers that are summed across at a time, real and imaginary parts, so that their data stay in the nearest cache.
 BLOCK = 128
 
-# Rows of a mesh that are transposed at a time.
-TILE = 32
-
 # Blocks of distant forces along a strip. The torus of a rough product is longer than the strip by ten of them, so that
 # forces that wrap around it are so far away.
 DISTANT, NEAREST = 160, 10
-
-# Lines are transformed four at a time, the last ones one by one: 10 lines take longer than 12.
-LINES = 4
 
 
 def convolution(
@@ -67,7 +61,7 @@ class Convolution:
         for first, end in pairwise(edges):
             twice = np.repeat(half[:, first:end], 2, axis=1)  # for real and imaginary part
             block = buffer[: torus[0] * (end - first)].reshape(torus[0], -1)
-            self._parts.append((slice(first, end), twice, block))
+            self._parts.append((slice(first, end), twice, block, block.view(precision)))
         whole = len(self._parts) == 1
         self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), complex_precision)
 
@@ -77,18 +71,18 @@ class Convolution:
         if self.shape == self.torus and len(self._parts) == 1:  # a period: nothing is padded
             np.copyto(self._rows, field)
             fft.r2c(self._rows, axes=(0, 1), out=self._spectrum)
-            _multiply(self._spectrum.view(self._rows.dtype), self._parts[0][1])
+            _multiply(self._parts[0][3], self._parts[0][1])
             fft.c2r(self._spectrum, axes=(0, 1), lastsize=n, forward=False, out=self._rows)
             np.multiply(self._rows, self._unit, out=result, dtype=result.dtype)
             return
         self._rows[:, :ny], self._rows[:, ny:] = field, 0.0
         fft.r2c(self._rows, axes=(1,), out=self._spectrum)
-        for part, symbol, block in self._parts:
+        for part, symbol, block, numbers in self._parts:
             if len(self._parts) > 1:
                 block[:nx] = self._spectrum[:, part]
             block[nx:] = 0.0
             fft.c2c(block, axes=(0,), out=block)
-            _multiply(block.view(self._rows.dtype), symbol)
+            _multiply(numbers, symbol)
             fft.c2c(block, axes=(0,), forward=False, out=block)
             if len(self._parts) > 1:
                 self._spectrum[:, part] = block[:nx]
@@ -104,7 +98,7 @@ class NarrowConvolution:
     B acts as t_|a-b| - t_(a'-b). This takes ny^2 / 2 products per wave number. No transforms across a torus of twice
     the columns are needed.
 
-    far : (blocks,) [unit of B] what the mean over columns of B lacks on the torus, by offset in blocks of rows
+    far : (2 m - 1,) [unit of B] what the mean over columns of B lacks on the torus, by offset in m blocks of rows
     span : rows of such a block
     """
 
@@ -123,20 +117,20 @@ class NarrowConvolution:
         scaled = symbol[:waves] / (torus[0] * torus[1] * self._unit)
         across = fft.c2r(scaled + 0j, axes=(1,), lastsize=torus[1], forward=False)
         self._toeplitz: np.ndarray = np.ascontiguousarray(across[:, : shape[1]].T, precision)
-        lines = LINES * math.ceil((shape[1] + 1) // 2 * 2 / LINES)  # those beyond the parts stay zero
-        self._columns: np.ndarray = np.zeros((lines, torus[0]), precision)
-        self._spectrum = np.empty((lines, waves), np.result_type(precision, np.complex64))
+        self._torus: np.ndarray = np.zeros((torus[0], shape[1]), precision)
+        self._spectrum = np.empty((shape[1], waves), np.result_type(precision, np.complex64))  # a line for each column
         self._lift: np.ndarray = np.zeros(shape[0], precision)
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
         """Write B applied to a field (nx, ny) into the result (nx, ny)."""
-        _fold(field, self._columns)
+        nx = self.shape[0]
+        self._torus[:nx], self._torus[nx:] = field, 0.0
         if self._far is not None:
-            _lift_far(self._columns, (self.shape[1] + 1) // 2, self._far, self._span, self._lift)
-        fft.r2c(self._columns, axes=(1,), out=self._spectrum)
-        _sum_across(self._toeplitz, self._spectrum.view(self._columns.dtype))
-        fft.c2r(self._spectrum, axes=(1,), lastsize=self.torus[0], forward=False, out=self._columns)
-        _unfold(self._columns, self._unit, self._lift, result)
+            _lift_far(self._torus[:nx], self._far, self._span, self._lift)
+        fft.r2c(self._torus, axes=(0,), out=self._spectrum.T)
+        _sum_across(self._toeplitz, self._spectrum.view(self._torus.dtype))
+        fft.c2r(self._spectrum.T, axes=(0,), lastsize=self.torus[0], forward=False, out=self._torus)
+        _lifted(self._torus, self._unit / 2, self._lift, result)
 
 
 def embedding_symbol(coefficients: np.ndarray, torus: tuple[int, int]) -> np.ndarray:
@@ -164,6 +158,7 @@ def rough_convolution(coefficients: np.ndarray) -> Convolution | NarrowConvoluti
     apart = span * np.arange(nx // span + 1)
     beyond = (apart > torus[0] / 2) & (apart < nx)
     far = np.where(beyond, means[np.minimum(apart, nx - 1)] - means[np.where(beyond, torus[0] - apart, 0)], 0.0)
+    far = np.concatenate((far[:0:-1], far))
     return NarrowConvolution(embedding_symbol(coefficients, torus), (nx, ny), torus, np.float32, far, span)
 
 
@@ -183,59 +178,30 @@ def _multiply(spectrum: np.ndarray, symbol: np.ndarray) -> None:
 
 
 @compiled()
-def _fold(field: np.ndarray, columns: np.ndarray) -> None:
-    """Write the even and the odd part of every pair of columns of the field, one line after the other, then zeros."""
-    nx, ny = field.shape
-    columns[:, nx:] = 0.0
-    for first in range(0, nx, TILE):
-        end = min(first + TILE, nx)
-        for a in range(ny // 2):
-            for i in range(first, end):
-                columns[2 * a, i] = field[i, a] + field[i, ny - 1 - a]
-                columns[2 * a + 1, i] = field[i, a] - field[i, ny - 1 - a]
-        if ny % 2:
-            for i in range(first, end):
-                columns[ny - 1, i] = field[i, ny // 2]
+def _lifted(torus: np.ndarray, unit: float, lift: np.ndarray, result: np.ndarray) -> None:
+    """result <- the rows of a torus in a unit, with a lift (nx,) of each."""
+    nx, ny = result.shape
+    for i in range(nx):
+        of_row, row, raised = torus[i], result[i], lift[i]
+        for j in range(ny):
+            row[j] = of_row[j] * unit + raised
 
 
-@compiled()
-def _unfold(columns: np.ndarray, unit: float, lift: np.ndarray, field: np.ndarray) -> None:
-    """Write the field that has these even and odd parts, in a unit, with a lift (nx,) of its rows."""
-    nx, ny = field.shape
-    mean = unit / 2
-    for first in range(0, nx, TILE):
-        end = min(first + TILE, nx)
-        for a in range(ny // 2):
-            for i in range(first, end):
-                field[i, a] = (columns[2 * a, i] + columns[2 * a + 1, i]) * mean + lift[i]
-                field[i, ny - 1 - a] = (columns[2 * a, i] - columns[2 * a + 1, i]) * mean + lift[i]
-        if ny % 2:
-            for i in range(first, end):
-                field[i, ny // 2] = columns[ny - 1, i] * mean + lift[i]
-
-
-@compiled()
-def _lift_far(columns: np.ndarray, pairs: int, far: np.ndarray, span: int, lift: np.ndarray) -> None:
+@compiled(fastmath={"reassoc"})
+def _lift_far(field: np.ndarray, far: np.ndarray, span: int, lift: np.ndarray) -> None:
     """Write the lift (nx,) of rows by the forces on distant blocks of a span of rows, linear between their centres.
 
-    columns : even parts of a field in every other line; as many as pairs
+    far : (2 blocks - 1,) by the offset of two blocks, from 1 - blocks on
     """
-    n, blocks = lift.size, far.size
-    force, height, nearest = np.zeros(blocks), np.zeros(blocks), 0
-    lift[:] = 0.0
-    for a in range(pairs):
-        line = columns[2 * a]
-        for i in range(n):
-            lift[i] += line[i]
+    (n, ny), blocks, flat = field.shape, far.size // 2 + 1, field.reshape(-1)
+    height = np.zeros(blocks)
     for block in range(blocks):
-        for i in range(block * span, min((block + 1) * span, n)):
-            force[block] += lift[i]
-    while nearest < blocks and far[nearest] == 0:
-        nearest += 1
-    for a in range(blocks - nearest):
-        for b in range(a + nearest, blocks):
-            height[a] += far[b - a] * force[b]
-            height[b] += far[b - a] * force[a]
+        nodes, force = flat[block * span * ny : min((block + 1) * span, n) * ny], 0.0
+        for k in range(nodes.size):
+            force += nodes[k]
+        of_offset = far[blocks - 1 - block : 2 * blocks - 1 - block]
+        for k in range(blocks):
+            height[k] += of_offset[k] * force
     for right in range(blocks + 1):
         start = height[max(right - 1, 0)]
         slope, centre = (height[min(right, blocks - 1)] - start) / span, right * span - span // 2
@@ -245,11 +211,11 @@ def _lift_far(columns: np.ndarray, pairs: int, far: np.ndarray, span: int, lift:
 
 @compiled(fastmath={"contract"})
 def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
-    """Apply the Toeplitz matrix (ny, waves) of every wave number to even and odd parts, in place.
+    """Write twice the product of the Toeplitz matrix (ny, waves) of every wave number and a spectrum (ny, 2 waves).
 
-    The middle column of an odd number of columns is an even part, of which twice the product results, as of the others.
-    Matrix and parts of BLOCK numbers are copied to rows of this length, offsets of either sign, so that the compiler
-    sees which of them may overlap and vectorises. Five parts are summed at a time. Rows beyond the parts are zero.
+    Parts are even and odd in turn. The middle column of an odd number of columns is an even part. Matrix and parts of
+    BLOCK numbers are copied to rows of this length, offsets of either sign, so that the compiler sees which of them may
+    overlap and vectorises. Five parts are summed at a time. Rows beyond the parts are zero.
     """
     ny, waves = toeplitz.shape
     pairs, middle = (ny + 1) // 2, ny + 5
@@ -265,10 +231,13 @@ def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
                 plus[2 * k] = plus[2 * k + 1] = of_offset[k]  # for real and imaginary part
             for k in range(BLOCK):
                 minus[k] = plus[k]
-        for b in range(2 * pairs):
-            part, given = parts[b * BLOCK : (b + 1) * BLOCK], spectrum[b, 2 * first : 2 * (first + width)]
-            for k in range(given.size):
-                part[k] = given[k]
+        for b in range(pairs):
+            left = spectrum[b, 2 * first : 2 * (first + width)]
+            right = spectrum[ny - 1 - b, 2 * first : 2 * (first + width)]
+            even, odd = parts[2 * b * BLOCK : (2 * b + 1) * BLOCK], parts[(2 * b + 1) * BLOCK : 2 * (b + 1) * BLOCK]
+            share = spectrum.dtype.type(0.5 if 2 * b == ny - 1 else 1.0)
+            for k in range(left.size):
+                even[k], odd[k] = share * (left[k] + right[k]), left[k] - right[k]
         sums[:] = 0
         for a in range(pairs):
             for b in range(0, pairs, 5):
@@ -294,7 +263,9 @@ def _sum_across(toeplitz: np.ndarray, spectrum: np.ndarray) -> None:
                         + (n3 - f3) * part[7 * BLOCK + k]
                         + (n4 - f4) * part[9 * BLOCK + k]
                     )
-        for b in range(2 * pairs):
-            done, written = sums[b * BLOCK : (b + 1) * BLOCK], spectrum[b, 2 * first : 2 * (first + width)]
-            for k in range(written.size):
-                written[k] = done[k]
+        for b in range(pairs):
+            left = spectrum[b, 2 * first : 2 * (first + width)]
+            right = spectrum[ny - 1 - b, 2 * first : 2 * (first + width)]
+            even, odd = sums[2 * b * BLOCK : (2 * b + 1) * BLOCK], sums[(2 * b + 1) * BLOCK : 2 * (b + 1) * BLOCK]
+            for k in range(left.size):
+                left[k], right[k] = even[k] + odd[k], even[k] - odd[k]

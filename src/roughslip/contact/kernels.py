@@ -1,8 +1,8 @@
 """Compiled passes over the fields of a contact solve, each of which reads and writes every array once.
 
-Every sum has LANES partial sums. This vectorises without reordering a sum, on narrow meshes too, and the rounding error
-grows with the nodes of a lane only. All fields are (nx, ny) and contiguous. Pressures, gaps and sums are in double
-precision; misfits and steps may be in single precision.
+Sums are of PIECE nodes at a time, in the order of the compiler, and then of the pieces. So their rounding error grows
+with the number of pieces only. All fields are (nx, ny) and contiguous. Pressures, gaps and sums are in double precision;
+misfits and steps may be in single precision.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from roughslip.compilation.cache import compiled
 
-LANES = 128
+PIECE = 1024
 FLAT = 512  # numbers of a padded mesh that a stencil takes at a time, which stay in the nearest cache
 NEGLIGIBLE = 1e-12  # displacement of a node by its own pressure, over its gap
 SUM_ROUNDING = 1e-14  # error of a shifted sum, a hundredth of that at which an iteration restores it
@@ -21,37 +21,37 @@ SUM_ROUNDING = 1e-14  # error of a shifted sum, a hundredth of that at which an 
 WHOLE = 0.8
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def inner(a: np.ndarray, b: np.ndarray) -> float:
     """Sum of a b, whose products may be too small for single precision."""
-    flat_a, flat_b = a.reshape(-1), b.reshape(-1)
-    partial = np.zeros(LANES)
-    for first in range(0, a.size, LANES):
-        x, y = flat_a[first : first + LANES], flat_b[first : first + LANES]
+    flat_a, flat_b, total = a.reshape(-1), b.reshape(-1), 0.0
+    for first in range(0, a.size, PIECE):
+        x, y, part = flat_a[first : first + PIECE], flat_b[first : first + PIECE], 0.0
         for k in range(x.size):
-            partial[k] += np.float64(x[k]) * np.float64(y[k])
-    return partial.sum()
+            part += np.float64(x[k]) * np.float64(y[k])
+        total += part
+    return total
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def sums(pressure: np.ndarray, gap: np.ndarray, cap: float) -> tuple[float, int, float, float]:
     """Mean of the gap where 0 < p < cap, the number of such nodes, and the sums of p and p^2."""
     p, w = pressure.reshape(-1), gap.reshape(-1)
-    lanes = np.zeros((3, LANES))
-    count = np.zeros(LANES, dtype=np.int64)
-    for first in range(0, p.size, LANES):
-        x, y = p[first : first + LANES], w[first : first + LANES]
+    between = total = square = nodes = 0.0
+    for first in range(0, p.size, PIECE):
+        x, y = p[first : first + PIECE], w[first : first + PIECE]
+        of_gap = of_p = of_square = number = 0.0
         for k in range(x.size):
             inside = (x[k] > 0) & (x[k] < cap)
-            lanes[0, k] += y[k] if inside else 0.0
-            lanes[1, k] += x[k]
-            lanes[2, k] += x[k] * x[k]
-            count[k] += inside
-    nodes = count.sum()
-    return lanes[0].sum() / max(nodes, 1), nodes, lanes[1].sum(), lanes[2].sum()
+            of_gap += y[k] if inside else 0.0
+            number += 1.0 if inside else 0.0
+            of_p += x[k]
+            of_square += x[k] * x[k]
+        between, total, square, nodes = between + of_gap, total + of_p, square + of_square, nodes + number
+    return between / max(nodes, 1.0), int(nodes), total, square
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def assess(
     pressure: np.ndarray,
     gap: np.ndarray,
@@ -73,23 +73,23 @@ def assess(
     """
     flat_p, flat_w = pressure.reshape(-1), gap.reshape(-1)
     flat_r, flat_free = misfit.reshape(-1), free.reshape(-1)
-    partial = np.zeros(LANES)
-    highest = diagonal * cap
-    for first in range(0, pressure.size, LANES):
-        end = first + LANES
+    square, highest = 0.0, diagonal * cap
+    for first in range(0, pressure.size, PIECE):
+        end, part = first + PIECE, 0.0
         p, w, r, moves = flat_p[first:end], flat_w[first:end], flat_r[first:end], flat_free[first:end]
         for k in range(p.size):
             above = w[k] + offset
             own = diagonal * p[k]  # displacement by the node's own pressure
             target = min(max(own - above, 0.0), highest)
-            partial[k] += (own - target) * (own - target)
+            part += (own - target) * (own - target)
             may_move = ((p[k] > 0) | (above < 0)) & ((p[k] < cap) | (above > 0))
             moves[k] = may_move
             r[k] = -above if may_move else 0.0
-    return partial.sum()
+        square += part
+    return square
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def conjugation(
     descent: np.ndarray, step: np.ndarray, product: np.ndarray, curvature: float, free: np.ndarray, of_zero_sum: bool
 ) -> tuple[float, float]:
@@ -104,21 +104,23 @@ def conjugation(
     if not of_zero_sum:
         return max(0.0, -inner(descent, product) / curvature) if curvature > 0 else 0.0, 0.0
     s, t, b, moves = descent.reshape(-1), step.reshape(-1), product.reshape(-1), free.reshape(-1)
-    lanes = np.zeros((5, LANES))
-    s_sum, t_sum, number, overlap, lifted = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4]
-    for first in range(0, s.size, LANES):
-        end = first + LANES
+    s_sum = t_sum = number = overlap = lifted = 0.0
+    for first in range(0, s.size, PIECE):
+        end = first + PIECE
         x, y, z, inside = s[first:end], t[first:end], b[first:end], moves[first:end]
+        of_s = of_t = count = of_overlap = of_lifted = 0.0
         for k in range(x.size):
-            s_sum[k] += x[k]
-            t_sum[k] += y[k] if inside[k] else 0.0
-            number[k] += inside[k]
-            overlap[k] += np.float64(x[k]) * np.float64(z[k])
-            lifted[k] += z[k] if inside[k] else 0.0
-    share = 1 / max(number.sum(), 1.0)
-    mean = share * s_sum.sum()
-    beta = max(0.0, -(overlap.sum() - mean * lifted.sum()) / curvature) if curvature > 0 else 0.0
-    return beta, mean + share * beta * t_sum.sum()
+            of_s += x[k]
+            of_t += y[k] if inside[k] else 0.0
+            count += 1.0 if inside[k] else 0.0
+            of_overlap += np.float64(x[k]) * np.float64(z[k])
+            of_lifted += np.float64(z[k]) if inside[k] else 0.0
+        s_sum, t_sum, number = s_sum + of_s, t_sum + of_t, number + count
+        overlap, lifted = overlap + of_overlap, lifted + of_lifted
+    share = 1 / max(number, 1.0)
+    mean = share * s_sum
+    beta = max(0.0, -(overlap - mean * lifted) / curvature) if curvature > 0 else 0.0
+    return beta, mean + share * beta * t_sum
 
 
 @compiled()
@@ -224,7 +226,7 @@ def move(
         w[k] += factor * lifted[k]
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def shift_to_sum(trial: np.ndarray, cap: float, pressure_sum: float, everywhere: bool) -> tuple[float, bool]:
     """The shift for which clip(trial + shift, 0, cap) has the sum `pressure_sum`, and whether there is one.
 
@@ -233,18 +235,17 @@ def shift_to_sum(trial: np.ndarray, cap: float, pressure_sum: float, everywhere:
     Method: the sum is piecewise linear in the shift and never falls, so Newton's method is used, within a bracket.
     """
     tried = trial.reshape(-1)
-    partial, count = np.zeros(LANES), np.zeros(LANES, dtype=np.int64)
     shift, low, high, top, bottom = 0.0, -np.inf, np.inf, -np.inf, np.inf
     for _ in range(200):
-        partial[:] = 0.0
-        count[:] = 0
-        for first in range(0, tried.size, LANES):
-            x = tried[first : first + LANES]
+        total = between = 0.0
+        for first in range(0, tried.size, PIECE):
+            x, part, count = tried[first : first + PIECE], 0.0, 0.0
             for k in range(x.size):
                 value = x[k] + shift if everywhere | (x[k] > 0) else x[k]
-                partial[k] += min(max(value, 0.0), cap)
-                count[k] += (value > 0) & (value < cap)
-        missing, between = pressure_sum - partial.sum(), count.sum()
+                part += min(max(value, 0.0), cap)
+                count += 1.0 if (value > 0) & (value < cap) else 0.0
+            total, between = total + part, between + count
+        missing = pressure_sum - total
         if abs(missing) <= SUM_ROUNDING * pressure_sum:
             return shift, True
         if missing > 0:
@@ -298,16 +299,17 @@ def take_step(
     return curvature, theta
 
 
-@compiled()
+@compiled(fastmath={"reassoc"})
 def positive_square(interference: np.ndarray, plane: float) -> float:
     """||max(u_bar - plane, 0)||^2."""
-    nx, ny = interference.shape
-    partial = np.zeros(ny)
-    for i in range(nx):
-        for j in range(ny):
-            height = max(interference[i, j] - plane, 0.0)
-            partial[j] += height * height
-    return partial.sum()
+    heights, total = interference.reshape(-1), 0.0
+    for first in range(0, heights.size, PIECE):
+        x, part = heights[first : first + PIECE], 0.0
+        for k in range(x.size):
+            height = max(x[k] - plane, 0.0)
+            part += height * height
+        total += part
+    return total
 
 
 @compiled(fastmath={"contract"})
@@ -316,42 +318,36 @@ def stencil_product(
 ) -> None:
     """Write a stencil of 5 x 5 nodes, even on both axes, applied to a field at the given nodes; zero elsewhere.
 
-    The field is zero outside the mesh, and may be the result. It is copied into `padded` : (nx + 4, ny + 4), whose
-    border is zero, so that some rows of a narrow mesh are one row of the padded one. Rows are summed first.
+    The field is zero outside the mesh, and may be the result. It is copied into the first part of `padded` : (2, nx + 4,
+    ny + 4), whose border is zero, so that sums run over rows of a narrow mesh. They are left in the second, rows first.
     """
     nx, ny = field.shape
-    width = ny + 4
+    width, zero = ny + 4, field.dtype.type(0.0)
     for i in range(nx):
         for j in range(ny):
-            padded[i + 2, j + 2] = field[i, j]
-    flat = padded.reshape(-1)
+            padded[0, i + 2, j + 2] = field[i, j]
+    flat, total = padded[0].reshape(-1), padded[1].reshape(-1)
     w00, w01, w02 = stencil[2, 2], stencil[2, 3], stencil[2, 4]
     w10, w11, w12 = stencil[3, 2], stencil[3, 3], stencil[3, 4]
     w20, w21, w22 = stencil[4, 2], stencil[4, 3], stencil[4, 4]
-    rows, piece, zero = max(1, FLAT // width), min(FLAT, width), field.dtype.type(0.0)
-    sums, total = np.empty(3 * FLAT, stencil.dtype), np.empty(FLAT, stencil.dtype)
-    for top in range(0, nx, rows):
-        bottom = min(top + rows, nx)
-        for left in range(0, ny, piece - 4):
-            columns = min(piece, width - left)
-            length = (bottom - top - 1) * width + columns
-            start, below = top * width + left, (top + 2) * width + left
-            e, a = flat[start : start + length], flat[start + width : start + width + length]
-            c, b = flat[below : below + length], flat[below + width : below + width + length]
-            f = flat[below + 2 * width : below + 2 * width + length]
-            for k in range(length):
-                near, far = a[k] + b[k], e[k] + f[k]
-                sums[k] = w00 * c[k] + w10 * near + w20 * far
-                sums[FLAT + k] = w01 * c[k] + w11 * near + w21 * far
-                sums[2 * FLAT + k] = w02 * c[k] + w12 * near + w22 * far
-            for k in range(length - 4):
-                farther = sums[2 * FLAT + k] + sums[2 * FLAT + k + 4]
-                total[k] = sums[k + 2] + (sums[FLAT + k + 1] + sums[FLAT + k + 3] + farther)
-            for i in range(top, bottom):
-                row, wanted = result[i, left : left + columns - 4], nodes[i, left : left + columns - 4]
-                values = total[(i - top) * width : (i - top) * width + columns - 4]
-                for j in range(row.size):
-                    row[j] = values[j] if wanted[j] else zero
+    sums = np.empty(3 * FLAT, stencil.dtype)
+    for first in range(0, nx * width - 4, FLAT - 4):
+        length = min(FLAT, nx * width - first)
+        e, a = flat[first : first + length], flat[first + width : first + width + length]
+        c, b = flat[first + 2 * width :][:length], flat[first + 3 * width :][:length]
+        f, out = flat[first + 4 * width :][:length], total[first : first + length - 4]
+        for k in range(length):
+            near, far = a[k] + b[k], e[k] + f[k]
+            sums[k] = w00 * c[k] + w10 * near + w20 * far
+            sums[FLAT + k] = w01 * c[k] + w11 * near + w21 * far
+            sums[2 * FLAT + k] = w02 * c[k] + w12 * near + w22 * far
+        for k in range(length - 4):
+            farther = sums[2 * FLAT + k] + sums[2 * FLAT + k + 4]
+            out[k] = sums[k + 2] + (sums[FLAT + k + 1] + sums[FLAT + k + 3] + farther)
+    for i in range(nx):
+        row, wanted, values = result[i], nodes[i], total[i * width : i * width + ny]
+        for j in range(ny):
+            row[j] = values[j] if wanted[j] else zero
 
 
 @compiled(error_model="numpy")

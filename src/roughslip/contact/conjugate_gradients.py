@@ -323,13 +323,14 @@ class _Iteration:
     def _start(self, guess: np.ndarray | None, displacement: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Pressure and gap of the guess; at a fixed plane it is scaled by an exact line search along itself."""
         u_bar, cap, pressure_sum = self.problem.interference, self.problem.cap, self.problem.pressure_sum
-        if guess is None or not guess.any():
+        highest = 0.0 if guess is None else float(guess.max())
+        if guess is None or not highest > 0:
             if pressure_sum is None:
                 return np.zeros_like(u_bar), -u_bar
             guess = np.full_like(u_bar, pressure_sum / u_bar.size)
             if self.problem.influence.periodic:
                 return guess, -u_bar
-        pressure, allowed = guess, guess.min() >= 0 and guess.max() <= cap and pressure_sum is None
+        pressure, allowed = guess, guess.min() >= 0 and highest <= cap and pressure_sum is None
         if not allowed:
             pressure = with_sum(self.problem, np.minimum(np.maximum(guess, 0.0), cap), guess > 0)
         if displacement is None or not (allowed or np.array_equal(pressure, guess)):
@@ -337,7 +338,7 @@ class _Iteration:
         energy = kernels.inner(pressure, displacement)
         if pressure_sum is None and energy > 0:
             scale = kernels.inner(pressure, u_bar) / energy
-            if 0 < scale * float(pressure.max()) <= cap:
+            if 0 < scale * min(highest, cap) <= cap:
                 pressure, displacement = scale * pressure, scale * displacement
         return pressure, displacement - u_bar
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 
 import numpy as np
@@ -64,30 +63,31 @@ class Convolution:
             self._parts.append((slice(first, end), twice, block, block.view(precision)))
         whole = len(self._parts) == 1
         self._spectrum = block[: shape[0]] if whole else np.empty((shape[0], columns), complex_precision)
+        self._inside, self._outside = self._rows[:, : shape[1]], self._rows[:, shape[1] :]
+        self._lift: np.ndarray = np.zeros(shape[0], precision)  # none
 
     def __call__(self, field: np.ndarray, result: np.ndarray) -> None:
         """Write B applied to a field (nx, ny) into the result (nx, ny)."""
-        (nx, ny), n = self.shape, self.torus[1]
+        nx, n = self.shape[0], self.torus[1]
+        self._inside[:] = field
         if self.shape == self.torus and len(self._parts) == 1:  # a period: nothing is padded
-            np.copyto(self._rows, field)
             fft.r2c(self._rows, axes=(0, 1), out=self._spectrum)
             _multiply(self._parts[0][3], self._parts[0][1])
             fft.c2r(self._spectrum, axes=(0, 1), lastsize=n, forward=False, out=self._rows)
-            np.multiply(self._rows, self._unit, out=result, dtype=result.dtype)
-            return
-        self._rows[:, :ny], self._rows[:, ny:] = field, 0.0
-        fft.r2c(self._rows, axes=(1,), out=self._spectrum)
-        for part, symbol, block, numbers in self._parts:
-            if len(self._parts) > 1:
-                block[:nx] = self._spectrum[:, part]
-            block[nx:] = 0.0
-            fft.c2c(block, axes=(0,), out=block)
-            _multiply(numbers, symbol)
-            fft.c2c(block, axes=(0,), forward=False, out=block)
-            if len(self._parts) > 1:
-                self._spectrum[:, part] = block[:nx]
-        fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
-        np.multiply(self._rows[:, :ny], self._unit, out=result, dtype=result.dtype)
+        else:
+            self._outside[:] = 0.0
+            fft.r2c(self._rows, axes=(1,), out=self._spectrum)
+            for part, symbol, block, numbers in self._parts:
+                if len(self._parts) > 1:
+                    block[:nx] = self._spectrum[:, part]
+                block[nx:] = 0.0
+                fft.c2c(block, axes=(0,), out=block)
+                _multiply(numbers, symbol)
+                fft.c2c(block, axes=(0,), forward=False, out=block)
+                if len(self._parts) > 1:
+                    self._spectrum[:, part] = block[:nx]
+            fft.c2r(self._spectrum, axes=(1,), lastsize=n, forward=False, out=self._rows)
+        _lifted(self._rows, self._unit, self._lift, result)
 
 
 class NarrowConvolution:

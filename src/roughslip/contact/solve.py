@@ -16,11 +16,11 @@ from roughslip.errors import ParameterError, real
 from roughslip.results import described, result
 from roughslip.validation import finite, gate, positive
 
-# The dense method takes about 4 ps k^3 for k nodes of positive interference, conjugate gradients 0.55 us per node of
-# the mesh. They cost the same at k^3 = 1.4e5 nodes of the mesh, k = 830 on 64 x 64. From about DENSE_LIMIT nodes on the
-# matrix leaves the cache, and the dense method takes 7 ps k^3 and more.
-DENSE_SHARE = 140_000
-DENSE_LIMIT = 900
+# The dense method takes about 7 ps k^3 for k nodes of positive interference, conjugate gradients 0.2 us per node of the
+# mesh to 1e-4 and 0.45 us to 1e-10. They cost the same at k^3 = 3e4 to 7e4 nodes of the mesh. From about DENSE_LIMIT
+# nodes on the matrix leaves the cache, and the dense method takes 10 to 20 ps k^3.
+DENSE_SHARE = 60_000
+DENSE_LIMIT = 550
 
 # A start from the loads below takes 0.5 to 0.6 of the time of one from coarser meshes where loads grow by 12 %, as much
 # where they grow by 47 %, and more on meshes of 512 x 512 nodes. Meshes that have no coarser ones always gain.

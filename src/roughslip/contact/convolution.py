@@ -56,7 +56,7 @@ class Convolution:
         self._rows: np.ndarray = np.zeros((shape[0], torus[1]), precision)
         edges = np.linspace(0, columns, columns // PART + 1 if columns > MOST_COLUMNS else 2).astype(int)
         buffer = np.empty(torus[0] * int(np.diff(edges).max()), complex_precision)
-        self._parts = []
+        self._parts: list[tuple[slice, np.ndarray, np.ndarray, np.ndarray]] = []
         for first, end in pairwise(edges):
             twice = np.repeat(half[:, first:end], 2, axis=1)  # for real and imaginary part
             block = buffer[: torus[0] * (end - first)].reshape(torus[0], -1)

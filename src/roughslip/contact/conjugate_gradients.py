@@ -242,9 +242,8 @@ class _Iteration:
             self.plane = -mean if between else problem.plane(self.pressure, self.gap)
             heights = kernels.positive_square(problem.interference, self.plane)
             scale = math.sqrt(max(heights, diagonal**2 * square))
-        fields = self.pressure, self.gap
-        square = kernels.assess(*fields, self.plane, diagonal, problem.cap, self.work.misfit, self.work.free)
-        return math.sqrt(square) / scale if scale > 0 else math.nan
+        fields = self.pressure, self.gap, self.plane, diagonal, problem.cap, self.work.misfit, self.work.free
+        return math.sqrt(kernels.assess(*fields)) / scale if scale > 0 else math.nan
 
     def compute_gap(self) -> None:
         """Compute the gap anew, to the precision that the tolerance asks for."""
@@ -388,9 +387,7 @@ def _search(
 
 def _failure(tolerance: float, residual: float, products: int) -> ConvergenceError:
     if math.isnan(residual):
-        text = (
-            "the load is lost in the rounding of the heights, as several nodes of one height share it: give more load"
-        )
+        text = "the load is lost in the rounding of heights, as several nodes of one height share it: give more load"
         return ConvergenceError(text, residual, products)
     return ConvergenceError(
         f"the contact pressures did not reach the relative residual {tolerance:.1e}, of which rounding allows about "

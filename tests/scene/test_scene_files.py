@@ -67,20 +67,6 @@ def test_a_mistake_of_a_base_names_its_file(mine):
     assert line == "scenes/base.yaml: ensemble.duration_periods: 10 is not allowed; a number >= 20 and <= 10000"
 
 
-def test_a_scene_that_lacks_what_its_targets_need(mine):
-    needed = {
-        "figure2": {"material", "roughness", "square", "expansion"},
-        "figure3": {"material", "roughness", "strip", "expansion", "friction"},
-        "figure5": {"oscillator", "ensemble", "friction"},
-        "answer": {"oscillator", "friction"},
-        "figure_map": {"oscillator", "map", "friction"},
-    }
-    for target, sections in needed.items():
-        all_sections = sections | needed["figure3"] if "oscillator" in sections else sections
-        lines = lines_of(mine, f"description: own\nseed: 1\ntargets: [{target}]\n")
-        assert sorted(lines) == sorted(f"scenes/mine.yaml: {key}: missing; needed for {target}" for key in all_sections)
-
-
 def test_what_no_target_reads_may_not_fit(mine):
     """A square of its own, with a correlation length too long for the strip that it inherits and does not use."""
     text = "extends: resolved\ntargets: [figure2]\nroughness: {correlation_length_m: 5.0e-4}\n"

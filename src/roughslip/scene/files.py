@@ -21,6 +21,7 @@ SHIPPED = Path(__file__).resolve().parents[3] / "config" / "scenes"  # in a clon
 RESERVED = frozenset({"reference", "benchmarks", "evidence", "report", "all", "clean", "logs", "usage"})
 # Keys that a key of an overlay replaces, where the overlay does not give those too.
 REPLACED = {**friction.REPLACES, **roughness.REPLACES, **oscillator.REPLACES}
+Wrong = tuple[KeyPath, str]
 _CONSTANTS = {"": None, "~": None, "null": None, "true": True, "false": False}
 
 
@@ -41,11 +42,14 @@ def locate(name: str, scenes_folder: Path) -> Path:
     return file
 
 
-def read(file: Path) -> Values:
-    """The mapping that a YAML file in UTF-8 holds. Raises InputError, in one line, where it cannot be read."""
+def read(file: Path) -> tuple[Values, list[Wrong]]:
+    """The mapping that a YAML file in UTF-8 holds, and what YAML allows in it and scenes do not: path and text.
+
+    Raises InputError, in one line, where it cannot be read.
+    """
     where = display(file)
     try:
-        values = deepcopy(_parsed(file.read_text(encoding="utf-8")))
+        values, wrong = deepcopy(_parsed(file.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"{where}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -59,11 +63,11 @@ def read(file: Path) -> Values:
         raise InputError(f"{where}: not valid YAML: {' '.join(str(error).split())}") from None
     if not isinstance(values, dict):
         raise InputError(f"{where}: {shown(values)} is not allowed; a scene file holds keys and values")
-    return values
+    return values, wrong
 
 
 @lru_cache(maxsize=64)
-def _parsed(text: str) -> Any:
+def _parsed(text: str) -> tuple[Any, list[Wrong]]:
     """The only document of a text as dicts, lists, text, numbers, True, False and None; None where it is empty.
 
     Kept, as scenes extend the same few files. libyaml takes a tenth of the time of PyYAML, where it is there.
@@ -71,47 +75,49 @@ def _parsed(text: str) -> Any:
     events: Iterator[Any] = yaml.parse(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     next(events)  # the start of the stream
     if isinstance(next(events), yaml.StreamEndEvent):
-        return None
-    value = _value(next(events), events)
+        return None, []
+    wrong: list[Wrong] = []
+    value = _value(next(events), events, (), wrong)
     next(events)  # the end of the document
     if not isinstance(further := next(events), yaml.StreamEndEvent):
-        raise _mistake("another document", further)
-    return value
+        raise yaml.MarkedYAMLError(problem="another document", problem_mark=further.start_mark)
+    return value, wrong
 
 
-def _value(event: Any, events: Iterator[Any]) -> Any:
+def _value(event: Any, events: Iterator[Any], path: KeyPath, wrong: list[Wrong]) -> Any:
     """The value that an event begins. Each is written out: an alias can make a small file endless.
 
     A decimal comma makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a
-    number. Raises MarkedYAMLError for a repeated key, which PyYAML lets win, and for one that is no plain word.
+    number. A repeated key, which PyYAML lets win, and one that is no plain word are added to what is wrong. Groups of
+    the same name are put together.
     """
     if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
-        raise _mistake("write the value out, without anchor, alias or tag", event)
+        wrong.append((path, f"line {event.start_mark.line + 1}: write the value out, without anchor, alias or tag"))
+    if isinstance(event, yaml.AliasEvent):
+        return None
     if isinstance(event, yaml.ScalarEvent):
         return _scalar(event)
     if isinstance(event, yaml.SequenceStartEvent):
         items = []
         while not isinstance(item := next(events), yaml.SequenceEndEvent):
-            items.append(_value(item, events))
+            items.append(_value(item, events, (*path, len(items)), wrong))
         return items
     values: dict[str, Any] = {}
     last = ""
     while not isinstance(key := next(events), yaml.MappingEndEvent):
-        if isinstance(key, yaml.CollectionStartEvent):
-            raise _mistake("a key is a plain word", key)
-        _value(key, events)  # refuses an alias
-        value, is_bare = _value(next(events), events), not key.style and AFTER_COMMA.fullmatch(key.value)
+        if not isinstance(key, yaml.ScalarEvent):
+            raise yaml.MarkedYAMLError(problem="a key is a plain word", problem_mark=key.start_mark)
+        name, is_bare = key.value, not key.style and AFTER_COMMA.fullmatch(key.value)
+        value = _value(next(events), events, (*path, name), wrong)
         if value is None and is_bare and COMMAS.match(f"{values.get(last)},"):
-            values[last] = f"{values[last]},{key.value}"
-        elif key.value in values:
-            raise _mistake(f"{shown(key.value)} is given before; give it once", key)
+            values[last] = f"{values[last]},{name}"
+        elif name in values:
+            wrong.append(((*path, name), f"line {key.start_mark.line + 1}: given before; give it once"))
+            if isinstance(value, dict) and isinstance(values[name], dict):
+                values[name] = {**value, **values[name]}
         else:
-            values[key.value], last = value, key.value
+            values[name], last = value, name
     return values
-
-
-def _mistake(problem: str, event: Any) -> yaml.MarkedYAMLError:
-    return yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
 
 
 def _scalar(event: yaml.ScalarEvent) -> Any:
@@ -131,6 +137,8 @@ class Merged:
 
     def __init__(self, top: Path) -> None:
         self.values: Values = {}
+        self.wrong: list[tuple[Path, KeyPath, str]] = []  # files, with paths and texts
+        self.unread: list[str] = []  # lines on a base that is not known
         self._files: dict[KeyPath, Path] = {(): top}
 
     def file_of(self, path: KeyPath) -> Path:
@@ -172,27 +180,30 @@ def _keys(values: Values) -> Iterator[str]:
 
 
 def read_chain(top: Path, scenes_folder: Path) -> tuple[list[Path], Merged]:
-    """The files of a scene from the top of its overlays down, and their values merged."""
+    """The files of a scene from the top of its overlays down, and their values merged, as far as they can be read."""
     known = {file.stem: file for folder in (SHIPPED, scenes_folder) for file in sorted(folder.glob("*.yaml"))}
-    chain = [top]
-    documents: list[Values] = []
-    merged = Merged(top)
-    while len(documents) < len(chain):
-        file = chain[-1]
-        values = read(file)
-        values |= friction.with_listed_records(values)
-        documents.append(values)
-        if "extends" not in values:
-            break
-        base = values.pop("extends")
-        if base not in known:
-            names = sorted(known)
-            text = f"{shown(base)} is not allowed; {guess(str(base), names)}scenes: {', '.join(names)}"
-            raise InputError(line(file, ("extends",), text))
-        chain.append(known[base])
-        if os.path.realpath(chain[-1]) in map(os.path.realpath, chain[:-1]):
-            text = f"{shown(base)} is not allowed; overlays run in a circle: {' -> '.join(link.stem for link in chain)}"
-            raise InputError(line(file, ("extends",), text))
-    for file, values in zip(reversed(chain), reversed(documents), strict=True):
+    chain, documents, merged = [top], list[Values](), Merged(top)
+    try:
+        while len(documents) < len(chain):
+            values, wrong = read(chain[-1])
+            values |= friction.with_listed_records(values)
+            documents.append(values)
+            merged.wrong += [(chain[-1], *one) for one in wrong]
+            if "extends" in values:
+                chain.append(_base(values.pop("extends"), known, chain))
+    except InputError as error:
+        merged.unread += error.lines
+    for file, values in reversed([*zip(chain, documents, strict=False)]):
         merged.overlay(file, values)
     return chain, merged
+
+
+def _base(name: Any, known: dict[str, Path], chain: list[Path]) -> Path:
+    """The file of the scene that the last one of a chain extends."""
+    if str(name) not in known:
+        text = f"{guess(str(name), sorted(known))}scenes: {', '.join(sorted(known))}"
+    elif os.path.realpath(known[name]) in map(os.path.realpath, chain):
+        text = f"overlays run in a circle: {' -> '.join(link.stem for link in [*chain, known[name]])}"
+    else:
+        return known[name]
+    raise InputError(line(chain[-1], ("extends",), f"{shown(name)} is not allowed; {text}"))

@@ -42,11 +42,15 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
         values["targets"] = plan.default_targets(values, bool(uncertainties))
     if values.get("load") is not None and isinstance(values.get("targets"), list):
         values["targets"] = friction.targets_under_load(values["targets"])
+    in_yaml = {path for _, path, _ in merged.wrong}
     found = [*((path, text, "") for path, text in wrong), *_refusals(values)]
-    faulty = {key for _, _, key in found if key}
-    if any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
+    found = [one for one in found if not (one[0] in in_yaml and one[1].startswith("no value"))]
+    found = [one for one in found if not (merged.unread and one[1].startswith("missing"))]
+    faulty = {key for _, _, key in found if key} | {".".join(map(str, path)) for path in in_yaml if path}
+    if merged.unread or any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
         faulty.add("targets")  # which stages they need is not known
-    lines = [line(merged.file_of(path), path, text) for path, text, _ in found]
+    lines = [*merged.unread, *(line(*one) for one in merged.wrong)]
+    lines += [line(merged.file_of(path), path, text) for path, text, _ in found]
     sound_values, broken = _without(faulty, values), faulty | {".".join(map(str, path)) for path, _, _ in found}
 
     def mistakes() -> Iterator[Mistake]:
@@ -54,6 +58,8 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
         yield from more(sound_values, lambda key: _is_sound(key, broken)) if more else ()
 
     for keys, text in mistakes():
+        if merged.unread and any(given(values, key) is None for key in keys):
+            continue  # the base may give it
         broken.add(keys[0])
         paths: list[KeyPath] = [tuple(key.split(".")) for key in keys]
         topmost, own = min(map(merged.file_of, paths), key=chain.index), merged.file_of(paths[0])

@@ -141,6 +141,12 @@ def test_independent_solves_of_another_programme():
             assert scatter_of_friction(GAUSSIAN, MODULUS, pressure, window) == pytest.approx(measured, rel=0.13)
 
 
+def test_contact_that_is_almost_full_has_no_scatter_to_tell():
+    rubber = covariance_of("self_affine", 7e-7, 1.54e-5, hurst=0.8, bandwidth=3)
+    with pytest.raises(IllPosedError, match="lower the pressure"):
+        scatter_of_friction(rubber, MODULUS, 1.5 * MODULUS * rubber.rms_slope, (1e-3, 1e-3))
+
+
 def test_friction_of_a_long_pad_is_correlated_over_its_length():
     """Two pads of the same length a slip apart share 1 - s / L of their contacts, but for a share of l / L."""
     length, lags = 200 * LENGTH, np.linspace(0.0, 1.2, 7) * 200 * LENGTH

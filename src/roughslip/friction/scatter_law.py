@@ -97,7 +97,7 @@ def scatter_of_friction(
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
     if doubt := _doubt(rough):
         warnings.warn(doubt, stacklevel=3)
-    return math.sqrt(of_summits(rough, load) * mean_over_window(covariance, rough, load, window_m))
+    return math.sqrt(of_summits(rough, load) * _mean_of_pairs(covariance, rough, load, window_m))
 
 
 @gate
@@ -118,8 +118,18 @@ def autocorrelation_of_friction(
     """
     lags_m = finite("lags_m", lags_m, 1)
     rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
-    means = [mean_over_window(covariance, rough, load, window_m, abs(float(lag))) for lag in (0.0, *lags_m)]
-    return np.array(means[1:]) / means[0]
+    variance = _mean_of_pairs(covariance, rough, load, window_m)
+    return np.array([mean_over_window(covariance, rough, load, window_m, abs(float(lag))) for lag in lags_m]) / variance
+
+
+def _mean_of_pairs(covariance: Covariance, rough: Roughness, load: float, window_m: tuple[float, float]) -> float:
+    """T^2 [-]. Raises IllPosedError in contact so full that it is less than its error."""
+    if (found := mean_over_window(covariance, rough, load, window_m)) <= 0.0:
+        raise IllPosedError(
+            f"contact under {load:.3g} E* h' is so full that its friction scatters by less than the error of the law: "
+            "lower the pressure, or take the scatter as zero; scene key: load.nominal_pressure_pa"
+        )
+    return found
 
 
 def _checked(

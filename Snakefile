@@ -2,6 +2,7 @@
 # Rules of the stages: workflow/rules. Science: src/roughslip. What names a result: workflow/keys.py.
 import atexit
 import os
+import re
 import sys
 import tempfile
 from contextlib import suppress
@@ -108,7 +109,7 @@ if RUNS:
 
 
 wildcard_constraints:
-    scene="|".join(known),
+    scene="|".join(map(re.escape, known)),
     file=rf"(?!{LISTED}$)(?!logs/).+",
     key=KEY,
     first=r"\d+",
@@ -127,7 +128,7 @@ include: "workflow/rules/stages.smk"
 include: "workflow/rules/several_scenes.smk"
 
 
-for name in known:
+for name in sorted({*known} - RULES):
     if name in scenes.refused:
 
         rule:

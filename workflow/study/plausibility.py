@@ -38,8 +38,10 @@ SAMPLES_PER_TERM = 2  # least oversampling of regressions, Hosder, Walters & Bal
 FINEST = 100.0  # cells hold at most so many correlation lengths: heights are independent long before
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 _CHECKS = (
-    "roughslip.scene.loader roughslip.oscillator.table_law roughslip.scan.topography roughslip.surface.plausibility"
+    "roughslip.scene.loader roughslip.oscillator.table_law roughslip.scan.topography roughslip.surface.plausibility "
+    "roughslip.record.fit roughslip.record.slips"
 )
+MOST_READ = 4_000_000  # bytes of records that are read before a run, in less than a second
 FREQUENCIES, DEFLECTIONS = (0.1, 1e4), (1e-9, 0.1)  # [Hz], [m] of machines; beyond, a number or its unit is wrong
 UNKNOWN_FRICTION = 0.3  # static friction of a record before it is read
 _OF_MOTION = (
@@ -49,17 +51,20 @@ _OF_MOTION = (
 _OF_A_CASE = ("load", "material.young_modulus_pa", "friction.record")  # what a scene of a machine of one's own gives
 
 
-def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[list[Mistake], list[str]]:
-    """Mistakes of the surface of a scene, and what is implausible in the scene.
+def check_scene(scene: Scene, files: dict[str, list[Path]], marks: Path | None) -> tuple[list[Mistake], list[str]]:
+    """Mistakes of the surface of a scene and of its records, and what is implausible in the scene.
 
-    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone, a law is none.
+    A mistake: no surface has its numbers, none takes its load, the scan cannot be read or is form alone, a law is none,
+    nothing slides in the records.
+    files : those to read of a scan or of records, by key
     marks : folder of files with the warnings of scenes that were checked. Imports and reading a scan take a second
     """
     law = ("oscillator",) if "oscillator.law" in own_code(scene) else ()
-    part = {key: scene[key] for key in (*SURFACE, *law) if key in scene}
+    part = {key: scene[key] for key in (*SURFACE, *law, "friction") if key in scene}
     own = [checksum(Path(code.rpartition(":")[0])) for code in own_code(part).values()]
     checks = [checksum(Path(__file__)), closure_hash(_CHECKS, SOURCE)] if marks else []
-    made_of = json.dumps([part, sorted(stages_needed(scene)), checksum(scan) if scan else "", own, checks])
+    own += [checksum(file) for some in files.values() for file in some]
+    made_of = json.dumps([part, sorted(stages_needed(scene)), own, checks])
     made_of = json.dumps(json.loads(made_of, parse_int=float), sort_keys=True)  # before and after numbers are floats
     mark = (marks or Path()) / f"{hashlib.sha256(made_of.encode()).hexdigest()}.json"
     if marks and mark.is_file():
@@ -71,23 +76,18 @@ def check_scene(scene: Scene, scan: Path | None, marks: Path | None) -> tuple[li
             return [Mistake((section, *SURFACE), text)], []
         warnings = scene_warnings(scene)
         section = "oscillator.law"
-        check_own_law(scene)
-        section = "roughness.scan"
-        warnings += [] if scan is None else _scan_warnings(scene, scan)
+        if law:
+            from roughslip.oscillator.table_law import law_from_scene  # with scipy
+
+            law_from_scene(scene_of(scene).oscillator, 0.0)
+        for section, some in files.items():
+            warnings += _record_warnings(scene, some) if section.startswith(RECORD) else _scan_warnings(scene, *some)
     except RoughslipError as error:
         return [Mistake((section, *SURFACE), text) for text in error.in_scene.splitlines()], []
     if marks:
         with replacing(mark) as temporary:
             temporary.write_text(json.dumps(warnings), encoding="utf-8")
     return [], warnings
-
-
-def check_own_law(scene: Scene) -> None:
-    """Raise ParameterError where a law of the user fails, is negative or exceeds static friction at rest."""
-    if "oscillator.law" in own_code(scene):
-        from roughslip.oscillator.table_law import law_from_scene  # with scipy
-
-        law_from_scene(scene_of(scene).oscillator, 0.0)
 
 
 def _scan_warnings(scene: Scene, file: Path) -> list[str]:
@@ -102,6 +102,17 @@ def _scan_warnings(scene: Scene, file: Path) -> list[str]:
     scan, _, _ = prepared(wanted, file)
     sub_areas_for(scan, endless_axis(wanted))
     return list(slope_warnings(scan))
+
+
+def _record_warnings(scene: Scene, files: list[Path]) -> list[str]:
+    """That records are too long to be read before a run. Raises as `study.record.slid_in`."""
+    from roughslip.study.record import slid_in  # with scipy
+
+    if (size := sum(file.stat().st_size for file in files)) > MOST_READ:
+        why = "a row is no number, or where no part of the record slides without stick-slip"
+        return [f"{RECORD} has {size / 1e6:.0f} MB and is read in the run alone, which ends early where {why}"]
+    slid_in(scene_of(scene).friction.record, files)
+    return []
 
 
 def cells_of(scene: Scene) -> dict[str, float]:

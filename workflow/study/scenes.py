@@ -28,6 +28,7 @@ KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
 FOLDERS = ("store", "reference", "benchmarks", "logs", "usage")  # of no scene
 GOES_ON = {"--keep-going", "-k"}
+QUIET = ("--quiet", "-q")  # `-q all` asks for no scene
 _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--touch", "--nolock", "--printshellcmds"}
 
 
@@ -35,20 +36,13 @@ def scene_folders(root: Path, own: Any = None) -> list[Path]:
     """The folders of scenes: that of the project, and one of the caller.
 
     root : the project's folder
-    own : as `scenes_folder` of the options names it, from the working folder
-
-    Raises InputError where it has no scenes, or where two scenes have one name.
+    own : as `scenes_folder` of the options names it, from the working folder; an InputError where it has no scenes
     """
     shipped = root / "config" / "scenes"
     if own is None:
         return [shipped]
     if not (isinstance(own, str) and scene_names(Path(own))):
         raise InputError(f"config: scenes_folder: {shown(own)} has no scene in {Path.cwd()}; a folder of <name>.yaml")
-    if both := set(scene_names(shipped)).intersection(scene_names(Path(own))):
-        texts = (
-            f"{display(Path(own, f'{name}.yaml'))}: a shipped scene has this name; rename the file" for name in both
-        )
-        raise InputError(sorted(texts))
     return [shipped, Path(own)]
 
 
@@ -136,45 +130,45 @@ class Scenes:
         writes: bool = True,
     ) -> None:
         self.root, self.default, self._marks = root, list(default), marks
-        self._folders = {name: folder for folder in scene_folders(root, own) for name in scene_names(folder)}
+        given = [(name, folder) for folder in scene_folders(root, own) for name in scene_names(folder)]
+        self._folders = dict(given)
+        self._twice = {name for name, folder in given if folder != self._folders[name]}
         self.names = sorted(self._folders)
+        words = [word for before, word in zip(("", *words), words, strict=False) if before not in QUIET]
         asked = {scene_of(word) for word in words}.intersection(self.names)
-        if not asked or DEFAULT_TARGETS.intersection(words):
+        if asks_all := not asked or not DEFAULT_TARGETS.isdisjoint(words):
             asked.update(self.default)
         self.asked = sorted(asked)
         mistakes = {name: self._mistakes(name, writes) for name in self.asked}
         self.asked = [name for name, lines in mistakes.items() if not lines]
         self.refused = {name: lines for name, lines in mistakes.items() if lines}
-        others_run = GOES_ON.intersection(words) and self.asked and not self.refused.keys() & {*self.default}
+        others_run = GOES_ON.intersection(words) and self.asked and not (asks_all and self.refused.keys() & {*default})
         if self.refused and not others_run:
             raise InputError(list(dict.fromkeys(line for lines in self.refused.values() for line in lines)))
 
-    def _mistakes(self, name: str, writes: bool) -> list[str]:
+    def _mistakes(self, name: str, writes: bool = False) -> list[str]:
         """What is wrong with a scene, and with the folders that it writes to."""
-        lines = self._loaded([name])[0]
-        return [*lines, *(f"{folder}: cannot be written to" for folder in (not_writable(name) if writes else ()))]
-
-    def _loaded(self, names: Sequence[str]) -> tuple[list[str], list[str]]:
-        """The mistakes of these scenes, and those that have none."""
-        mistakes, good = [], []
-        for name in names:
-            try:
-                self[name]
-                good.append(name)
-            except InputError as error:
-                mistakes += error.lines
-        return mistakes, good
+        lines = [f"{folder}: cannot be written to" for folder in (not_writable(name) if writes else ())]
+        try:
+            self[name]
+        except InputError as error:
+            return [*error.lines, *lines]
+        return lines
 
     @cached_property
     def valid(self) -> list[str]:
         """All scenes without mistakes."""
-        return self._loaded(self.names)[1]
+        return [name for name in self.names if not self._mistakes(name)]
 
     @cache  # noqa: B019 (one instance lives as long as the run)
     def __getitem__(self, name: str) -> dict[str, Any]:
         """A scene. Raises InputError with every mistake that it has; of one asked for, of its surface too."""
         of_surface = self._of_surface if name in self.asked else None
-        return checked(name, self._folders[name], self.root, of_surface)
+        scene = checked(name, self._folders[name], self.root, of_surface)
+        for one in sorted({name, *scene["origins"].values()} & self._twice):
+            file = display(self._folders[one] / f"{one}.yaml")
+            raise InputError(f"{file}: a shipped scene has this name; rename the file")
+        return scene
 
     @cache  # noqa: B019
     def stages(self, name: str) -> frozenset[str]:
@@ -200,29 +194,31 @@ class Scenes:
         given = _listed(get(self[name], key))
         return [_user_file(self._folders[name], self.root, file) for file in given]
 
-    def _of_surface(self, scene: dict[str, Any], scan: str) -> tuple[list[Mistake], list[str]]:
-        """Mistakes and warnings of the surface of a scene and of the scan that it reads."""
-        reads = self._marks and scan and "scan" in plan.stages_needed(scene)
-        return check_scene(scene, Path(scan) if reads else None, self._marks)
+    def _of_surface(self, scene: dict[str, Any], path: Place) -> tuple[list[Mistake], list[str]]:
+        """Mistakes and warnings of the surface of a scene, and of the scan or the records that it reads."""
+        needed = plan.stages_needed(scene) & {"scan", "record"} if self._marks else ()
+        read = [key for stage in needed for key in STAGES[stage].user_files.values()]
+        files = {key: [Path(path(file)) for file in _listed(given(scene, key))] for key in read}
+        return check_scene(scene, files, self._marks)
 
     @cache  # noqa: B019
     def warnings(self, name: str) -> list[str]:
         """What is implausible in the scene, before anything is solved."""
         scene, moves = self[name], self.stages(name) & {"answer", "cycles", "stick_slip_map"}
-        scan = next(iter(self.user_files(name, "roughness.scan.file")), "")
         of_motion = [*inherited(name, scene), *motion_warnings(scene)] if moves else []
-        found = of_motion + self._of_surface(scene, scan)[1]
+        found = of_motion + self._of_surface(scene, lambda file: _user_file(self._folders[name], self.root, file))[1]
         return [with_origins(text, scene["origins"], name) for text in found]
 
 
 RADIUS = "friction.record.radius_m"
-OfSurface = Callable[[dict[str, Any], str], tuple[list[Mistake], list[str]]]
+Place = Callable[[str], str]  # of a file of the user, from the working folder
+OfSurface = Callable[[dict[str, Any], Place], tuple[list[Mistake], list[str]]]
 
 
 def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = None) -> dict[str, Any]:
     """The scene of that name as a run takes it, from its folder: its files, too, have to be there, or in the project.
 
-    of_surface : mistakes of the surface of a scene and of the scan that it reads, "" without one, and warnings
+    of_surface : mistakes of the surface of a scene, and of the scan or the records that it reads, and warnings
 
     Raises InputError with every mistake of the scene.
     """
@@ -236,9 +232,8 @@ def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = 
     def more(scene: dict[str, Any], is_sound: Callable[[str], bool]) -> Iterator[Mistake]:
         radius = given(scene, RADIUS) if is_sound(RADIUS) else 1.0
         yield from [mistake for mistake in _file_mistakes(scene, path, radius) if is_sound(mistake.keys[0])]
-        if of_surface and all(map(is_sound, (*SURFACE, "oscillator.law"))) and scene.get("targets"):
-            scan = given(scene, "roughness.scan.file")
-            yield from of_surface(with_code(scene), path(scan) if scan else "")[0]
+        if of_surface and all(map(is_sound, (*SURFACE, "oscillator.law", "friction.record"))) and scene.get("targets"):
+            yield from of_surface(with_code(scene), path)[0]
 
     def with_code(scene: dict[str, Any]) -> dict[str, Any]:
         for key, code in own_code(scene).items():
@@ -250,10 +245,10 @@ def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = 
     return with_code(load(name, folder, more))
 
 
-def _file_mistakes(scene: dict[str, Any], path: Callable[[str], str], radius_m: float | None) -> Iterator[Mistake]:
+def _file_mistakes(scene: dict[str, Any], path: Place, radius_m: float | None) -> Iterator[Mistake]:
     """What is wrong with files of the user: one is not there, code without the name, the head of a record.
 
-    path : of a file, from the working folder; radius_m : of the track of records
+    radius_m : of the track of records
     """
     own = {key: code.rpartition(":") for key, code in own_code(scene).items()}
     files = [(key, file) for key in USER_FILES for file in _listed(given(scene, key))]

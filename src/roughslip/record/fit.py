@@ -76,6 +76,16 @@ class RecordFit:
         return self.multiplicative if kind == "multiplicative" else self.additive
 
 
+def check_count(samples: SlidingSamples) -> int:
+    """The number of samples. Raises IllPosedError where they are too few for a fit."""
+    if (n := samples.friction.size) < FEWEST_SAMPLES:
+        raise IllPosedError(
+            f"{n} samples of sliding cannot tell curve and scatter; a fit takes at least {FEWEST_SAMPLES}: record "
+            "longer or with more samples a second"
+        )
+    return n
+
+
 def fit_record(
     samples: SlidingSamples,
     circumference_m: float | None = None,
@@ -92,12 +102,7 @@ def fit_record(
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
-    n = samples.friction.size
-    if n < FEWEST_SAMPLES:
-        raise IllPosedError(
-            f"{n} samples of sliding cannot tell curve and scatter; a fit takes at least {FEWEST_SAMPLES}: record "
-            "longer or with more samples a second"
-        )
+    n = check_count(samples)
     basis, notes = SpeedBasis(samples.speed), []
     spline = basis.at(samples.speed)
     drift, separate = _drift_columns(samples, spline)

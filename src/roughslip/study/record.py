@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_of_friction
-from roughslip.record.fit import RecordFit, fit_record
+from roughslip.record.fit import RecordFit, check_count, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
@@ -47,15 +48,21 @@ def beta_shapes(found: RecordFit) -> tuple[float, float]:
     return 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
 
 
+def slid_in(wanted: Any, files: list[Path]) -> Sliding:
+    """The sliding in records. Raises InputError where they cannot be read, IllPosedError where too little slides."""
+    rig = None
+    if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
+        rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
+    slid = sliding(read_records(files, wanted.radius_m), rig)
+    check_count(slid.samples)
+    return slid
+
+
 def work(scene: Scene, job: Job) -> None:
     """Read, separate stick from slip, fit, draw synthetic records."""
     wanted = scene.friction.record
     assert wanted is not None
-    rig = None
-    if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
-        rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
-    traces = read_records(job.paths("record"), wanted.radius_m)
-    slid = sliding(traces, rig)
+    slid = slid_in(wanted, job.paths("record"))
     around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
     found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips, job.say)
     job.warn(*found.notes, *slid.notes)

@@ -90,7 +90,6 @@ def test_results_go_elsewhere_from_a_read_only_tree_without_a_home(tmp_path):
         path.chmod(path.stat().st_mode & ~(stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH))
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "NUMBA_", "MPL"))}
     own = {"HOME": str(home), "PYTHONPATH": str(source / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
-    own["XDG_CACHE_HOME"] = str(elsewhere / ".cache")  # as the Makefile sets it
     command = [sys.executable, "-m", "snakemake", "-j1", "-s", str(source / "Snakefile")]
     options = {"cwd": elsewhere, "env": kept | own, "capture_output": True, "text": True, "preexec_fn": as_a_user()}
     made = subprocess.run([*command, "results/tiny/surface/modes.nc"], **options)

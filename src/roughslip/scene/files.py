@@ -88,8 +88,8 @@ def _value(event: Any, events: Iterator[Any], path: KeyPath, wrong: list[Wrong])
     """The value that an event begins. Each is written out: an alias can make a small file endless.
 
     A decimal comma makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a
-    number. A repeated key, which PyYAML lets win, and one that is no plain word are added to what is wrong. Groups of
-    the same name are put together.
+    number. A repeated key, which PyYAML lets win, is added to what is wrong; groups of the same name are put together.
+    Raises MarkedYAMLError for a key that is no plain word.
     """
     if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
         wrong.append((path, f"line {event.start_mark.line + 1}: write the value out, without anchor, alias or tag"))
@@ -98,14 +98,14 @@ def _value(event: Any, events: Iterator[Any], path: KeyPath, wrong: list[Wrong])
     if isinstance(event, yaml.ScalarEvent):
         return _scalar(event)
     if isinstance(event, yaml.SequenceStartEvent):
-        items = []
+        items: list[Any] = []
         while not isinstance(item := next(events), yaml.SequenceEndEvent):
             items.append(_value(item, events, (*path, len(items)), wrong))
         return items
     values: dict[str, Any] = {}
     last = ""
     while not isinstance(key := next(events), yaml.MappingEndEvent):
-        if not isinstance(key, yaml.ScalarEvent):
+        if not hasattr(key, "value"):  # a group, a list or an alias
             raise yaml.MarkedYAMLError(problem="a key is a plain word", problem_mark=key.start_mark)
         name, is_bare = key.value, not key.style and AFTER_COMMA.fullmatch(key.value)
         value = _value(next(events), events, (*path, name), wrong)

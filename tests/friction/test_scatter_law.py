@@ -143,7 +143,7 @@ def test_independent_solves_of_another_programme():
 
 def test_contact_that_is_almost_full_has_no_scatter_to_tell():
     rubber = covariance_of("self_affine", 7e-7, 1.54e-5, hurst=0.8, bandwidth=3)
-    with pytest.raises(IllPosedError, match="lower the pressure"):
+    with pytest.raises(IllPosedError, match="lower the load"):
         scatter_of_friction(rubber, MODULUS, 1.5 * MODULUS * rubber.rms_slope, (1e-3, 1e-3))
 
 

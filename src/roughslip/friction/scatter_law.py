@@ -126,8 +126,8 @@ def _mean_of_pairs(covariance: Covariance, rough: Roughness, load: float, window
     """T^2 [-]. Raises IllPosedError in contact so full that it is less than its error."""
     if (found := mean_over_window(covariance, rough, load, window_m)) <= 0.0:
         raise IllPosedError(
-            f"contact under {load:.3g} E* h' is so full that its friction scatters by less than the error of the law: "
-            "lower the pressure, or take the scatter as zero; scene key: load.nominal_pressure_pa"
+            f"under {load:.3g} E* h' contact is so full that friction scatters by less than its error: lower the load",
+            scene_keys="load.nominal_pressure_pa",
         )
     return found
 

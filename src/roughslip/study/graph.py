@@ -270,9 +270,9 @@ _ROWS = (
         name="figure_budget",
         of="budget",
         draws="stick_slip",
-        caption="What is worth measuring: the part of each source of uncertainty in the variance of whether "
-        "it stick-slips, with the scatter of friction itself, and Sobol' indices of the limits of the "
-        "cycle: wide bars total, narrow ones first, lines their 95 % intervals.",
+        caption="What is worth measuring: the part of each source, and of the scatter of friction itself, in the "
+        "variance of stick-slip or not. Then Sobol' indices of the limits of the cycle. Wide bars are total, narrow "
+        "ones first indices, lines 95 % intervals.",
     ),
     Stage(
         name="figure_chain",
@@ -285,8 +285,8 @@ _ROWS = (
         target="figure_chain",
         comes_with="figure5",
         runs_if="not friction.statistics and not friction.record",
-        caption="The chain in one picture: a piece of the rough surface, the contact pressure on it, friction "
-        "along paths that the mass slips, and the limit cycle of several runs with such friction.",
+        caption="The chain in one picture: a piece of the rough surface and the contact pressure on it, then friction "
+        "along four paths, and the limit cycle of several runs with such friction.",
     ),
     figure(
         name="figure_map",
@@ -302,15 +302,15 @@ _ROWS = (
         of="record",
         comes_with="record",
         caption="A measured friction record: over time, over sliding speed with the mean curve and its 95 % "
-        "band, what the curve, drift and period leave, and the autocovariance of that with the fit. "
+        "band, residuals, and their autocovariance with the fit. "
         "Below: synthetic records of the fitted process, on the scale of the measured one.",
     ),
     figure(
         name="figure_scan",
         of="scan",
         comes_with="scan",
-        caption="A scan and the model fitted to it: map of the scan, autocorrelation over lags with the lines "
-        "at which it falls to 1/e, density of heights, autocorrelation along both axes, radially averaged power "
+        caption="A scan and the model fitted to it: map of the scan, autocorrelation over lags, with a line where it "
+        "falls to 1/e, and density of heights. Below: autocorrelation along both axes, radially averaged power "
         "spectrum, numbers. Bands are 95 % intervals of the scan.",
     ),
     Stage(name="figures", reads="description"),

@@ -212,7 +212,7 @@ def read_all(paths: list[Path]) -> list[Result]:
 
 def join(batches: list[Result], name: str) -> np.ndarray:
     """One array of all batches along their first axis."""
-    return np.concatenate([batch[name] for batch in batches])
+    return batches[0][name] if len(batches) == 1 else np.concatenate([batch[name] for batch in batches])
 
 
 def write_text(path: Path, text: str) -> None:

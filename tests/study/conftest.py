@@ -32,6 +32,7 @@ CONTACT = {
         "window_m": 1e-4,
         "window_spacing_m": 2e-5,
         "penetration_percentiles": [30.0, 50.0],
+        "expansion_samples": 40,
     },
     "expansion": {},
     "numerics": {"contact_tolerance": 1e-10},

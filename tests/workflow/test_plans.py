@@ -31,7 +31,7 @@ GROUND = "roughness: {scan: {file: config/scans/ground.nc, form: plane, covarian
 PLANNED = {
     "targets: [figure2, figure3]\njobs: 4": {
         **(SQUARE | {"contact_square": 5}),
-        **(STRIP | {"contact": 4, "expansion_strip": 4}),
+        **(STRIP | {"contact": 4}),
     },
     "targets: [figure5]": STRIP | OSCILLATOR,
     f"targets: [figure5, figure_map]\n{GIVEN}": OSCILLATOR | MAP,

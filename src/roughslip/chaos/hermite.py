@@ -130,17 +130,17 @@ class HermiteBasis:
             rows[tuple(factors)] = row
         self._steps = np.array(steps, dtype=np.int64).reshape(-1, 4)
 
-    def by_term(self, points: np.ndarray) -> np.ndarray:
+    def by_term(self, points: np.ndarray, table: np.ndarray | None = None) -> np.ndarray:
         """Every term at every point.
 
-        points : (variables, K) [-]
+        points : (variables, K) [-]; table : (P, K) to write to
 
         Returns values : (P, K). Raises ParameterError where the variables do not match.
         """
         variables = self.indices.shape[-1]
         if len(points) != variables:
             raise ParameterError(f"points {points.T.shape} must be a table of {variables} variables")
-        table = np.empty((len(self.indices), points.shape[1]))
+        table = np.empty((len(self.indices), points.shape[1])) if table is None else table
         _terms(np.ascontiguousarray(points), self._steps, int(self.indices.max(initial=0)), table)
         return table
 

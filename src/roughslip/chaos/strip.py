@@ -54,8 +54,9 @@ class StripExpansion:
         functionals = local_functionals(finite("heights", heights, 2), self.stencil)[:, columns].transpose(2, 0, 1)
         xi = self.whiten @ np.ascontiguousarray(functionals)
         values = np.empty((self.coefficients.shape[2], *xi[:, 0].shape))
+        terms = np.empty((len(self.indices), xi.shape[2]))
         for row, coefficients in enumerate(self.coefficients):
-            np.matmul(coefficients.T, self._basis.by_term(xi[row]), out=values[:, row])
+            np.matmul(coefficients.T, self._basis.by_term(xi[row], terms), out=values[:, row])
         return values.transpose(0, 2, 1)
 
 

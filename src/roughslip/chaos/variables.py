@@ -10,6 +10,7 @@ Designs of such variables: Latin hypercubes and Sobol sequences.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy  # its parts when they are used
@@ -49,51 +50,49 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     Returns functionals : (8, ..., nx, ny) [m]. Differences are central, one-sided at the border, and zero along an axis
     with too few nodes (1 for slopes, 2 for curvatures). Boxes end at the border.
     """
+    slope, second, *means = _across(heights.shape[-1], stencil)
     functionals = np.empty((len(NAMES), *heights.shape))
     functionals[0] = heights
-    (nx, ny), box = heights.shape[-2:], np.empty(heights.shape)
-    height, slope_x, slope_y, xx, yy, xy, near, far = functionals
-    _differences(height.reshape(-1, nx, ny), slope_x.reshape(-1, nx, ny))
-    _differences(height.reshape(-1, ny, 1), slope_y.reshape(-1, ny, 1))
-    _second_differences(height.reshape(-1, nx, ny), xx.reshape(-1, nx, ny))
-    _second_differences(height.reshape(-1, ny, 1), yy.reshape(-1, ny, 1))
-    _differences(slope_x.reshape(-1, ny, 1), xy.reshape(-1, ny, 1))
-    for mean, (half_x, half_y) in ((near, stencil.near), (far, stencil.far)):
-        _means(height.reshape(-1, nx, ny), half_x, box.reshape(-1, nx, ny))
-        _means(box.reshape(-1, ny, 1), half_y, mean.reshape(-1, ny, 1))
+    functionals[1] = _differences(heights)
+    functionals[3] = _second_differences(heights)
+    fields = heights, heights, functionals[1], *(_means(heights, half) for half, _ in (stencil.near, stencil.far))
+    for number, field, matrix in zip((2, 4, 5, 6, 7), fields, (slope, second, slope, *means), strict=True):
+        np.matmul(field, matrix, out=functionals[number])
     return functionals
 
 
-@compiled()
-def _differences(fields: np.ndarray, slopes: np.ndarray) -> None:
-    """Write central differences along the middle axis, one-sided at the border, zero for a single node."""
-    m, n, rest = fields.shape
-    for k in range(m):
-        for i in range(n):
-            before, after = max(i - 1, 0), min(i + 1, n - 1)
-            for j in range(rest):
-                slopes[k, i, j] = (fields[k, after, j] - fields[k, before, j]) / max(after - before, 1)
+@lru_cache
+def _across(ny: int, stencil: Stencil) -> tuple[np.ndarray, ...]:
+    """Matrices (ny, ny) of differences, second differences and both means across a strip, to multiply fields by."""
+    rows, (_, near), (_, far) = np.eye(ny), stencil.near, stencil.far
+    products = _differences(rows), _second_differences(rows), _means(rows, near), _means(rows, far)
+    return tuple(np.ascontiguousarray(product.T) for product in products)
+
+
+def _differences(fields: np.ndarray) -> np.ndarray:
+    """Central differences along the last axis but one, one-sided at the border, zero for a single node."""
+    return np.gradient(fields, axis=-2) if fields.shape[-2] > 1 else np.zeros_like(fields)
+
+
+def _second_differences(fields: np.ndarray) -> np.ndarray:
+    """Second differences along that axis; the border takes that of its neighbour, exact for quadratics."""
+    seconds = np.zeros_like(fields)
+    if fields.shape[-2] > 2:
+        seconds[..., 1:-1, :] = fields[..., 2:, :] - 2 * fields[..., 1:-1, :] + fields[..., :-2, :]
+        seconds[..., [0, -1], :] = seconds[..., [1, -2], :]
+    return seconds
+
+
+def _means(fields: np.ndarray, half: int) -> np.ndarray:
+    """Means over boxes along that axis."""
+    return _box_means(fields.reshape(-1, *fields.shape[-2:]), half).reshape(fields.shape)
 
 
 @compiled()
-def _second_differences(fields: np.ndarray, seconds: np.ndarray) -> None:
-    """Write second differences along the middle axis; the border takes that of its neighbour, exact for quadratics."""
+def _box_means(fields: np.ndarray, half: int) -> np.ndarray:
+    """Means over boxes along the middle axis, from differences of cumulative sums."""
     m, n, rest = fields.shape
-    for k in range(m):
-        for i in range(n):
-            at = min(max(i, 1), n - 2)
-            for j in range(rest):
-                if n < 3:
-                    seconds[k, i, j] = 0.0
-                else:
-                    seconds[k, i, j] = fields[k, at + 1, j] - 2 * fields[k, at, j] + fields[k, at - 1, j]
-
-
-@compiled()
-def _means(fields: np.ndarray, half: int, means: np.ndarray) -> None:
-    """Write means over boxes along the middle axis, from differences of cumulative sums."""
-    m, n, rest = fields.shape
-    sums = np.zeros((n + 1, rest))
+    means, sums = np.empty(fields.shape), np.zeros((n + 1, rest))
     for k in range(m):
         for i in range(n):
             for j in range(rest):
@@ -102,6 +101,7 @@ def _means(fields: np.ndarray, half: int, means: np.ndarray) -> None:
             low, high = max(i - half, 0), min(i + half + 1, n)
             for j in range(rest):
                 means[k, i, j] = (sums[high, j] - sums[low, j]) / (high - low)
+    return means
 
 
 def orthonormal_directions(candidates: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Stage expansion_strip: block sums of a batch of strips from the pressure expansion instead of contact solves.
+"""Stage expansion_strip: block sums of strips from the pressure expansion instead of contact solves.
 
 Strips are numbered as in stage contact and drawn from the same streams. The first are the solved strips, for
 which the expansion is a control variate; the others are new. Area and force are what the expansion expects of them
@@ -23,10 +23,10 @@ FAR = 1.4  # correlation lengths beyond which contacts act by their force alone;
 
 def work(scene: Scene, job: Job) -> None:
     """Write contact area and normal force of every block; of no strip where the expansion is missing."""
-    stored, numbers = store.read(job.path("expansion")), job.numbers
+    stored, strips = store.read(job.path("expansion")), scene.strip.expansion_samples
     if "missed" in stored:
         none = store.Variable(("sample",), np.empty(0), "1", "number of the strip")
-        store.write(job.output, {"number": none}, job.key, {"first": numbers.start, "model": "none"})
+        store.write(job.output, {"number": none}, job.key, {"first": 0, "model": "none"})
         return
     grid, model = geometry.strip_grid(scene), surface_model.surface_model(scene, job.optional("scan"))
     target = expansion.target(scene, model, grid)
@@ -43,22 +43,22 @@ def work(scene: Scene, job: Job) -> None:
     columns_of_block = geometry.block_nodes(scene)[0] // lattice.spacing
     blocks = (lattice.middle.stop - lattice.middle.start) // columns_of_block
     draw = sampler(scene, model, grid, lattice)
-    sums = np.empty((2, len(numbers), len(planes), blocks, 1))
-    for row, number in enumerate(numbers):
+    sums = np.empty((2, strips, len(planes), blocks, 1))
+    for number in range(strips):
         columns = lattice.grid.cell_area * means.summed(fitted.predicted(draw(number), lattice.middle))
         lifted = displacement(kernel, columns[1] - mean_force)
         columns = at_displaced_planes(columns, planes, lifted)[..., : blocks * columns_of_block]
-        sums[:, row, :, :, 0] = columns.reshape(2, len(planes), blocks, columns_of_block).sum(axis=3)
-        job.progress(row + 1, len(numbers))
-    job.count(expansions=len(numbers) * len(planes))
+        sums[:, number, :, :, 0] = columns.reshape(2, len(planes), blocks, columns_of_block).sum(axis=3)
+        job.progress(number + 1, strips)
+    job.count(expansions=strips * len(planes))
     of_blocks = ("sample", "level", "along", "across")
     variables = {
-        "number": store.Variable(("sample",), np.array(numbers), "1", "number of the strip"),
+        "number": store.Variable(("sample",), np.arange(strips), "1", "number of the strip"),
         "at": store.Variable(("level",), percentiles, "percent", "share of heights above the plane"),
         "area": store.Variable(of_blocks, sums[0], "m2", "contact area of a block"),
         "force": store.Variable(of_blocks, sums[1], "N", "normal force on it"),
     }
-    store.write(job.output, variables, job.key, {"first": numbers.start, "model": "expansion"})
+    store.write(job.output, variables, job.key, {"first": 0, "model": "expansion"})
 
 
 def sampler(

@@ -177,10 +177,9 @@ _ROWS = (
     ),
     Stage(
         name="expansion_strip",
-        reads=f"{STRIP} strip.window_spacing_m strip.samples {EXPANSION}",
+        reads=f"{STRIP} strip.window_spacing_m strip.samples strip.expansion_samples {EXPANSION}",
         takes={"expansion": "chaos_strip", "scan": "scan?"},
-        makes="friction/expansion-{first}-{last}.nc",
-        batches={"": "strip.expansion_samples"},
+        makes="friction/expansion.nc",
         runs_if="not load",
     ),
     Stage(

@@ -181,7 +181,10 @@ def continue_run(
     status = Status.TIME_OVER
     y, sigma, limit, since, pace, backwards, steps, error, cuts = run
     while horizon.tau - y.tau > SHORTEST_SLIP:
+        known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
         if sigma == HELD:
+            if backwards and y.tau > known:
+                break
             held = y
             side, tau, x = departure(held.tau, held.x, limit, horizon.tau, p)
             y = State(tau, x, p.V, held.s, 0.0, 0.0)
@@ -192,7 +195,7 @@ def continue_run(
             events = _record(events, DEPARTURE, y, False)
             sigma, since, pace, backwards = side, y.tau, START, False
             continue
-        left = Horizon(horizon.tau, horizon.steps - steps)
+        left = Horizon(min(horizon.tau, max(known, since + horizon.longest)), horizon.steps - steps)
         phase = slip(y, since, pace, backwards, float(sigma), path, p, tolerance, left, samples)
         y, pace, backwards = phase.y, phase.pace, phase.backwards
         steps += phase.steps

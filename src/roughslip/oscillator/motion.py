@@ -13,7 +13,7 @@ from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.slip import Horizon, Samples, Status
+from roughslip.oscillator.slip import SHORTEST_SLIP, Horizon, Samples, Status
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
@@ -104,6 +104,7 @@ class MotionOptions:
 
 
 DEFAULTS = MotionOptions()
+NO_SAMPLES = Samples(1.0, np.zeros(0), np.zeros(0))
 
 
 @gate
@@ -131,20 +132,22 @@ def simulate(
 
     Method: E. Fehlberg, NASA TR R-315 (1969); events by Newton's method on repeated steps.
     """
-    feed = PathFeed(path, spacing_m)
-    return _followed(oscillator, law, feed, duration_periods, options, start_m, Samples(1.0, np.zeros(0), np.zeros(0)))
+    return followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m)
 
 
-def _followed(
+def followed(
     oscillator: Oscillator,
     law: FrictionLaw,
     feed: PathFeed,
     duration_periods: float,
     options: MotionOptions,
     start_m: float | tuple[float, float],
-    samples: Samples,
+    samples: Samples = NO_SAMPLES,
+    until: tuple[float, float] = (math.inf, math.inf),
 ) -> Motion:
-    """The motion of `simulate`. samples : arrays that receive X and X' at equal times"""
+    """The motion of `simulate`. samples : arrays that receive X and X' at equal times; until : as in `Horizon`, in
+    natural periods
+    """
     positive("duration_periods", duration_periods, "natural periods")
     p = coefficients(oscillator, law, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
@@ -155,9 +158,10 @@ def _followed(
     else:
         run, events = start_in_slip(float(x), float(u), feed.path, p)
     status = Status.NODES_OVER
+    end, after, longest = (2.0 * math.pi * periods for periods in (duration_periods, *until))
     while status == Status.NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
-        horizon = Horizon(2.0 * math.pi * duration_periods, step_limit)
+        horizon = Horizon(end, step_limit, after, longest)
         status, run, events = continue_run(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(run.y.s)
@@ -169,7 +173,7 @@ def _followed(
         position=rows[:, 1].copy(),
         slipped_distance=rows[:, 2].copy(),
         backwards=rows[:, 3] > 0.0,
-        duration=2.0 * math.pi * duration_periods,
+        duration=run.y.tau if end - run.y.tau > SHORTEST_SLIP else end,
         local_error=run.error,
         steps=run.steps,
         cuts=run.cuts,
@@ -215,5 +219,5 @@ def trajectory(
     samples = Samples(2.0 * math.pi / options.samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = start_m if isinstance(start_m, tuple) else (start_m, oscillator.V)
     feed = PathFeed(path, spacing_m)
-    motion = _followed(oscillator, law, feed, duration_periods, options, start_m, samples)
+    motion = followed(oscillator, law, feed, duration_periods, options, start_m, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)

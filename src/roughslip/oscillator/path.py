@@ -154,7 +154,7 @@ class PathFeed:
 
 @gate
 class KeptPath:
-    """An iterable path that keeps its pieces, so that a second run does not draw them again.
+    """An iterable path that keeps its nodes, so that a second run does not draw them again.
 
     path : rows of nodes, the same in each iteration; kept up to the last one that a run has read
     maximum : nodes to keep; those after them are drawn for each run
@@ -163,27 +163,38 @@ class KeptPath:
     def __init__(self, path: Iterable[np.ndarray], maximum: float = math.inf) -> None:
         self._path, self._maximum = path, maximum
         self._source = iter(path)
-        self._kept: list[Row] = []
+        self._kept = Row(np.zeros(0), math.inf, -math.inf)
+        self._room = self._kept.nodes
+        self._pieces = 0
 
     @property
     def nodes(self) -> int:
         """Number of nodes that runs have read."""
-        return sum(row.nodes.size for row in self._kept)
+        return self._kept.nodes.size
 
     def __iter__(self) -> Iterator[np.ndarray]:
         return (row.nodes for row in self.rows())
 
     def rows(self) -> Iterator[Row]:
-        """The pieces, each checked once."""
-        number = 0
-        while True:
-            if number == len(self._kept):
-                if self.nodes >= self._maximum:
-                    yield from map(checked, itertools.islice(self._path, number, None))
-                    return
-                piece = next(self._source, None)
-                if piece is None:
-                    return
-                self._kept.append(checked(piece))
-            yield self._kept[number]
-            number += 1
+        """All kept nodes in one row, then those that are drawn, each checked once."""
+        read = 0
+        while read < self.nodes or (self.nodes < self._maximum and self._draw()):
+            nodes, low, high = self._kept
+            yield Row(nodes[read:], low, high)
+            read = nodes.size
+        if read >= self._maximum:
+            yield from map(checked, itertools.islice(self._path, self._pieces, None))
+
+    def _draw(self) -> bool:
+        """Keep another piece; whether there is one. Room grows by doubling, so that runs read one array."""
+        piece = next(self._source, None)
+        if piece is None:
+            return False
+        (nodes, low, high), old = checked(piece), self._kept
+        size = old.nodes.size + nodes.size
+        if size > self._room.size:
+            self._room = np.concatenate([old.nodes, np.empty(max(size, 2 * old.nodes.size) - old.nodes.size)])
+        self._room[old.nodes.size : size] = nodes
+        self._kept = Row(self._room[:size], min(low, old.low), max(high, old.high))
+        self._pieces += 1
+        return True

@@ -13,6 +13,7 @@ regularisation. Further symbols:
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -59,10 +60,13 @@ class Status(IntEnum):
 
 
 class Horizon(NamedTuple):
-    """Up to which tau a motion runs, and for how many steps at most."""
+    """Up to which tau a motion runs, and for how many steps at most; from `after` the first departure on, only until a
+    cycle ends or a slip is longer than `longest`."""
 
     tau: float
     steps: int
+    after: float = math.inf
+    longest: float = math.inf
 
 
 class Samples(NamedTuple):

@@ -36,13 +36,15 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.motion import FrictionPath, Motion, simulate
+from roughslip.oscillator.motion import FrictionPath, Motion, followed
+from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.slip_orbit import departure_point, equilibrium
 from roughslip.probability.estimate import TAILS, interval_margin
 from roughslip.results import described, result
 from roughslip.validation import gate
 
 LOOPS = 3.0
+ROUNDED = 1.0 + 1e-9  # factor of a time that has to be passed
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
 NATURAL_PERIODS, CYCLES, DECAYS, GROWTHS, CORRELATIONS = 40.0, 10.0, 4.0, 20.0, 1.0  # that a run lasts
 STATES = ("stick_slip", "sliding")
@@ -148,9 +150,10 @@ def run_until_known(
     path : must start again each time it is read
     from_sliding : whether the mass begins in steady sliding, not at rest on the belt with a relaxed spring
 
-    Returns the motion, the natural period of the first departure, and the states. The run is extended where it ends in
-    stick: by the time to the next departure and the longest slip of a cycle. Stick has a closed form, so a slow
-    belt costs nothing. Raises as `simulate` and `slip_loop` do, ConvergenceError where the mass does not depart.
+    Returns the motion, the natural period of the first departure, and the states. The run ends as soon as no later
+    motion changes the state at their end: with a cycle after it, or a slip longer than any of a cycle. Where it ends in
+    stick, it is extended by the time to the next departure and the longest slip of a cycle. Stick has a closed form, so
+    a slow belt costs nothing. Raises as `simulate` and `slip_loop` do, ConvergenceError where the mass does not depart.
     """
     oscillator, law = machine.oscillator, machine.law
     longest = longest_slip(oscillator, law)
@@ -158,7 +161,8 @@ def run_until_known(
     turn = 2.0 * math.pi
 
     def run(duration: float) -> Motion:
-        return simulate(oscillator, law, path, spacing_m, duration, machine.options, start)
+        feed, until = PathFeed(path, spacing_m), (periods * ROUNDED, longest * ROUNDED)
+        return followed(oscillator, law, feed, duration, machine.options, start, until=until)
 
     def until_departure(position: float) -> float:
         """Natural periods of stick from X = position on, without scatter."""

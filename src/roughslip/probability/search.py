@@ -145,12 +145,12 @@ class LevelSearch:
                 scene_keys="answer.realisations",
             )
         step, target = 1 if upwards else -1, level * self.paths
-        above = self._is_above(STEPS, target)
+        above = self._is_above(self._grid[STEPS], target)
         at = self._first_probe(step, level, not above)
         far = self._first(at, step, target, not above)
         if far is None:
             return None
-        while self._is_above(far - step, target) != above:  # at the start it is equal
+        while self._is_above(self._grid[far - step], target) != above:  # at the start it is equal
             far -= step
         value = self._root(target, self._grid[far - step], self._grid[far])
         inner, outer = (maximum + 0.5, minimum - 0.5) if above else (minimum - 0.5, maximum + 0.5)
@@ -169,7 +169,7 @@ class LevelSearch:
 
     def _first(self, at: int, step: int, threshold: float, side: bool) -> int | None:
         """The first grid point from `at` on whose count is on a side of the threshold."""
-        while self._is_above(at, threshold) != side:
+        while self._is_above(self._grid[at], threshold) != side:
             if not self._goes_on(at, step):
                 return None
             at += step
@@ -186,12 +186,15 @@ class LevelSearch:
             return False
         return True
 
-    def _is_above(self, at: int, threshold: float) -> bool:
-        """Whether the count exceeds a threshold; of no more paths than decide it."""
-        first = self.count(self._grid[at], PROBES)
-        if first > threshold or first + self.paths - PROBES <= threshold:
-            return first > threshold
-        return self.count(self._grid[at]) > threshold
+    def _is_above(self, value: float, threshold: float) -> bool:
+        """Whether the count of all paths exceeds a threshold; of no more paths than decide it."""
+        while True:
+            seen = self._seen.get(value, np.zeros(0, dtype=bool))
+            count, left = int(np.count_nonzero(seen)), self.paths - seen.size
+            if count > threshold or count + left <= threshold:
+                return count > threshold
+            needed = math.ceil(min(threshold - count, count + left - threshold))
+            self.count(value, min(seen.size + max(needed, PROBES), self.paths))
 
     def _end(self, at: int, way: int, threshold: float, side: bool, value: float) -> float | None:
         """The end of a value's interval: where, from a grid point on, the count comes to a side of the threshold."""
@@ -207,7 +210,8 @@ class LevelSearch:
         """The value, of two on different sides of the threshold and between, where the count comes to it."""
         minimum, maximum = central_counts(self.paths, threshold / self.paths)
         while (width := abs(math.log(b / a))) > ACCURACY:
-            if width <= COARSE and all(minimum <= self.count(value) <= maximum for value in (a, b)):
+            near = width <= COARSE
+            if near and all(self._is_above(x, minimum - 0.5) and not self._is_above(x, maximum + 0.5) for x in (a, b)):
                 break
             a, b = self._narrowed(threshold, a, b)
         return self._between(threshold, a, b)
@@ -218,14 +222,13 @@ class LevelSearch:
         Values tried before serve first, then those about hints, the nearest first. Else a new one lies beyond the
         interpolated crossing, in the longer part.
         """
-        side, before = self.count(a) > threshold, a
-        tried = [value for value, seen in self._seen.items() if seen.size == self.paths]
-        between = sorted((value for value in tried if min(a, b) < value < max(a, b)), reverse=b < a)
+        side, before = self._is_above(a, threshold), a
+        between = sorted((value for value in self._seen if min(a, b) < value < max(a, b)), reverse=b < a)
         if not between:
             hints = (value for value in self._hints if min(a, b) < value < max(a, b))
             between = [next(hints, None) or self._between(threshold, a, b, beyond=0.1)]
         for value in between:
-            if (self.count(value) > threshold) != side:
+            if self._is_above(value, threshold) != side:
                 return before, value
             before = value
         return before, b
@@ -234,9 +237,12 @@ class LevelSearch:
         """Where the normal score of the share of paths, linear in the logarithm of the value, is that of the threshold.
 
         beyond : how much farther into the longer part, as a share of the way from a to b
+
+        Of the paths seen: the first of them that decide the side of a value lie on that side too.
         """
-        counts = self.count(a), self.count(b), threshold
-        score_a, score_b, score = (float(ndtri((count + 0.5) / (self.paths + 1))) for count in counts)
+        seen = [(np.count_nonzero(self._seen[value]), self._seen[value].size) for value in (a, b)]
+        shares = ((count + 0.5) / (paths + 1) for count, paths in (*seen, (threshold, self.paths)))
+        score_a, score_b, score = (float(ndtri(share)) for share in shares)
         share = (score_a - score) / (score_a - score_b)
         return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)
 

@@ -11,10 +11,12 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
+from roughslip.friction import Friction
 from roughslip.oscillator.cycles import ensemble
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
+from roughslip.oscillator.states import longest_slip, run_until_known, states_of
 from tests.oscillator.motions import LAW, STUDY, F, V, ends
 
 EXCITED = replace(STUDY, excitation_force_n=60.0, excitation_frequency_rad_per_s=430.0)
@@ -189,3 +191,20 @@ def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():
     motion = simulate(STUDY, LAW, pieces(), 5e-5, 20.0)
     assert len(alive) > 50
     assert np.array_equal(motion.position, simulate(STUDY, LAW, np.zeros(20_000), 5e-5, 20.0).position)
+
+
+@pytest.mark.parametrize("damping", [0.05, 0.17, 0.25])
+def test_a_run_ends_where_no_later_motion_changes_its_state(damping):
+    """States up to the time asked for are those of a run that goes on. It ends with a cycle, or a slip as long."""
+    machine = Machine(replace(STUDY, damping_ratio=damping), LAW, Friction(0.3, 0.02, 3e-4), MotionOptions(1e-5))
+    longest, spacing = longest_slip(machine.oscillator, machine.law), machine.paths.spacing
+    for number in range(8):
+        path = machine.kept_path([number])
+        motion, first, states = run_until_known(machine, path, spacing, 12.0)
+        end, on = first + 12.0, simulate(machine.oscillator, machine.law, path, spacing, 40.0, machine.options)
+        whole = states_of(on, longest)
+        for name in ("stick_slip", "sliding"):
+            early, late = (np.minimum(getattr(one, name), end) for one in (states, whole))
+            assert early[early[:, 0] < end] == pytest.approx(late[late[:, 0] < end], rel=1e-6)
+        assert end < motion.duration / (2 * math.pi) < end + 2 * longest
+        assert motion.backwards[-1] or motion.kind[-1] == DEPARTURE

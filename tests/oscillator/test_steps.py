@@ -29,14 +29,6 @@ def test_fehlberg_fulfils_the_conditions_of_its_orders():
     assert abs(fourth @ used**4 - 1 / 5) > 1e-4
 
 
-def test_scales():
-    oscillator = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 100.0, 158.0)
-    assert pytest.approx(0.003, rel=1e-14) == oscillator.V  # v0 / omega of the paper
-    assert pytest.approx(2500.0 / 316.0**2, rel=1e-14) == oscillator.F
-    assert oscillator.q == pytest.approx(100.0 / 316.0**2, rel=1e-14)
-    assert oscillator.r == pytest.approx(0.5, rel=1e-14)
-
-
 NONE = Path(np.zeros(0), 0, 1.0, True)
 BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of the tests stays on the first cubic
 BUMPY = Path(BUMP, 0, 0.02, True)
@@ -118,7 +110,8 @@ def test_a_path_in_pieces_is_that_path(size):
 
 
 def test_a_kept_path_is_drawn_once():
-    """Runs one after another, the second further than the first, read the same pieces; an end is an end for all."""
+    """Runs one after another, the second further than the first, read the same nodes; an end is an end for all. What
+    is beyond the nodes to keep is drawn again."""
     drawn = []
 
     def source():
@@ -129,8 +122,12 @@ def test_a_kept_path_is_drawn_once():
     path = KeptPath(source())
     assert [piece[0] for piece, _ in zip(path, range(3), strict=False)] == [0.0, 1.0, 2.0]
     assert len(drawn) <= 4
-    assert [piece[0] for piece in path] == [piece[0] for piece in path] == [0.0, 1.0, 2.0, 3.0, 4.0]
+    for _ in range(2):
+        assert np.concatenate(list(path)).tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
     assert drawn == [0, 1, 2, 3, 4]
+    few = KeptPath(BUMP.reshape(4, 1), 2)
+    assert np.concatenate(list(few)).tolist() == np.concatenate(list(few)).tolist() == BUMP.tolist()
+    assert [piece.size for piece in few] == [2, 1, 1]
 
 
 H = 0.6

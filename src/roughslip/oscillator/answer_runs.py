@@ -12,8 +12,10 @@ from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales
+from roughslip.probability.search import PROBES
 
 KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
+FAR_NODES = 2**19  # of the PROBES paths that look for a level far away, 50 MB
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
 MOST_SAMPLES = 1e6  # of a run
 LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
@@ -70,7 +72,7 @@ class Runs:
     def path(self, number: int) -> KeptPath:
         """The friction path of a run."""
         if number not in self.kept:
-            nodes = KEPT_NODES if number < KEPT_PATHS else 0
+            nodes = FAR_NODES if number < PROBES else KEPT_NODES if number < KEPT_PATHS else 0
             self.kept[number] = self.own.kept_path([*self.seed, number], nodes)
         return self.kept[number]
 

@@ -145,9 +145,7 @@ def followed(
     samples: Samples = NO_SAMPLES,
     until: tuple[float, float] = (math.inf, math.inf),
 ) -> Motion:
-    """The motion of `simulate`. samples : arrays that receive X and X' at equal times; until : as in `Horizon`, in
-    natural periods
-    """
+    """The motion of `simulate`. samples : that receive X and X'; until : last two of `Horizon` [natural periods]"""
     positive("duration_periods", duration_periods, "natural periods")
     p = coefficients(oscillator, law, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)

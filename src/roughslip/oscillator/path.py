@@ -162,15 +162,9 @@ class KeptPath:
 
     def __init__(self, path: Iterable[np.ndarray], maximum: float = math.inf) -> None:
         self._path, self._maximum = path, maximum
-        self._source = iter(path)
+        self._source, self._pieces = iter(path), 0
         self._kept = Row(np.zeros(0), math.inf, -math.inf)
         self._room = self._kept.nodes
-        self._pieces = 0
-
-    @property
-    def nodes(self) -> int:
-        """Number of nodes that runs have read."""
-        return self._kept.nodes.size
 
     def __iter__(self) -> Iterator[np.ndarray]:
         return (row.nodes for row in self.rows())
@@ -178,7 +172,7 @@ class KeptPath:
     def rows(self) -> Iterator[Row]:
         """All kept nodes in one row, then those that are drawn, each checked once."""
         read = 0
-        while read < self.nodes or (self.nodes < self._maximum and self._draw()):
+        while read < self._kept.nodes.size or (read < self._maximum and self._draw()):
             nodes, low, high = self._kept
             yield Row(nodes[read:], low, high)
             read = nodes.size
@@ -186,15 +180,14 @@ class KeptPath:
             yield from map(checked, itertools.islice(self._path, self._pieces, None))
 
     def _draw(self) -> bool:
-        """Keep another piece; whether there is one. Room grows by doubling, so that runs read one array."""
+        """Keep another piece, in room that doubles; whether there is one."""
         piece = next(self._source, None)
         if piece is None:
             return False
         (nodes, low, high), old = checked(piece), self._kept
-        size = old.nodes.size + nodes.size
+        before, size = old.nodes.size, old.nodes.size + nodes.size
         if size > self._room.size:
-            self._room = np.concatenate([old.nodes, np.empty(max(size, 2 * old.nodes.size) - old.nodes.size)])
-        self._room[old.nodes.size : size] = nodes
-        self._kept = Row(self._room[:size], min(low, old.low), max(high, old.high))
-        self._pieces += 1
+            self._room = np.concatenate([old.nodes, np.empty(max(nodes.size, before))])
+        self._room[before:size] = nodes
+        self._kept, self._pieces = Row(self._room[:size], min(low, old.low), max(high, old.high)), self._pieces + 1
         return True

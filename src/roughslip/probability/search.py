@@ -188,13 +188,10 @@ class LevelSearch:
 
     def _is_above(self, value: float, threshold: float) -> bool:
         """Whether the count of all paths exceeds a threshold; of no more paths than decide it."""
-        while True:
-            seen = self._seen.get(value, np.zeros(0, dtype=bool))
-            count, left = int(np.count_nonzero(seen)), self.paths - seen.size
-            if count > threshold or count + left <= threshold:
-                return count > threshold
-            needed = math.ceil(min(threshold - count, count + left - threshold))
-            self.count(value, min(seen.size + max(needed, PROBES), self.paths))
+        seen = PROBES
+        while self.count(value, seen) <= threshold < self.count(value, seen) + self.paths - seen:
+            seen = min(2 * seen, self.paths)
+        return self.count(value, seen) > threshold
 
     def _end(self, at: int, way: int, threshold: float, side: bool, value: float) -> float | None:
         """The end of a value's interval: where, from a grid point on, the count comes to a side of the threshold."""
@@ -210,8 +207,7 @@ class LevelSearch:
         """The value, of two on different sides of the threshold and between, where the count comes to it."""
         minimum, maximum = central_counts(self.paths, threshold / self.paths)
         while (width := abs(math.log(b / a))) > ACCURACY:
-            near = width <= COARSE
-            if near and all(self._is_above(x, minimum - 0.5) and not self._is_above(x, maximum + 0.5) for x in (a, b)):
+            if width <= COARSE and all(minimum <= self.count(value) <= maximum for value in (a, b)):
                 break
             a, b = self._narrowed(threshold, a, b)
         return self._between(threshold, a, b)
@@ -237,11 +233,9 @@ class LevelSearch:
         """Where the normal score of the share of paths, linear in the logarithm of the value, is that of the threshold.
 
         beyond : how much farther into the longer part, as a share of the way from a to b
-
-        Of the paths seen: the first of them that decide the side of a value lie on that side too.
         """
-        seen = [(np.count_nonzero(self._seen[value]), self._seen[value].size) for value in (a, b)]
-        shares = ((count + 0.5) / (paths + 1) for count, paths in (*seen, (threshold, self.paths)))
+        seen = [self._seen[value] for value in (a, b)]  # if few, they decide the side, and their share lies there
+        shares = [((of.sum() + 0.5) / (of.size + 1)) for of in seen] + [(threshold + 0.5) / (self.paths + 1)]
         score_a, score_b, score = (float(ndtri(share)) for share in shares)
         share = (score_a - score) / (score_a - score_b)
         return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)

@@ -129,7 +129,8 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         return made.changed({"load": values[FORCE]}) if FORCE in values else made
 
     inputs = _of_scene(scene) | {SURFACE if scan is None else SCAN: of_surface}
-    inputs[SOLVES] = {} if recorded else _of_solves(scene, statistics)
+    if solved and statistics is not None and not recorded:
+        inputs[SOLVES] = _relative_errors(own_windows(store.read(statistics)), OF_SOLVES)
     sources = (Source.independent(name, of) for name, of in inputs.items() if of)
     return UncertainInputs((*recorded, *sources), machine)
 
@@ -210,13 +211,6 @@ def _of_surface(scene: Scene, scan: Path | None) -> tuple[dict[str, tuple[float,
         raise InputError("roughness: heights whose slope has no limit take no standard uncertainty: give numbers alone")
     found = of_scene if scan is None else _relative_errors(store.read(scan), OF_SCAN)
     return (found if powers else {}), powers
-
-
-def _of_solves(scene: Scene, statistics: Path | None) -> dict[str, tuple[float, float]]:
-    """Value 1 and relative standard error of the factors that contact solves leave uncertain."""
-    if statistics is None or scene.friction.statistics is not None:
-        return {}
-    return _relative_errors(own_windows(store.read(statistics)), OF_SOLVES)
 
 
 def _relative_errors(result: Mapping[str, np.ndarray], columns: Mapping[str, str]) -> dict[str, tuple[float, float]]:

@@ -120,7 +120,8 @@ def summed_up(scene: Scene, job: Job, plain: Variables, runs: Variables) -> Vari
         "histogram": store.Variable(("bin",), density, "m-1", "density of the reattachment point"),
         "histogram_edge": store.Variable(("edge",), edges, "m", "edges of its bins"),
     }
-    duration, closing = scene.ensemble.duration_periods, closing_periods(float(plain["period"].values))
+    duration, period = scene.ensemble.duration_periods, float(plain["period"].values)  # in tau, NaN without one
+    closing = float(np.nanmax([CLOSING_PERIODS, 2 * period / (2 * np.pi)]))
     still = np.array([cycling_share(column, duration, closing) for column in runs["last_cycle"].values.T]).T
     closed = f"share of runs with a cycle in the last {closing:g} natural periods"
     for name, values, title in (
@@ -152,11 +153,6 @@ def of_reattachment(
         ends = getattr(statistics, name, [np.nan] * 3)
         variables |= store.with_interval(f"reattachment_{name}", (), ends, unit, title)
     return variables
-
-
-def closing_periods(period: float) -> float:
-    """Natural periods at the end of a run in which one that cycles shows a cycle. period : in tau, NaN without one."""
-    return float(np.nanmax([CLOSING_PERIODS, 2 * period / (2 * np.pi)]))
 
 
 def cycling_share(last_cycle: np.ndarray, duration_periods: float, closing: float) -> tuple[float, float, float]:

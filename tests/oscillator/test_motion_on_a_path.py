@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -174,23 +173,6 @@ def test_a_path_in_pieces_gives_the_same_motion(size):
         assert np.array_equal(getattr(piecewise.motion, name), getattr(whole.motion, name))
     assert np.array_equal(piecewise.position, whole.position)
     assert piecewise.motion.local_error == pytest.approx(whole.motion.local_error, rel=1e-12)  # summed in another order
-
-
-def test_a_path_without_end_is_kept_a_few_nodes_at_a_time():
-    """The motion frees pieces that it has passed: at most three exist at any time, with the newest one."""
-    alive: list[weakref.ref] = []
-
-    def pieces():
-        while True:
-            piece = np.zeros(100)
-            alive.append(weakref.ref(piece))
-            assert sum(ref() is not None for ref in alive) <= 3
-            yield piece
-            del piece
-
-    motion = simulate(STUDY, LAW, pieces(), 5e-5, 20.0)
-    assert len(alive) > 50
-    assert np.array_equal(motion.position, simulate(STUDY, LAW, np.zeros(20_000), 5e-5, 20.0).position)
 
 
 @pytest.mark.parametrize("damping", [0.05, 0.17, 0.25])

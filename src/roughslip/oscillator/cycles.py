@@ -172,7 +172,6 @@ def reattachment_statistics(
     runs stick again, or where the points of a resampled ensemble do not scatter.
     """
     position = finite("position", position, 1)
-    finite("position", position, 1)
     if position.shape != realisation.shape:
         raise ParameterError(f"{position.size} reattachment points need as many realisations, not {realisation.shape}")
     owners, owner = np.unique(realisation, return_inverse=True)

@@ -63,8 +63,7 @@ def departure(tau: float, x: float, limit: float, tau_end: float, p: Coefficient
         return UPPER, leave, x + p.V * (leave - tau)
 
     rising = True
-    rise = fall = math.inf
-    stop = math.inf
+    rise = fall = stop = math.inf
     if p.q * p.r > p.V:
         arc = math.asin(p.V / (p.q * p.r))
         rise, fall = (math.pi + 2.0 * arc) / p.r, (math.pi - 2.0 * arc) / p.r

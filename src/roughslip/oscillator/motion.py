@@ -151,10 +151,8 @@ def followed(
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"start_m must be finite, not {x} m, {u} m")
-    if u == p.V:
-        run, events = start_on_belt(float(x), feed.path, p)
-    else:
-        run, events = start_in_slip(float(x), float(u), feed.path, p)
+    sticks, x, u = u == p.V, float(x), float(u)
+    run, events = start_on_belt(x, feed.path, p) if sticks else start_in_slip(x, u, feed.path, p)
     status = Status.NODES_OVER
     end, after, longest = (2.0 * math.pi * periods for periods in (duration_periods, *until))
     while status == Status.NODES_OVER:
@@ -216,6 +214,5 @@ def trajectory(
     size = max(math.ceil(duration_periods * options.samples_per_period - 1e-9), 1) if finite else 1
     samples = Samples(2.0 * math.pi / options.samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = start_m if isinstance(start_m, tuple) else (start_m, oscillator.V)
-    feed = PathFeed(path, spacing_m)
-    motion = followed(oscillator, law, feed, duration_periods, options, start_m, samples)
+    motion = followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)

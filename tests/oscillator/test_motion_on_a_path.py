@@ -189,4 +189,3 @@ def test_a_run_ends_where_no_later_motion_changes_its_state(damping):
             early, late = (np.minimum(getattr(one, name), end) for one in (states, whole))
             assert early[early[:, 0] < end] == pytest.approx(late[late[:, 0] < end], rel=1e-6)
         assert end < motion.duration / (2 * math.pi) < end + 2 * longest
-        assert motion.backwards[-1] or motion.kind[-1] == DEPARTURE

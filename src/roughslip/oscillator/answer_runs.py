@@ -14,8 +14,7 @@ from roughslip.oscillator.path import KeptPath
 from roughslip.oscillator.states import States, run_until_known, time_scales
 from roughslip.probability.search import PROBES
 
-KEPT_NODES, KEPT_PATHS = 2**16, 200  # in memory, 100 MB; what is beyond is drawn again for each run
-FAR_NODES = 2**19  # of the PROBES paths that look for a level far away, 50 MB
+KEPT_NODES, KEPT_PATHS, FAR_NODES = 2**16, 200, 2**19  # 100 MB; 50 MB of PROBES paths; what is beyond is drawn again
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
 MOST_SAMPLES = 1e6  # of a run
 LONGEST_RUN = 400.0  # natural periods that a run lasts by itself

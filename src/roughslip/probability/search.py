@@ -234,9 +234,11 @@ class LevelSearch:
 
         beyond : how much farther into the longer part, as a share of the way from a to b
         """
-        seen = [self._seen[value] for value in (a, b)]  # if few, they decide the side, and their share lies there
-        shares = [((of.sum() + 0.5) / (of.size + 1)) for of in seen] + [(threshold + 0.5) / (self.paths + 1)]
-        score_a, score_b, score = (float(ndtri(share)) for share in shares)
+        counts = (
+            *(self.paths * self._seen[value].mean() for value in (a, b)),
+            threshold,
+        )  # if few decide, as if all seen
+        score_a, score_b, score = (float(ndtri((count + 0.5) / (self.paths + 1))) for count in counts)
         share = (score_a - score) / (score_a - score_b)
         return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)
 

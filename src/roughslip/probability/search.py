@@ -234,10 +234,7 @@ class LevelSearch:
 
         beyond : how much farther into the longer part, as a share of the way from a to b
         """
-        counts = (
-            *(self.paths * self._seen[value].mean() for value in (a, b)),
-            threshold,
-        )  # if few decide, as if all seen
+        counts = [self.paths * self._seen[value].mean() for value in (a, b)] + [threshold]  # as if all were seen
         score_a, score_b, score = (float(ndtri((count + 0.5) / (self.paths + 1))) for count in counts)
         share = (score_a - score) / (score_a - score_b)
         return a * (b / a) ** (share + beyond if share < 0.5 else share - beyond)

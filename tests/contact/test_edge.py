@@ -159,16 +159,18 @@ def test_inverse_of_b_is_an_m_matrix(shape):
 
 @pytest.mark.parametrize(("plane", "hardness"), [(0.0, math.inf), (1.0, math.inf), (-2.0, math.inf), (0.5, 0.3)])
 def test_pressures_lie_within_their_bounds(surface, plane, hardness):
-    """Against full solves: the same nodes in contact, pressures within bounds that are as narrow as asked."""
+    """Against full solves: the same nodes in contact, pressures within bounds that are as narrow as asked. To a loose
+    tolerance the gap is that of the steps, in single precision."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     methods = set()
     for seed in range(6):
         interference = surface((64, 64), 6.4, seed) - plane
         full = solve(influence, interference, 1e-10, hardness_pa=hardness)
-        found = solve_at(influence, interference[None], CENTRE, 1e-3, 1e-10, hardness_pa=hardness)
+        tolerance, slack = ((1e-10, 1e-9), (1e-4, 1e-5))[seed % 2]
+        found = solve_at(influence, interference[None], CENTRE, 1e-3, tolerance, hardness_pa=hardness)
         true, highest = full.pressure[CENTRE], full.pressure.max()
         np.testing.assert_array_equal(found.pressure[0] > 0, true > 0)
-        assert np.all((found.low[0] - 1e-9 * highest <= true) & (true <= found.high[0] + 1e-9 * highest))
+        assert np.all((found.low[0] - slack * highest <= true) & (true <= found.high[0] + slack * highest))
         assert np.all(np.abs(found.pressure[0] - true) <= 1.1e-3 * true)
         assert found.work[0] <= full.work
         methods.update(found.method)

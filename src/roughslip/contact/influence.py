@@ -34,7 +34,6 @@ from roughslip import fft
 from roughslip.compilation.cache import compiled
 from roughslip.contact.blocks import block_edges
 from roughslip.contact.convolution import (
-    Convolution,
     NarrowConvolution,
     convolution,
     embedding_symbol,
@@ -160,8 +159,9 @@ class Influence:
             array.setflags(write=False)
 
     @cached_property
-    def _rough_convolution(self) -> Convolution | NarrowConvolution:
-        return self._rounded_convolution if self.periodic else rough_convolution(self.coefficients)
+    def rough_convolution(self) -> NarrowConvolution | None:
+        """The product without detail afar; None where it would not be the faster."""
+        return None if self.periodic else rough_convolution(self.coefficients)
 
     @cached_property
     def coarser(self) -> Influence:
@@ -200,7 +200,8 @@ class Influence:
         result = np.empty(pressure.shape) if result is None else result
         if not _few_summed(self.mirrored, pressure, result):
             whole = self._rounded_convolution if error >= ROUNDED else self._convolution
-            (self._rough_convolution if error >= ROUGH else whole)(pressure, result)
+            rough = self.rough_convolution if error >= ROUGH else None
+            (whole if rough is None else rough)(pressure, result)
         return result
 
 

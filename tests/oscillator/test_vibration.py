@@ -107,7 +107,7 @@ def test_a_machine_that_vibrates_under_scatter():
     assert (change.parameter, change.state, change.aim) == ("load", State.VIBRATION, "end")
     assert found.decides["vibration_limit"].value == pytest.approx(hopf_damping(SLIDE, HUMP), rel=1e-5)
     end = hump(0.4).changed({"load": 2000.0 * (1.0 + change.value)})  # where the cycle can just be told from the noise
-    assert linear_response(end) == pytest.approx(attractors_of(end.oscillator, HUMP).from_rest.amplitude, rel=0.01)
+    assert linear_response(end) == pytest.approx(attractors_of(end.oscillator, HUMP).from_rest.amplitude, rel=0.02)
     low, high = change.interval
     assert low < change.value < high < low + 1e-3
 

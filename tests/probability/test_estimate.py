@@ -224,6 +224,7 @@ def test_of_a_sum_the_indices_are_the_shares_of_the_variances(split):
     assert split.drawn[0].var() == pytest.approx(parts.sum(), rel=0.02)
     near(split.first[0], parts / parts.sum())
     near(split.total[0], parts / parts.sum())
+    near(variance_split(lambda v: (v["x"],), (A,), 1024).first[0], [1.0])  # one result of one source
 
 
 def test_of_a_product_the_interaction_is_the_product_of_the_variances(split):

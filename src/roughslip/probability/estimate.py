@@ -258,6 +258,6 @@ def variance_split(
 def _indices(of_a: np.ndarray, of_b: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and total indices (results, sources) from results (results, samples) and (sources, results, samples)."""
     columns = {"f_A": of_a, "f_B": of_b, "f_AB": mixed}
-    indices = scipy.stats.sobol_indices(func=columns, n=of_a.shape[1])
-    shape = len(of_a), len(mixed)
-    return np.reshape(indices.first_order, shape), np.reshape(indices.total_order, shape)
+    columns = {name: np.repeat(of, 2, axis=-2) for name, of in columns.items()}  # SciPy fails for one of one source
+    found, shape = scipy.stats.sobol_indices(func=columns, n=of_a.shape[1]), (2 * len(of_a), len(mixed))
+    return np.reshape(found.first_order, shape)[::2], np.reshape(found.total_order, shape)[::2]

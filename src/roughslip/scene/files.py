@@ -89,7 +89,6 @@ def _value(event: Any, events: Iterator[Any], path: KeyPath, wrong: list[Wrong])
 
     A decimal comma makes two keys of `{a: 1,39e-5}`: they are put together again as one text, which is refused as a
     number. A repeated key, which PyYAML lets win, is added to what is wrong; groups of the same name are put together.
-    Raises MarkedYAMLError for a key that is no plain word.
     """
     if isinstance(event, yaml.AliasEvent) or event.anchor is not None or event.tag is not None:
         wrong.append((path, f"line {event.start_mark.line + 1}: write the value out, without anchor, alias or tag"))
@@ -109,7 +108,7 @@ def _value(event: Any, events: Iterator[Any], path: KeyPath, wrong: list[Wrong])
             raise yaml.MarkedYAMLError(problem="a key is a plain word", problem_mark=key.start_mark)
         name, is_bare = key.value, not key.style and AFTER_COMMA.fullmatch(key.value)
         value = _value(next(events), events, (*path, name), wrong)
-        if value is None and is_bare and COMMAS.match(f"{values.get(last)},"):
+        if value is None and is_bare and COMMAS.match(f"{values.get(last)},".replace(".", "")):
             values[last] = f"{values[last]},{name}"
         elif name in values:
             wrong.append(((*path, name), f"line {key.start_mark.line + 1}: given before; give it once"))

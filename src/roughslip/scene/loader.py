@@ -44,9 +44,10 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
         values["targets"] = friction.targets_under_load(values["targets"])
     in_yaml = {path for _, path, _ in merged.wrong}
     found = [*((path, text, "") for path, text in wrong), *_refusals(values)]
-    found = [one for one in found if not (one[0] in in_yaml and one[1].startswith("no value"))]
-    found = [one for one in found if not (merged.unread and one[1].startswith("missing"))]
     faulty = {key for _, _, key in found if key} | {".".join(map(str, path)) for path in in_yaml if path}
+    found = [one for one in found if not (one[1].startswith("no value") and one[0] in in_yaml)]
+    is_open = faulty if not merged.unread else {".".join(map(str, path)) for path, _, _ in found}
+    found = [one for one in found if not (one[1].startswith("missing") and ".".join(map(str, one[0])) in is_open)]
     if merged.unread or any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
         faulty.add("targets")  # which stages they need is not known
     lines = [*merged.unread, *(line(*one) for one in merged.wrong)]
@@ -139,7 +140,8 @@ def _mistakes(scene: Values, whole: Values, faulty: set[str], uncertain: set[str
             if not is_increasing([first for first in firsts if isinstance(first, int | float)]):
                 yield refused(items, "strictly increasing", key)
     for part in (friction, roughness, oscillator):
-        yield from (mistake for mistake in part.mistakes(scene) if all(map(sound, mistake.keys)))
+        found = part.mistakes(scene)  # of two keys that exclude each other, the second may be faulty
+        yield from (one for one in found if all(map(sound, one.keys[: 1 if "together with" in one.text else None])))
     is_smooth = scene.get("load") is not None and given(scene, "roughness.covariance") != "exponential"
     for key in uncertain if not is_smooth else ():
         if key.startswith("roughness."):

@@ -195,8 +195,8 @@ def describe_allowed(part: Values) -> str:
         case "boolean":
             return "true or false"
         case "string":
-            longest = part.get("maxLength")
-            return f"text on one line, 1 to {longest} characters" if longest else NAME
+            longest = f", 1 to {part['maxLength']} characters" if "maxLength" in part else ""
+            return NAME if "pattern" in part else f"text on one line{longest}"
         case "object":
             return "a group of the keys " + ", ".join(part["properties"])
         case "array":

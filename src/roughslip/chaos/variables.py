@@ -53,8 +53,8 @@ def local_functionals(heights: np.ndarray, stencil: Stencil) -> np.ndarray:
     slope, second, *means = _across(heights.shape[-1], stencil)
     functionals = np.empty((len(NAMES), *heights.shape))
     functionals[0] = heights
-    functionals[1] = _differences(heights)
-    functionals[3] = _second_differences(heights)
+    heights = functionals[0]  # in one piece
+    functionals[1], functionals[3] = _differences(heights), _second_differences(heights)
     fields = heights, heights, functionals[1], *(_means(heights, half) for half, _ in (stencil.near, stencil.far))
     for number, field, matrix in zip((2, 4, 5, 6, 7), fields, (slope, second, slope, *means), strict=True):
         np.matmul(field, matrix, out=functionals[number])

@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 import pytest
 from numpy.polynomial.hermite_e import hermegauss
+from scipy import stats
 
 from roughslip.chaos.hermite import even_terms, hermite_basis, multi_indices
 from roughslip.chaos.regression import Regression, least_squares
@@ -135,6 +136,15 @@ def test_a_sum_of_squares_above_the_variance_of_the_samples_is_warned_of():
                 least_squares(plain, target)  # no orthonormal terms: their squares say nothing
         assert (np.sum(fit.coefficients[1:] ** 2) > 10 * (5**-0.5 - 1 / 3)) == warns
         assert ["lower degree in `basis`" in str(one.message) for one in caught] == [True] * warns
+    normal = stats.norm.ppf((np.arange(800) + 0.5) / 800)  # x expands itself, with a coefficient of 1 at any variance
+    second, fourth = np.mean(normal**2), np.mean(normal**4)
+    least = 1 / (1.1 * second + 4 * math.sqrt((fourth - second**2) / 800))
+    for share in (1.01, 0.99):
+        x = normal * math.sqrt(share * least)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            least_squares(np.column_stack([np.ones(800), x]), x)
+        assert bool(caught) == (share < 1)
 
 
 def test_correlated_variables_are_warned_of():

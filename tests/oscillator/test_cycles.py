@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from roughslip.oscillator.cycles import (
-    REPLICATES,
-    count_difference,
-    reattachment_statistics,
-)
+from roughslip.oscillator.cycles import REPLICATES, count_difference, reattachment_statistics
 from roughslip.oscillator.states import States, durations, exponential_mean, run_until_known
 from roughslip.oscillator.trough_chain import durations_by_theory
 from tests.oscillator.motions import machine

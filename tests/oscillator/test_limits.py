@@ -21,12 +21,7 @@ from roughslip.oscillator.equation import Oscillator, acceleration, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT
 from roughslip.oscillator.grazing import _orbit, grazing_response
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import (
-    existence_limit,
-    hopf_damping,
-    limit_cycle,
-    slip_loop,
-)
+from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate
 from roughslip.oscillator.slip_orbit import balance, equilibrium, rate_of_slip, slip_flow, turn

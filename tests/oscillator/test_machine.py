@@ -143,10 +143,7 @@ def test_the_smallest_change_ends_what_is_likely():
     none = dict.fromkeys(("0.05", "0.95", "unsteady_0.05"))
     ends = none | {"0.05": Quantity(0.3, (0.28, 0.31), "1"), "unsteady_0.05": Quantity(0.31, None, "1")}
     limits = {"damping": Limits(0.2, None, "1", "D", none, ends, Quantity(None, None, "1"))}
-    for shares, aim, state, change in (
-        ((0.9, 0.1), "end", "stick_slip", 0.5),
-        ((0.2, 0.8), "end", "vibration", 0.55),
-    ):
+    for shares, aim, state, change in (((0.9, 0.1), "end", "stick_slip", 0.5), ((0.2, 0.8), "end", "vibration", 0.55)):
         (found,) = smallest_changes(limits, *shares)
         assert (found.aim, found.state, found.value) == (aim, state, pytest.approx(change))
     assert smallest_changes(limits, 0.1, 0.3) == ()
@@ -162,6 +159,11 @@ def test_unstable_sliding_that_has_not_left_yet_is_not_decided():
         assert Runs(machine, 72, None, (0,)).periods(machine) == pytest.approx(400.0)
         found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen)
         assert (found["decided"], found["needs"].value) == (False, needed)
+    number = np.arange(72)  # ten runs stick-slip from rest alone; from sliding alone as many, or none
+    for last, differ in ((30, False), (20, True)):
+        sliding = (number >= 10) & (number < last)
+        seen = {"from_rest": {State.STICK_SLIP: number < 20}, "from_sliding": {State.STICK_SLIP: sliding}}
+        assert memory_of_the_start(Runs(slow, 72, 40.0, (0,)), 40.0, seen)["starts_differ"] is differ
 
 
 def limits_at(**factors):

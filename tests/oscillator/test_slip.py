@@ -77,12 +77,7 @@ def driven(q_m, ratio):
 
 
 @settings(derandomize=True, max_examples=60, deadline=None)
-@given(
-    q_m=st.floats(1e-5, 0.01),
-    ratio=st.floats(0.05, 8.0),
-    start=st.floats(0.0, 100.0),
-    share=st.floats(-0.9, 0.9),
-)
+@given(q_m=st.floats(1e-5, 0.01), ratio=st.floats(0.05, 8.0), start=st.floats(0.0, 100.0), share=st.floats(-0.9, 0.9))
 def test_stick_holds_up_to_the_root(q_m, ratio, start, share):
     """Property: the limits hold up to the departure, and are met there to rounding."""
     p = driven(q_m, ratio)

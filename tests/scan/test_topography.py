@@ -136,6 +136,8 @@ def test_a_plane_is_taken_off_to_the_rim_and_in_holes():
     np.testing.assert_allclose(with_plane, alone, atol=1e-11)
     with pytest.raises(ParameterError, match=r"cutoff_m.*no shorter waves"):
         high_pass(topography(plane, *CELL, "a plane"), CUTOFF)
+    with pytest.raises(ParameterError, match=r"allowed are 7\.5 m, five cells of the scan, to 225 m, its shorter edge"):
+        high_pass(topography(wave, *CELL, "a wave"), 7.0)  # five of the cells along x, whose edge is 240 m
 
 
 POINTS = 128

@@ -74,6 +74,8 @@ def test_a_scene_becomes_an_object_with_all_its_values_and_defaults(name):
         if expected is not None:
             value = reduce(getattr, key.split("."), scene_of(values))
             assert value == as_tuples(expected)
+    with pytest.raises(AttributeError, match="jobs is not among the keys that this stage reads"):
+        scene_of(values, ["seed"]).jobs  # noqa: B018
 
 
 def test_the_schema_for_editors_and_the_page_of_keys_are_current():

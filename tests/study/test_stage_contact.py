@@ -13,13 +13,13 @@ from roughslip.contact.solve import solve
 from roughslip.friction import scatter_of_friction
 from roughslip.friction.pad import WINDOWS, pad_edges
 from roughslip.scene.types import scene_of
-from roughslip.study import expansion_strip
+from roughslip.study import expansion_strip, page
 from roughslip.study.from_scene import domain, geometry
 from roughslip.study.from_scene.surface_model import surface_model
 from roughslip.study.graph import STAGES
 from roughslip.surface.models import covariance_of
 from roughslip.surface.plausibility import rms_slope, yielding
-from tests.study.conftest import CONTACT, MODULUS, SQ, changed
+from tests.study.conftest import CONTACT, MODULUS, SQ, changed, job_of
 
 STRIPS, MANY, TRAINED = 12, 40, 6
 LEVELS = np.array([20.0, 50.0, 90.0])
@@ -381,6 +381,17 @@ def test_a_soft_surface_touches_on_the_load_over_its_hardness(run, cells, monkey
     assert cells[0][0]["plasticity_index"] == 0
     assert not cells[0][0]["yielded"].any()
     assert yielding(30.0, 0.954).endswith("H is 30; 95 % of the real area bears the hardness.")
+
+
+def test_the_page_judges_friction_of_strips_and_says_the_scatter_of_a_pad(chain, cells, folder):
+    """The paper has no load, so that friction under one is not judged."""
+    of_strips, of_load = chain[-1], cells[1]
+    (_, text) = page.represented({"friction/statistics.nc": of_load.path}, ["friction"], ["figure5"])["figure5"]
+    assert text.startswith(f"Friction of the pad scatters by {of_load['load_std'] / MEAN:.2%}; the law of scatter")
+    assert text.endswith(f" {of_load['load_std_by_law'] / MEAN:.2%}.")
+    for one, is_judged in ((of_strips, True), (of_load, False)):
+        claims = page.judged(job_of("page", {"targets": []}, folder / "report.html", friction=one.path))
+        assert any(claim["verdict"] != "not tested" for claim in claims) == is_judged
 
 
 @pytest.mark.nightly

@@ -31,6 +31,7 @@ def test_an_error_of_the_package_is_a_message(tmp_path, monkeypatch, capsys, err
     raised, module, key = [error, ZeroDivisionError()], ModuleType("contact"), tmp_path / "contact" / "0" / "key.json"
 
     def work(scene, job):
+        assert (scene.seed, job.scene, job.key.code, list(job.numbers)) == (5, scene, "abc", [0, 1])
         raise raised.pop(0)
 
     module.work = work

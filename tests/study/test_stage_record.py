@@ -90,6 +90,13 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     assert not record.has_surface({key: SCENE[key] for key in ("friction", "oscillator")})
 
 
+def test_a_surface_explains_the_scatter_of_a_record_to_ten_percent():
+    """0.011 to 0.013 in the record: roughness is (0.9 / 1.2)^2 of the variance, the cause, or that of another pad."""
+    said = (0.009, "is 56% of"), (0.0101, "can be the cause"), (0.0144, "can be"), (0.0145, "are not those of")
+    for by_law, words in said:
+        assert words in record.is_roughness_the_cause(by_law, 0.011, 0.013)
+
+
 def test_shapes_of_the_marginal_have_the_moments():
     """Beta(2, 5) has skewness 0.596 and excess -0.12, as in Johnson et al."""
     fit = SimpleNamespace(skewness=(0.5963, 0.01), excess=(-0.12, 0.01))

@@ -169,6 +169,7 @@ def test_grooves_longer_than_the_scan_are_used_with_an_endless_lay(scan_of):
     result = scan_of(grooves, endless_lay="x")
     model = surface_model.restored_model(result)
     assert result["length_y_low"] < model.lengths_m[1] < result["length_y_high"]
+    assert model.lengths_m[0] == pytest.approx(N * STEP)  # as long as the scan
     field = model.sampler(Grid(50, 4000, STEP, STEP))(np.random.default_rng(1))
     np.testing.assert_allclose(field, np.broadcast_to(field[:1], field.shape), atol=2e-14)  # root of rounding
     assert field[0].std() == pytest.approx(float(result["rms_height"]), rel=0.1)

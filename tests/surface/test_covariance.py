@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import j0
 
+from roughslip.errors import ParameterError
 from roughslip.grid import Grid
 from roughslip.surface.covariance import Covariance, plane_height
 from roughslip.surface.embedding import embed
@@ -181,6 +182,9 @@ def test_between_lags_splines_follow_a_smooth_covariance():
     around = measured(step * np.array([0.0, 1.0, 0.0]), step * np.array([0.0, 0.0, 1.0]))
     exact = np.sqrt((4 * around[0] - 2 * around[1] - 2 * around[2]) / step**2)
     assert measured.rms_slope == pytest.approx(exact, rel=1e-5)
+    for name, sizes in (("lag along x", (0.0, 1.0, 1.0)), ("lag along y", (1.0, 0.0, 1.0)), ("rms", (1.0, 1.0, 0.0))):
+        with pytest.raises(ParameterError, match=name):
+            measured_covariance(table(covariance), *sizes)
 
 
 @settings(max_examples=10, derandomize=True, deadline=None)

@@ -15,6 +15,7 @@ from roughslip.chaos.hermite import hermite_basis, multi_indices
 from roughslip.chaos.local import GROUPS, SolvedSurfaces, best_gap_stiffness, fit_local, jackknife_deviations
 from roughslip.chaos.pressure import CURVATURE, OUTSIDE_SCALE, PressureTarget, fit_in_contact, pressure_target
 from roughslip.chaos.scatter import REACH, residual_scatter
+from roughslip.errors import ParameterError
 
 TARGETS = {
     "trial_pressure": PressureTarget("trial_pressure", 2.0),
@@ -194,3 +195,5 @@ def test_fit_in_contact_is_plain_least_squares_there(logarithm):
     sought = np.log(pressure[contact]) if logarithm else pressure[contact]
     np.testing.assert_allclose(fit.coefficients, np.linalg.lstsq(basis[contact], sought, rcond=None)[0], rtol=1e-11)
     assert fit.samples == contact.sum() < len(pressure)
+    with pytest.raises(ParameterError, match="a pressure for each row"):
+        fit_in_contact(basis, pressure[1:], logarithm=logarithm)

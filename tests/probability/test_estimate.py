@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.special import bdtr, ndtr, ndtri
 
-from roughslip.errors import IllPosedError
+from roughslip.errors import IllPosedError, ParameterError
 from roughslip.probability import Estimate
 from roughslip.probability.estimate import Source, interval_margin, student_95, variance_split, wilson_interval
 from roughslip.probability.search import ACCURACY, COARSE, START, LevelSearch, central_counts, first_change, lattice_map
@@ -57,6 +57,8 @@ def test_the_interval_of_a_share_is_that_of_wilson():
         exact = stats.binomtest(k, n).proportion_ci(method="wilson")
         assert (low[row], high[row]) == pytest.approx((exact.low, exact.high), abs=1e-12)
     assert [float(end) for end in wilson_interval(0.0, 0.0)] == [0.0, 1.0]
+    with pytest.raises(ParameterError, match="must be finite"):
+        wilson_interval(successes, np.where(successes > 0, trials, np.inf))
 
 
 POINTS = 33

@@ -14,12 +14,13 @@ from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.friction import Friction
+from roughslip.oscillator.answer_runs import whole_cycles
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.motion import Motion, simulate
+from roughslip.oscillator.motion import Motion, Trajectory, simulate
 from roughslip.oscillator.slip_orbit import departure_point, slip_flow
 from roughslip.oscillator.states import (
     States,
@@ -234,6 +235,15 @@ def test_times_of_sliding_are_steady_or_vibrate():
     assert (times.sliding[0], times.vibration[0]) == pytest.approx((15 / 1, 45 / 2))
     assert times.birth[0] == 0.0
     assert times.birth[2] == pytest.approx(1 / exponential_mean(60.0, 0)[1])
+
+
+def test_whole_cycles_by_hand():
+    """From one return after backward motion to the next: of 2 and 4 natural periods; the third slides steadily."""
+    run = motion(20, *((REATTACHMENT, end) for end in (1, 2, 3, 7, 12)), micro=(2,))
+    time = TURN * np.linspace(0.0, 20.0, 2001)
+    place = np.where(time < 3 * TURN, 1e-3, 3e-3) * np.sin(time)
+    found = whole_cycles(Trajectory(run, time, place, np.zeros(2001)), states([], [(8, 10)], [], [True]))
+    np.testing.assert_allclose(found, [[1e-3, 2 * TURN], [3e-3, 4 * TURN]], rtol=1e-9)
 
 
 def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():

@@ -171,11 +171,9 @@ def test_the_page_of_a_machine_begins_with_its_answer_and_folds_the_figures_behi
     for part in (
         "The smallest change that ends it: more damping, D, +17 %, from 0.17 to 0.199",
         "The curve is the friction_table of the scene: 0.45 at rest, 0.38 at 0.5 m/s.",
-        *(
-            "Figures behind the answer",
-            "the probability of stick-slip is 62 %",
-            "how sure the inputs are; that is above",
-        ),
+        "Figures behind the answer",
+        "the probability of stick-slip is 62 %",
+        "how sure the inputs are; that is above",
     ):
         assert part in text, part
     assert len(content.all("polyline")) == 6

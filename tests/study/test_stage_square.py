@@ -262,6 +262,7 @@ def test_an_equation_that_is_refused_is_stored_as_nan(run, expanded):
         (10, 10, (2.9, 2.9), [(5, 5), (5, 4), (4, 5), (4, 4)], None),  # half of 2.9 cells is one cell
         (6, 6, (6.0, 6.0), [(3, 3), (3, 2), (2, 3), (2, 2)], None),  # half of 6 is 3, which on 6 nodes is the border
         (10, 9, (2.9, 2.9), [(5, 4), (4, 4)], None),
+        (8, 9, (4.0, 4.0), [(4, 4), (3, 4)], {(i, j) for i in (1, 3, 4, 6) for j in (2, 4, 6)}),  # next to the border
         (32, 31, (6.0, 12.0), [(16, 15), (15, 15)], {(i, j) for i in (12, 15, 16, 19) for j in (9, 15, 21)}),
     ],
 )

@@ -11,8 +11,8 @@ from scipy import stats
 from scipy.special import bdtr, ndtr, ndtri
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.probability import Estimate
-from roughslip.probability.estimate import Source, interval_margin, student_95, variance_split, wilson_interval
+from roughslip.probability import Estimate, Source
+from roughslip.probability.estimate import columns_of, interval_margin, student_95, variance_split, wilson_interval
 from roughslip.probability.search import ACCURACY, COARSE, START, LevelSearch, central_counts, first_change, lattice_map
 
 ROWS = np.exp(0.3 * np.random.default_rng(4).standard_normal((41, 2)))  # a sample and 40 replicates of two numbers
@@ -25,6 +25,7 @@ def test_a_percentile_interval_and_that_of_a_scale_with_a_margin():
     np.testing.assert_allclose(wide.low, ROWS[0] + 1.5 * (LOW - ROWS[0]), rtol=1e-14)
     np.testing.assert_allclose(wide.high, ROWS[0] + 1.5 * (HIGH - ROWS[0]), rtol=1e-14)
     np.testing.assert_array_equal(wide.rows, ROWS)
+    np.testing.assert_array_equal(columns_of([wide, wide])[2], [columns_of(wide)[2]] * 2)
     low, high = np.quantile(np.log(ROWS[1:]), (0.025, 0.975), axis=0)
     np.testing.assert_allclose(scale.low, ROWS[0] * np.exp(-1.5 * (high - np.log(ROWS[0]))), rtol=1e-13)
     np.testing.assert_allclose(scale.high, ROWS[0] * np.exp(1.5 * (np.log(ROWS[0]) - low)), rtol=1e-13)

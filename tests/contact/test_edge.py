@@ -4,6 +4,7 @@ Pressures at nodes near edges of contacts, against Hertz and Westergaard at rand
 
 Pressures at a few nodes, from solves that stop when these are known."""
 
+import itertools
 import math
 
 import numpy as np
@@ -163,15 +164,15 @@ def test_pressures_lie_within_their_bounds(surface, plane, hardness):
     tolerance the gap is that of the steps, in single precision."""
     influence = Influence(Grid(64, 64, 1.0, 1.0), 1.0)
     methods = set()
-    for seed in range(6):
+    for seed, tolerance in itertools.product(range(6), (1e-10, 1e-4)):
         interference = surface((64, 64), 6.4, seed) - plane
         full = solve(influence, interference, 1e-10, hardness_pa=hardness)
-        tolerance, slack = ((1e-10, 1e-9), (1e-4, 1e-5))[seed % 2]
         found = solve_at(influence, interference[None], CENTRE, 1e-3, tolerance, hardness_pa=hardness)
-        true, highest = full.pressure[CENTRE], full.pressure.max()
+        true, slack = full.pressure[CENTRE], (1e-9 if tolerance == 1e-10 else 1e-5) * full.pressure.max()
         np.testing.assert_array_equal(found.pressure[0] > 0, true > 0)
-        assert np.all((found.low[0] - slack * highest <= true) & (true <= found.high[0] + slack * highest))
-        assert np.all(np.abs(found.pressure[0] - true) <= 1.1e-3 * true)
+        assert np.all((found.low[0] - slack <= true) & (true <= found.high[0] + slack))
+        by_residual = tolerance == 1e-4 and found.method[0] == "fft"  # the loose tolerance came before the precision
+        assert by_residual or np.all(np.abs(found.pressure[0] - true) <= 1.1e-3 * true)
         assert found.work[0] <= full.work
         methods.update(found.method)
     assert methods & {"bounded", "dense"}

@@ -94,9 +94,16 @@ def scatter_of_friction(
     other spectra, as `doubt_of_law` does. In contact that yields friction does not scatter, as A = N / H. Raises
     IllPosedError where the covariance has no own rms slope, or one without a limit.
     """
-    rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
-    if doubt := _doubt(rough):
+    if doubt := doubt_of_law(covariance):
         warnings.warn(doubt, stacklevel=3)
+    return scatter_by_law(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
+
+
+def scatter_by_law(
+    covariance: Covariance, plane_strain_modulus_pa: float, pressure_pa: float, window_m: tuple[float, float]
+) -> float:
+    """The same without a warning, for callers that say `doubt_of_law` themselves."""
+    rough, load = _checked(covariance, plane_strain_modulus_pa, pressure_pa, window_m)
     return math.sqrt(of_summits(rough, load) * _mean_of_pairs(covariance, rough, load, window_m))
 
 
@@ -149,11 +156,7 @@ def doubt_of_law(covariance: Covariance) -> str:
 
     Raises as `scatter_of_friction`.
     """
-    return _doubt(roughness_of(covariance))
-
-
-def _doubt(rough: Roughness) -> str:
-    least, most = JUDGED
+    rough, (least, most) = roughness_of(covariance), JUDGED
     if least <= rough.bandwidth <= most:
         return ""
     error = NARROW if rough.bandwidth < least else "its error there is not known"

@@ -19,7 +19,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError, InputError
 from roughslip.friction.pad import pad_edges
-from roughslip.friction.scatter_law import Covariance, scatter_of_friction
+from roughslip.friction.scatter_law import Covariance, scatter_by_law
 from roughslip.oscillator.budget import VIBRATION, Budget, uncertainty_budget
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.machine import PARAMETERS, Machine
@@ -168,7 +168,7 @@ def powers_of_scatter(
     def log_scatter(height: float, length: float) -> float:
         """The scatter depends on p / (E* h'), and on the pad over the length."""
         pad = pad_m[0] / length, pad_m[1] / length
-        return math.log(scatter_of_friction(covariance, modulus_pa, pressure_pa * length / height, pad))
+        return math.log(scatter_by_law(covariance, modulus_pa, pressure_pa * length / height, pad))
 
     less, more = math.exp(-STEP), math.exp(STEP)
     try:

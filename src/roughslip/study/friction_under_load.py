@@ -22,7 +22,7 @@ from roughslip.friction.pad import (
     under_load,
 )
 from roughslip.friction.process import PAPER_SHAPES
-from roughslip.friction.scatter_law import doubt_of_law, scatter_of_friction
+from roughslip.friction.scatter_law import doubt_of_law, scatter_by_law
 from roughslip.friction.table import describe
 from roughslip.friction.table_variables import TITLES as OF_WINDOWS
 from roughslip.friction.table_variables import beta_variables
@@ -160,7 +160,7 @@ def by_law(job: Job) -> dict[str, store.Variable]:
     pad = pad_edges(scene.oscillator.windows_in_parallel, strip.window_m, strip.width_m, load.pad_length_m)
     modulus, covariance = elastic.material(scene).plane_strain_modulus_pa, gaussian_model(scene).covariance
     try:
-        deviation = scene.friction.mean * scatter_of_friction(covariance, modulus, load.nominal_pressure_pa, pad)
+        deviation = scene.friction.mean * scatter_by_law(covariance, modulus, load.nominal_pressure_pa, pad)
     except IllPosedError as error:
         job.warn(f"the scatter of friction by the law of scatter is missing: {error.in_scene}")
         return {}

@@ -10,7 +10,7 @@ import numpy as np
 
 from roughslip import store
 from roughslip.errors import IllPosedError
-from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_of_friction
+from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_by_law
 from roughslip.record.fit import RecordFit, check_count, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
@@ -134,7 +134,7 @@ def of_surface(scene: Scene, mean: float, lags_m: np.ndarray) -> dict[str, store
     window = scene.strip.window_m, scene.strip.width_m
     pressure = scene.oscillator.normal_force_n / (scene.oscillator.windows_in_parallel * window[0] * window[1])
     law = gaussian_model(scene).covariance, elastic.material(scene).plane_strain_modulus_pa, pressure, window
-    deviation = mean * scatter_of_friction(*law)
+    deviation = mean * scatter_by_law(*law)
     covariance = deviation**2 * autocorrelation_of_friction(*law, lags_m)
     return {
         "surface_std": store.Variable((), deviation, "1", "standard deviation of friction by the law of scatter"),

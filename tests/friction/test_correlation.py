@@ -10,7 +10,7 @@ from roughslip.friction.correlation import (
     correlation_fit,
     exponential_length,
     lags_with_pairs,
-    log_line,
+    one_field,
     one_over_e_length,
     triangular,
     window_lengths,
@@ -66,7 +66,7 @@ def test_which_exponential_fits_and_whether_it_is_one() -> None:
     far = np.sqrt(np.mean((triangle - np.exp(-lags / own["least_squares"])) ** 2))
     for curve, lengths, to_exponential, to_triangle in (
         (triangle, own, far, 0.0),
-        (exponential, {"least_squares": 250e-6, "log_line": 250e-6}, 0.0, apart),
+        (exponential, {"least_squares": 250e-6}, 0.0, apart),
     ):
         fit = correlation_fit(lags, Estimate.from_rows(np.concatenate((curve[None], curve + noise))), WINDOW)
         for name, length in lengths.items():
@@ -82,38 +82,31 @@ def test_which_exponential_fits_and_whether_it_is_one() -> None:
         assert fit.misfit_triangle.high - to_triangle == pytest.approx(1e-4, rel=0.3)
 
 
-@pytest.mark.parametrize(
-    ("share", "length"), [(0.5, 440e-6), (0.7, 366e-6), (0.8, 324e-6), (0.9, 275e-6), (0.95, 246e-6)]
-)
-def test_a_straight_line_through_the_logarithm_of_a_triangle_depends_on_its_largest_lag(share, length):
-    """Of a window of 600 µm, by quadrature of the least squares, and on lags 0.06 µm apart."""
-    x = np.linspace(0.0, share, 200_001)
-    slope = np.trapezoid((x - share / 2) * np.log1p(-x), x) / (share**3 / 12)
-    assert 600e-6 / -slope == pytest.approx(length, abs=0.5e-6)
-    lags = np.linspace(0.0, 600e-6, 10_001)
-    fitted = log_line(lags, triangular(lags, 600e-6)[None], share * 600e-6)
-    assert fitted[0] == pytest.approx(length, rel=2e-3)
+def test_lengths_of_the_triangle_of_a_window():
     lengths = window_lengths(np.arange(721) * 2.5e-6, WINDOW)  # 1/e is met at T (1 - 1/e)
     assert lengths["one_over_e"] == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
     assert lengths["least_squares"] == pytest.approx(320e-6, abs=0.5e-6)
-    assert lengths["log_line"] == pytest.approx(275e-6, rel=0.02)
 
 
-def test_a_straight_line_finds_an_exponential_and_ends_before_the_curve_falls_to_zero():
-    lags = 15e-6 * np.arange(41)
-    curve = np.exp(-lags / 250e-6)
-    cut = np.where(np.arange(41) < 20, curve, -0.1)
-    late = np.where(np.arange(41) < 25, cut, 0.5)  # noise beyond the first crossing does not count
-    np.testing.assert_allclose(log_line(lags, np.stack([curve, cut, late]), 540e-6), 250e-6, rtol=1e-12)
-    flat, alone = np.ones(41), np.where(np.arange(41) < 1, 1.0, -0.2)
-    np.testing.assert_allclose(log_line(lags, np.stack([flat, alone]), 540e-6), [100 * lags[-1], lags[1] / 20])
-
-
-def test_a_straight_line_takes_the_point_at_the_largest_lag():
-    lags = 15e-6 * np.arange(41)
-    triangle = triangular(lags, 600e-6)
-    slope, _ = np.polyfit(lags[:37], np.log(triangle[:37]), 1)  # 36 spacings are 540 µm
-    assert log_line(lags, triangle[None], 540e-6)[0] == pytest.approx(-1.0 / slope, rel=1e-9)
+def test_one_field_about_its_own_mean_shows_a_shorter_length_than_all_together():
+    """White noise averaged over a window, in fields of four windows; each against the sums as they are written."""
+    rng = np.random.default_rng(5)
+    total = np.cumsum(rng.standard_normal((60, 81)), axis=1)
+    mu, lags = 0.3 + 0.001 * (total[:, 20:] - total[:, :-20]), np.arange(61) * WINDOW / 20
+    valid = np.arange(60)[:, None] < 50 + np.zeros(61)  # fields without friction somewhere are left out
+    found = one_field(mu, valid, lags, WINDOW)
+    lengths, nearer = [], []
+    for field in mu[:50] - mu[:50].mean(axis=1, keepdims=True):
+        curve = np.array([np.mean(field[: 61 - k] * field[k:]) for k in range(31)]) / np.mean(field**2)
+        (length,) = exponential_length(lags[:31], curve[None])
+        far = [np.sum((curve - model) ** 2) for model in (np.exp(-lags[:31] / length), triangular(lags[:31], WINDOW))]
+        lengths.append(length)
+        nearer.append(far[0] < far[1])
+    length, share = found["length_one_field"], found["exponential_share"]
+    np.testing.assert_allclose([length.value, length.low, length.high], np.quantile(lengths, [0.5, 0.025, 0.975]))
+    assert float(share.value) == np.mean(nearer)
+    assert length.value < window_lengths(lags, WINDOW)["least_squares"]
+    assert all(np.isnan(one.value) for one in one_field(mu[:0], valid[:0], lags, WINDOW).values())
 
 
 def test_lags_reach_as_far_as_each_resampled_set_has_pairs_of_windows():

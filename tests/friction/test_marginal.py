@@ -5,7 +5,7 @@ import pytest
 from scipy import special, stats
 
 from roughslip.errors import IllPosedError
-from roughslip.friction.marginal import SET_WINDOWS, SHAPES, distance_to_beta, fit_beta, nearest_level, set_beta
+from roughslip.friction.marginal import SHAPES, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.windows import strip_weights
 from roughslip.probability import beta_moments
 
@@ -80,19 +80,12 @@ def test_shapes_of_sets_are_larger_the_more_windows_a_set_has():
     """
     rng = np.random.default_rng(4)
     valid = np.ones((200, 100), dtype=bool)
-    for shape in set_beta(0.3 + 0.1 * rng.random((200, 100)), valid, np.random.default_rng(1)):
+    for shape in set_beta(0.3 + 0.1 * rng.random((200, 100)), valid, np.random.default_rng(1), 100):
         assert shape.low < shape.value < shape.high
-        assert shape.value == pytest.approx(1.0 - 7 / SET_WINDOWS, abs=0.02)
+        assert shape.value == pytest.approx(1.0 - 7 / 100, abs=0.02)
     mu = 0.3 + 0.01 * rng.standard_normal((200, 100))
     for windows_of_a_set, range_of_it in ((100, 5.015), (1000, 6.483)):
         for shape in set_beta(mu, valid, np.random.default_rng(1), windows_of_a_set):
             assert 2 * shape.value + 1 == pytest.approx(range_of_it**2 / 4, rel=0.12)
     with pytest.raises(IllPosedError, match="no scatter in a set"):
-        set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng)
-
-
-def test_the_nearest_level_is_as_skewed_as_the_paper_where_one_is():
-    """Beta(2.1, 5) has the skewness 0.56, and 0.28 to 0.84 are as skewed."""
-    distance = np.array([0.05, 0.02, 0.04])
-    assert nearest_level(distance, np.array([0.5, 0.1, 0.6])) == 2
-    assert nearest_level(distance, np.array([0.1, 0.1, 0.1])) == 1
+        set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng, 100)

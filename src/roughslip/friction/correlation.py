@@ -13,21 +13,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from roughslip.errors import IllPosedError, ParameterError
-from roughslip.friction.windows import check_windows, require_scatter, resampled
-from roughslip.probability import Estimate
+from roughslip.friction.windows import NO_SCATTER, check_windows, require_scatter, resampled
+from roughslip.probability import Estimate, wilson_interval
 from roughslip.results import described, result
 from roughslip.validation import finite, gate, positive
 
 LONGEST_WINDOWS = 3.0
 """The main fit takes lags up to this many windows."""
-LINE_WINDOWS = 0.9
-"""Largest lag, in windows, of the straight line through the logarithm of the autocorrelation."""
-LENGTHS = ("least_squares", "one_over_e", "log_line")
+LENGTHS = ("least_squares", "one_over_e")
 """Lengths [m] of the exponential exp(-s/L) that stand for a curve r(s).
 
 least_squares : least squares over all lags to three windows, unweighted: the main one
 one_over_e : first lag where r falls below 1/e, linear between lags; the longest lag if it does not
-log_line : straight line through log r to lags of 0.9 of the window, see `log_line`
 """
 _SHORTEST_PER_SPACING = 1.0 / 20.0
 _LONGEST_PER_SPAN = 100.0
@@ -40,7 +37,6 @@ class CorrelationFit:
 
     least_squares: Estimate = described("length L of exp(-s/L) by least squares over lags to three windows", "m")
     one_over_e: Estimate = described("first lag at which the autocorrelation falls to 1/e", "m")
-    log_line: Estimate = described("length of a straight line through the logarithm to lags of 0.9 of a window", "m")
     misfit_exponential: Estimate = described("rms distance over lags to three windows from exp(-s/least_squares)")
     misfit_triangle: Estimate = described("the same distance from the triangle of the window")
     misfit_difference: Estimate = described(
@@ -155,41 +151,15 @@ def one_over_e_length(lags: np.ndarray, curves: np.ndarray) -> np.ndarray:
     return np.where(falls, lags[k - 1] + share * (lags[k] - lags[k - 1]), lags[-1])
 
 
-def log_line(lags: np.ndarray, curves: np.ndarray, largest: float) -> np.ndarray:
-    """Length L : (n,) [m] of the straight line, with an intercept, through the logarithm of the autocorrelation.
-
-    lags : (K,) [m] from 0, increasing
-    curves : (n, K) autocorrelations
-    largest : [m] lag up to which points are taken; the points of a curve end before it first falls to zero
-
-    L is one over the negative slope, within the range of `exponential_length`. A line that does not fall has the
-    largest length, a curve with one point the least. Of the triangle 1 - s/T it depends on largest / T alone.
-    """
-    low, high = lags[1] * _SHORTEST_PER_SPACING, lags[-1] * _LONGEST_PER_SPAN
-    taken = lags <= largest * (1.0 + 1e-9)
-    s, r = lags[taken], curves[:, taken]
-    weight = np.cumprod(r > 0.0, axis=1).astype(float)
-    y = np.log(np.where(weight > 0.0, r, 1.0))
-    count = weight.sum(axis=1)
-    about = weight * (s - ((weight @ s) / count)[:, None])
-    rise, spread = np.sum(about * y, axis=1), np.sum(about**2, axis=1)
-    slope = np.divide(rise, spread, out=np.full(len(r), -1.0 / low), where=count > 1)
-    return 1.0 / np.clip(-slope, 1.0 / high, 1.0 / low)
-
-
-def lengths_of(lags: np.ndarray, curves: np.ndarray, window: float) -> dict[str, np.ndarray]:
+def lengths_of(lags: np.ndarray, curves: np.ndarray) -> dict[str, np.ndarray]:
     """LENGTHS (n,) [m] of curves (n, K) at lags to three windows."""
-    return {
-        "least_squares": exponential_length(lags, curves),
-        "one_over_e": one_over_e_length(lags, curves),
-        "log_line": log_line(lags, curves, LINE_WINDOWS * window),
-    }
+    return {"least_squares": exponential_length(lags, curves), "one_over_e": one_over_e_length(lags, curves)}
 
 
 def window_lengths(lags: np.ndarray, window: float) -> dict[str, float]:
     """The lengths that the window alone produces: those of its triangle at the given lags (K,) [m]."""
     lags = _lags_to_three_windows(lags, window)
-    return {name: float(each[0]) for name, each in lengths_of(lags, triangular(lags, window)[None], window).items()}
+    return {name: float(each[0]) for name, each in lengths_of(lags, triangular(lags, window)[None]).items()}
 
 
 @gate
@@ -205,7 +175,7 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
         raise ParameterError(f"lags {lags.shape} and autocorrelation {estimate.value.shape} must have one shape")
     lags = _lags_to_three_windows(lags, window)
     curves = np.ascontiguousarray(estimate.rows[:, : lags.size])
-    lengths = lengths_of(lags, curves, window)
+    lengths = lengths_of(lags, curves)
     exponential = np.exp(-lags / lengths["least_squares"][:, None])
     to_exponential = np.sqrt(np.mean((curves - exponential) ** 2, axis=1))
     to_triangle = np.sqrt(np.mean((curves - triangular(lags, window)) ** 2, axis=1))
@@ -216,6 +186,32 @@ def correlation_fit(lags: np.ndarray, estimate: Estimate, window: float) -> Corr
         misfit_triangle=Estimate.of_distance(to_triangle, moved),
         misfit_difference=Estimate.from_rows(to_exponential**2 - to_triangle**2),
     )
+
+
+def one_field(mu: np.ndarray, valid: np.ndarray, lags: np.ndarray, window: float) -> dict[str, Estimate]:
+    """What an author with one field sees, each strip being a field with a mean of its own.
+
+    mu, valid : (S, W) friction coefficient and bool
+    lags : (W,) [m] distances of the windows from the first; those to half of the last are used, three windows at most
+    window : [m] length of a window
+
+    Returns length_one_field, the median and the 2.5 to 97.5 % [m] of the lengths by least squares, and
+    exponential_share, of the fields to which this exponential is nearer than the triangle of the window. Fields in
+    which a window has no coefficient, or all have the same, are left out; where none is left both are NaN.
+    """
+    fields = mu[valid.all(axis=1)]
+    fields = fields[fields.std(axis=1) > NO_SCATTER * fields.mean(axis=1)]
+    if not len(fields):
+        return dict.fromkeys(("length_one_field", "exponential_share"), Estimate(*np.full(3, np.nan)))
+    lags = _lags_to_three_windows(lags[: (lags.size + 1) // 2], window)
+    centred = fields - fields.mean(axis=1, keepdims=True)
+    curves = curves_of(pair_sums(centred, np.ones((1, mu.shape[1])), lags.size), 0.0)
+    lengths = exponential_length(lags, curves)
+    models = np.exp(-lags / lengths[:, None]), triangular(lags, window)
+    nearer = int(np.less(*(np.sum((curves - model) ** 2, axis=1) for model in models)).sum())
+    middle, low, high = np.quantile(lengths, (0.5, 0.025, 0.975))
+    share = Estimate(np.array(nearer / len(fields)), *wilson_interval(nearer, len(fields)))
+    return {"length_one_field": Estimate(middle, low, high), "exponential_share": share}
 
 
 def _lags_to_three_windows(lags: np.ndarray, window: float) -> np.ndarray:

@@ -27,8 +27,8 @@ from roughslip.validation import finite, gate
 SHAPES = (0.3, 300.0)
 """Range of both shapes in the four-parameter fit: beyond 300 a Beta is a gamma or normal distribution to the eye."""
 
-SET_WINDOWS = 100
-"""Windows of a set that is scaled by its own extremes, as a study of the paper's time has."""
+SET_WINDOWS = (20, 50, 100, 200)
+"""Windows of a set that is scaled by its own extremes."""
 SETS = 400
 
 _NODES = 200
@@ -42,7 +42,10 @@ _MOST_STEPS = 500
 
 PAPER_BETA = (2.1, 5.0)
 PAPER_MOMENTS = beta_moments(*PAPER_BETA)
-SAME_SKEWNESS = 0.5  # relative; that of the normal distribution, 0.05 from Beta(2.1, 5) in Kolmogorov distance, is 1
+_PROBABILITY = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES
+_STANDARD = (special.betaincinv(*PAPER_BETA, _PROBABILITY) - PAPER_MOMENTS.mean) / PAPER_MOMENTS.standard_deviation
+NORMAL_DISTANCE = float(np.max(np.abs(special.ndtr(_STANDARD) - _PROBABILITY)))
+"""Kolmogorov distance of the normal distribution from Beta(2.1, 5), both standardised; a uniform one is farther."""
 
 
 @result
@@ -113,9 +116,7 @@ def _fitted(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
     return np.asarray(fit.x)
 
 
-def set_beta(
-    mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator, windows: int = SET_WINDOWS
-) -> tuple[Estimate, Estimate]:
+def set_beta(mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator, windows: int) -> tuple[Estimate, Estimate]:
     """The paper's recipe: shapes a, b of a Beta by the moments of windows scaled to (0, 1) by their own extremes.
 
     mu, valid : (S, W) friction coefficient and bool
@@ -153,17 +154,6 @@ def distance_to_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> 
     variance = second / n - (first / n) ** 2
     require_scatter(variance, centre, first / n)
     mean, std = centre + first / n, np.sqrt(variance)
-    probability = np.arange(_DISTANCE_NODES + 1) / _DISTANCE_NODES
-    standard = (special.betaincinv(*PAPER_BETA, probability) - PAPER_MOMENTS.mean) / PAPER_MOMENTS.standard_deviation
-    shares = resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * standard)
+    shares = resampled_distribution(mu, valid, weights, mean[:, None] + std[:, None] * _STANDARD)
     moved = np.max(np.abs(shares[1:] - shares[0]), axis=1)
-    return Estimate.of_distance(np.max(np.abs(shares - probability), axis=1), moved)
-
-
-def nearest_level(distance: np.ndarray, skewness: np.ndarray) -> int:
-    """Number of the penetration where friction lies nearest to the paper's Beta: of those as skewed, else of all.
-
-    distance, skewness : (levels,) [-] from `distance_to_beta`, and skewness of the windows
-    """
-    is_skewed = np.abs(skewness / PAPER_MOMENTS.skewness - 1.0) <= SAME_SKEWNESS
-    return int(np.argmin(np.where(is_skewed, distance, 1.0 + distance)))
+    return Estimate.of_distance(np.max(np.abs(shares - _PROBABILITY), axis=1), moved)

@@ -208,7 +208,9 @@ def friction_table(
         control = friction_coefficient(*expansion[k], 1.0, least_area_m2) if expansion else None
         try:
             found = describe(windows, weights[0], layout.lags, layout.window_m)
-            found["set_beta_a"], found["set_beta_b"] = set_beta(*windows, np.random.default_rng([*seed, SET_WINDOWS]))
+            for size in SET_WINDOWS:
+                shapes = set_beta(*windows, np.random.default_rng([*seed, size]), size)
+                found |= dict(zip((f"set_beta_a_{size}", f"set_beta_b_{size}"), shapes, strict=True))
             both[k] = combine(of_estimates(found), control, weights)
         except IllPosedError as error:
             if k == layout.median:

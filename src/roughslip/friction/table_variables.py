@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from roughslip import store
-from roughslip.friction.correlation import LENGTHS, CorrelationFit, triangular, window_lengths
-from roughslip.friction.marginal import BetaFit, nearest_level
+from roughslip.friction.correlation import LENGTHS, CorrelationFit, one_field, triangular, window_lengths
+from roughslip.friction.marginal import SET_WINDOWS, BetaFit
 from roughslip.friction.table import BY_SOURCE, FrictionTable, curve_over_penetration, trend
 from roughslip.friction.windows import WindowStatistics
 from roughslip.probability import Estimate
@@ -45,8 +45,13 @@ TITLES = {
     **_titles(CorrelationFit, "length_"),
     "ratio_of_sums": "shear strength times contact area over normal force, all windows together",
     "autocorrelation": "autocorrelation of the friction coefficient along the strip",
-    "set_beta_a": "first shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
-    "set_beta_b": "second shape after scaling sets of 100 windows by their extremes: median, 5 and 95 %",
+    **{
+        f"set_beta_{shape}_{size}": f"{word} shape, sets of {size} windows scaled by their extremes: median, 5 and 95 %"
+        for shape, word in (("a", "first"), ("b", "second"))
+        for size in SET_WINDOWS
+    },
+    "length_one_field": "length of the exponential of one strip about its own mean: median, 2.5 and 97.5 % of strips",
+    "exponential_share": "share of the strips to which this exponential is nearer than the triangle of the window",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",
 }
 CONTROLLED = ", solved windows with the expansion as control"
@@ -85,9 +90,10 @@ def table_variables(table: FrictionTable) -> dict[str, store.Variable]:
         variables |= stored(f"trend_combined_{name}_line", (), [line])
         variables |= stored(f"trend_combined_{name}_change", (), [change])
     variables |= beta_variables(table.beta, ("level",))
-    distance, skewness = (variables[name].values for name in ("beta_distance_standardised", "combined_skewness"))
-    nearest, title = nearest_level(distance, skewness), "number of the level nearest to Beta(2.1, 5)"
-    variables["beta_nearest"] = store.Variable((), nearest, "1", title)
+    for name, estimate in one_field(*table.mu[layout.median], layout.lags, layout.window_m).items():
+        variables |= stored(name, (), [estimate])
+    distance, title = variables["beta_distance_standardised"].values, "number of the level nearest to Beta(2.1, 5)"
+    variables["beta_nearest"] = store.Variable((), int(np.argmin(distance)), "1", title)
     lengths, title = window_lengths(layout.lags, layout.window_m), "autocorrelation that the window alone would give"
     shorter = [lengths[name] for name in LENGTHS]
     variables["triangle"] = store.Variable(("lag",), triangular(layout.lags, layout.window_m), "1", title)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from roughslip.friction.marginal import SAME_SKEWNESS, SET_WINDOWS
+from roughslip.friction.marginal import NORMAL_DISTANCE, PAPER_BETA, SET_WINDOWS
 from roughslip.probability import beta_moments
 from roughslip.verdicts.reading import (
     VISIBLE,
@@ -21,22 +21,22 @@ from roughslip.verdicts.reading import (
     number,
     row_of,
     rule,
-    shown,
     within,
 )
 
 PAPER_LENGTH = 250e-6  # m
+SURE = 0.95  # share of single fields that show the same
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
-PAPER_BETA = (2.1, 5.0)
 _, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
-SKEWNESS_RANGE = BETA_SKEWNESS * (1 - SAME_SKEWNESS), BETA_SKEWNESS * (1 + SAME_SKEWNESS)
+LIKE_BETA = NORMAL_DISTANCE / 2.0  # so that a normal distribution does not follow Beta(2.1, 5), nor a uniform one
+STUDY_WINDOWS = 100  # of the sets of SET_WINDOWS, what a study of its time has
 SAME_SHAPE = 0.2  # relative difference of the shapes of two Beta distributions that would be reported as one
 MEDIAN: Place = ("percentile", 50.0)
 ONE_LEVEL = "the scene has one penetration only"
 AT_LENGTH = f"at median penetration the interval of the length lies within {SAME_LENGTH:.0%} of 250 µm"
-LIKE_BETA = (
-    f"the interval of the Kolmogorov distance, both standardised, lies below {VISIBLE} and that of the skewness lies "
-    f"from {SKEWNESS_RANGE[0]:.2f} to {SKEWNESS_RANGE[1]:.2f}, around the {BETA_SKEWNESS:.2f} of Beta(2.1, 5)"
+NEAR_BETA = (
+    f"the interval of the Kolmogorov distance, both standardised, lies below {LIKE_BETA:.4f}, half of that of the "
+    "normal distribution from Beta(2.1, 5)"
 )
 IN_SETS = (
     "contradicted where a shape of the paper lies outside the 5 to 95 % of the shapes of such sets, reproduced where "
@@ -123,16 +123,47 @@ def of_misfits(friction: Arrays) -> str:
     return f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
 
 
+ONE_FIELD = (
+    "strips are single fields, each about its own mean, with lags to half of the distance of its first and last "
+    "window, at median penetration: "
+)
+
+
+@rule(
+    f"{ONE_FIELD}the interval of the share of fields to which their exponential is nearer than the triangle of the "
+    f"window lies above {SURE}. It is contradicted below {1 - SURE:.2f}"
+)
+def exponential_in_one_field(friction: Arrays) -> Found:
+    """Which of both curves one field shows."""
+    share = number(friction, "exponential_share")
+    note = "share of the fields to which the exponential is nearer than the triangle of the window"
+    return Found(*share, max(inside(share[1], low=SURE), min(inside(share[1], low=1 - SURE), 0)), note)
+
+
+@rule(
+    f"{ONE_FIELD}250 µm lies within the 2.5 to 97.5 % of the lengths by least squares, and neither its half nor its "
+    "double does. Outside it is contradicted; where half or double would pass too, it is undecided"
+)
+def length_of_one_field(friction: Arrays) -> Found:
+    """The paper's length as one estimate among those of single fields."""
+    value, (low, high) = number(friction, "length_one_field")
+    passes = [trial for trial in (0.5, 1.0, 2.0) if low <= trial * PAPER_LENGTH <= high]
+    others = " and ".join(f"{1e6 * trial * PAPER_LENGTH:.0f} µm" for trial in passes if trial != 1.0)
+    note = f"metres, median and 2.5 to 97.5 % of single fields{f'; {others} would pass too' if others else ''}"
+    return Found(value, (low, high), -1 if 1.0 not in passes else int(not others), note)
+
+
 NEARER_THAN_THE_WINDOW = within(
-    "at median penetration the mean square distance to the fitted exponential is less than that to the triangle of the "
-    "window itself: the interval of their difference lies below zero",
+    "all strips together, at median penetration: the mean square distance to the fitted exponential is less than that "
+    "to the triangle of the window itself, as the interval of their difference lies below zero",
     "combined_misfit_difference",
     of_misfits,
     MEDIAN,
     high=0.0,
 )
 CLOSE_TO_THE_EYE = within(
-    f"at median penetration the interval of the rms distance to the exponential lies below {VISIBLE}",
+    "all strips together, at median penetration: the interval of the rms distance to the exponential lies below "
+    f"{VISIBLE}",
     "misfit_exponential",
     "rms distance to lags of three windows",
     MEDIAN,
@@ -190,24 +221,16 @@ def positive(name: str, title: str, paper: float) -> OfLevels:
 
 
 def like_beta(friction: Arrays, levels: list[int]) -> Found:
-    """Distance and skewness, as the normal would pass by the distance alone; shown is the largest distance.
-
-    The largest is that with the largest upper end of its interval.
-    """
+    """The distance at some levels; shown is the one with the largest upper end of its interval."""
     distances = [number(friction, "beta_distance_standardised", level) for level in levels]
-    skewness = [number(friction, "combined_skewness", level) for level in levels]
-    says = [
-        min(inside(distance, high=VISIBLE), inside(moment, *SKEWNESS_RANGE))
-        for (_, distance), (_, moment) in zip(distances, skewness, strict=True)
-    ]
+    says = [inside(ends, high=LIKE_BETA) for _, ends in distances]
     row = max(range(len(levels)), key=lambda row: distances[row][1][1])
     fitted = ", ".join(f"{friction[f'beta_{shape}'][levels[row]]:.3g}" for shape in "ab")
     at_bound = friction["beta_at_bound"][levels[row]]
     undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
     note = (
-        f"Kolmogorov distance at percentile {friction['percentile'][levels[row]]:g}, where the skewness is "
-        f"{shown(skewness[row])} and the fitted Beta({fitted}){undetermined}; {says.count(1)} of {len(says)} levels "
-        "follow it"
+        f"Kolmogorov distance at percentile {friction['percentile'][levels[row]]:g}, where the fit is Beta({fitted})"
+        f"{undetermined}; {says.count(1)} of {len(says)} levels follow it"
     )
     return Found(*distances[row], min(says), note)
 
@@ -218,16 +241,18 @@ def shapes_of_sets(friction: Arrays, levels: list[int]) -> Found:
     def says(level: int) -> int:
         within, near = True, True
         for shape, paper in zip("ab", PAPER_BETA, strict=True):
-            value, (low, high) = number(friction, f"set_beta_{shape}", level)
+            value, (low, high) = number(friction, f"set_beta_{shape}_{STUDY_WINDOWS}", level)
             within &= low <= paper <= high
             near &= abs(value - paper) <= SAME_SHAPE * paper
         return int(near) if within else -1
 
     level = min(levels, key=says)
-    shapes = ", ".join(f"{friction[f'set_beta_{shape}'][level]:.2f}" for shape in "ab")
-    note = (
-        f"second shape with the 5 to 95 % of sets of {SET_WINDOWS} windows at percentile "
-        f"{friction['percentile'][level]:g}; median shapes Beta({shapes}). The number of windows in a set makes the "
-        "shapes: more windows reach farther, and the shapes grow"
+    medians = {shape: [friction[f"set_beta_{shape}_{size}"][level] for size in SET_WINDOWS] for shape in "ab"}
+    shapes = ", ".join(
+        f"Beta({a:.2f}, {b:.2f}) of {size}" for size, a, b in zip(SET_WINDOWS, *medians.values(), strict=True)
     )
-    return Found(*number(friction, "set_beta_b", level), says(level), note)
+    note = (
+        f"second shape with the 5 to 95 % of sets of {STUDY_WINDOWS} windows at percentile "
+        f"{friction['percentile'][level]:g}. The number of windows in a set makes the shapes: medians are {shapes}"
+    )
+    return Found(*number(friction, f"set_beta_b_{STUDY_WINDOWS}", level), says(level), note)

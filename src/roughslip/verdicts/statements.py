@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from roughslip.friction.correlation import LINE_WINDOWS
-from roughslip.friction.marginal import SET_WINDOWS
 from roughslip.verdicts import friction_rules as friction
 from roughslip.verdicts import motion_rules as motion
 from roughslip.verdicts import pressure_rules as pressure
@@ -22,6 +20,9 @@ TRAP = "a trap: eqs. (8) and (9) stand for the pressure when contact occurs, and
 NINE = "eq. (9) takes the place of eq. (8)"
 FALL = "section 4: mean, standard deviation and coefficient of variation “decrease with increasing penetration depth”"
 WEIGHTS = "section 4: “A_c and the normal force N are obtained by averaging the pressure field”, with no weights"
+ONE = "section 4: “comparing the results for two test surfaces centered at different coordinates of the pressure field”"
+A_STRIP = "the text has one pressure field, and no length of it; it is a strip of four windows here"
+TOGETHER = "all strips together make the curve"
 FOUND = "section 4: μ “was found to be exponentially correlated with correlation length 250 µm”; no fit is named"
 SHAPE = "section 4: the distribution “is found to be right skewed and leptokurtic”"
 SCALED = "section 4: “when scaled to the interval (0,1) the friction coefficient follows a Beta(2.1,5)-distribution”"
@@ -29,9 +30,9 @@ ANY_DEPTH = "section 4: “independent of the penetration depth”"
 FIGURE_2 = "Figure 2 states the median penetration, and no other is stated"
 HUNDRED = "a study of its time has some hundred windows"
 FREE = "with free ends of the scaling, at"
-BY_SETS = f"scaled by the extremes of sets of {SET_WINDOWS} windows, at"
+BY_SETS = f"scaled by the extremes of sets of {friction.STUDY_WINDOWS} windows, at"
 OF_SETS = "the extremes of small sets scale it"
-SEEN = "section 5: “it can be clearly seen that also the reattachment point is nonnormally distributed”"
+SEEN = "section 5: “By comparison with the normal probability density function, it can be clearly seen”"
 RANGE = "section 5: a range of damping “where the stochastic system can still move on the limit cycle”"
 
 
@@ -144,41 +145,32 @@ ON_FRICTION = (
         "mu-correlation-exponential",
         "The friction coefficient is exponentially correlated",
         "exponential",
-        "mean square distance to the exponential, less that to the triangle",
+        "share of single fields to which the exponential is nearer than the triangle",
         UNITLESS,
-        Reading(
-            "nearer-than-the-window",
-            friction.NEARER_THAN_THE_WINDOW,
-            FOUND,
-            natural="a correlation that any average over the window has is no property of friction",
-        ),
-        Reading("close-to-the-eye", friction.CLOSE_TO_THE_EYE, FOUND, when="the curve looks like its exponential"),
+        Reading("one-field", friction.exponential_in_one_field, ONE, natural=A_STRIP),
+        Reading("nearer-than-the-window", friction.NEARER_THAN_THE_WINDOW, FOUND, when=TOGETHER),
+        Reading("close-to-the-eye", friction.CLOSE_TO_THE_EYE, FOUND, when="their curve looks like its exponential"),
     ),
     statement(
         "mu-correlation-250um",
         "Its correlation length is 250 µm",
         "250 µm",
-        "correlation length",
+        "correlation length of one field",
         MICROMETRES,
+        Reading("one-field", friction.length_of_one_field, ONE, natural=A_STRIP),
         Reading(
             "least-squares",
-            friction.length("least_squares", "exponential by least squares to lags of three windows"),
+            friction.length(
+                "least_squares", "all strips together, exponential by least squares to lags of three windows"
+            ),
             FOUND,
-            natural="it takes the whole curve, while a straight line needs a largest lag, which the text lacks",
+            when=TOGETHER,
         ),
         Reading(
             "one-over-e",
-            friction.length("one_over_e", "first lag at which the autocorrelation falls to 1/e"),
+            friction.length("one_over_e", "all strips together, first lag at which the autocorrelation falls to 1/e"),
             "common practice: the correlation length of an exponential is where it falls to 1/e",
-            when="the length is where the curve falls to 1/e",
-        ),
-        Reading(
-            "straight-line",
-            friction.length(
-                "log_line", f"straight line through the logarithm to lags of {LINE_WINDOWS:g} of the window"
-            ),
-            "common practice: a straight line through the logarithm of the autocorrelation",
-            apart="the largest lag is ours, sets the length, and was chosen with the length known",
+            when="their curve falls to 1/e there",
         ),
     ),
     statement(
@@ -191,7 +183,7 @@ ON_FRICTION = (
             "least-squares",
             friction.length_at_any_depth,
             ANY_DEPTH,
-            natural="the length is the same as in the statement before",
+            natural="a change with depth shows in all strips together, as each field scatters by more",
         ),
     ),
     _positive("mu-right-skewed", "right skewed", "skewness", friction.BETA_SKEWNESS, FIGURE_2),
@@ -211,7 +203,7 @@ ON_FRICTION = (
         UNITLESS,
         Reading(
             "at-the-median",
-            friction.at_the_median(f"{FREE} median penetration {friction.LIKE_BETA}", friction.like_beta),
+            friction.at_the_median(f"{FREE} median penetration {friction.NEAR_BETA}", friction.like_beta),
             SCALED,
             natural=FIGURE_2,
         ),
@@ -230,7 +222,7 @@ ON_FRICTION = (
         UNITLESS,
         Reading(
             "at-every-level",
-            friction.at_every_level(f"{FREE} every level {friction.LIKE_BETA}", friction.like_beta),
+            friction.at_every_level(f"{FREE} every level {friction.NEAR_BETA}", friction.like_beta),
             ANY_DEPTH,
             natural="the sentence gives one distribution for all penetrations",
         ),
@@ -266,15 +258,10 @@ ON_MOTION = (
         "fig5-reattachment-nonnormal",
         "The reattachment point is not normally distributed",
         "non-normal",
-        "skewness of the point",
+        "distance of the distributions",
         UNITLESS,
-        Reading(
-            "moments",
-            motion.moments,
-            SEEN,
-            natural="the statement is of the distribution; whether it is seen is another matter",
-        ),
-        Reading("to-the-eye", motion.FAR_FROM_NORMAL, SEEN, when="the eye has to see it"),
+        Reading("to-the-eye", motion.FAR_FROM_NORMAL, SEEN, natural="the sentence names what is seen in the figure"),
+        Reading("moments", motion.moments, "section 5: “nonnormally distributed”", when="its moments decide"),
     ),
     statement(
         "fig5-sharp-limit",

@@ -82,12 +82,6 @@ def test_which_exponential_fits_and_whether_it_is_one() -> None:
         assert fit.misfit_triangle.high - to_triangle == pytest.approx(1e-4, rel=0.3)
 
 
-def test_lengths_of_the_triangle_of_a_window():
-    lengths = window_lengths(np.arange(721) * 2.5e-6, WINDOW)  # 1/e is met at T (1 - 1/e)
-    assert lengths["one_over_e"] == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
-    assert lengths["least_squares"] == pytest.approx(320e-6, abs=0.5e-6)
-
-
 def test_one_field_about_its_own_mean_shows_a_shorter_length_than_all_together():
     """White noise averaged over a window, in fields of four windows; each against the sums as they are written."""
     rng = np.random.default_rng(5)
@@ -95,17 +89,19 @@ def test_one_field_about_its_own_mean_shows_a_shorter_length_than_all_together()
     mu, lags = 0.3 + 0.001 * (total[:, 20:] - total[:, :-20]), np.arange(61) * WINDOW / 20
     valid = np.arange(60)[:, None] < 50 + np.zeros(61)  # fields without friction somewhere are left out
     found = one_field(mu, valid, lags, WINDOW)
-    lengths, nearer = [], []
+    of_fields, lags_used = [], lags[:31]
     for field in mu[:50] - mu[:50].mean(axis=1, keepdims=True):
         curve = np.array([np.mean(field[: 61 - k] * field[k:]) for k in range(31)]) / np.mean(field**2)
-        (length,) = exponential_length(lags[:31], curve[None])
-        far = [np.sum((curve - model) ** 2) for model in (np.exp(-lags[:31] / length), triangular(lags[:31], WINDOW))]
-        lengths.append(length)
-        nearer.append(far[0] < far[1])
+        (length,) = exponential_length(lags_used, curve[None])
+        models = np.exp(-lags_used / length), triangular(lags_used, WINDOW)
+        of_fields.append((length, np.less(*(np.sum((curve - model) ** 2) for model in models))))
+    lengths, nearer = np.transpose(of_fields)
     length, share = found["length_one_field"], found["exponential_share"]
     np.testing.assert_allclose([length.value, length.low, length.high], np.quantile(lengths, [0.5, 0.025, 0.975]))
     assert float(share.value) == np.mean(nearer)
-    assert length.value < window_lengths(lags, WINDOW)["least_squares"]
+    triangle = window_lengths(np.arange(721) * 2.5e-6, WINDOW)  # 1/e is met at T (1 - 1/e)
+    assert triangle["one_over_e"] == pytest.approx(WINDOW * (1 - math.exp(-1)), rel=1e-12)
+    assert length.value < triangle["least_squares"] == pytest.approx(320e-6, abs=0.5e-6)
     assert all(np.isnan(one.value) for one in one_field(mu[:0], valid[:0], lags, WINDOW).values())
 
 

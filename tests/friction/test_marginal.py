@@ -75,17 +75,16 @@ def test_shapes_of_sets_are_larger_the_more_windows_a_set_has():
     """The extremes of n uniform numbers miss 1 / (n + 1) of the range on either side, those of normal ones grow with n.
 
     Uniform: scaled they are near Beta(1, 1), less 7 / n for the two that lie on the ends.
-    Normal: (range / std)^2 / 4 is about 2 a + 1, and the range of
-    100 is 5.0 standard deviations, of 1000 it is 6.5.
+    Normal: (range / std)^2 / 4 is about 2 a + 1, and the range of 50 is 4.5 standard deviations, of 200 it is 5.5.
     """
-    rng = np.random.default_rng(4)
-    valid = np.ones((200, 100), dtype=bool)
-    for shape in set_beta(0.3 + 0.1 * rng.random((200, 100)), valid, np.random.default_rng(1), 100):
-        assert shape.low < shape.value < shape.high
-        assert shape.value == pytest.approx(1.0 - 7 / 100, abs=0.02)
-    mu = 0.3 + 0.01 * rng.standard_normal((200, 100))
-    for windows_of_a_set, range_of_it in ((100, 5.015), (1000, 6.483)):
-        for shape in set_beta(mu, valid, np.random.default_rng(1), windows_of_a_set):
-            assert 2 * shape.value + 1 == pytest.approx(range_of_it**2 / 4, rel=0.12)
+    rng, valid = np.random.default_rng(4), np.ones((200, 100), dtype=bool)
+    uniform = set_beta(0.3 + 0.1 * rng.random((200, 100)), valid, (1,))
+    normal = set_beta(0.3 + 0.01 * rng.standard_normal((200, 100)), valid, (1,))
+    for shape in "ab":
+        one = uniform[f"set_beta_{shape}_100"]
+        assert one.low < one.value < one.high
+        assert one.value == pytest.approx(1.0 - 7 / 100, abs=0.03)
+        for windows, reach in ((50, 4.498), (200, 5.492)):
+            assert 2 * normal[f"set_beta_{shape}_{windows}"].value + 1 == pytest.approx(reach**2 / 4, rel=0.12)
     with pytest.raises(IllPosedError, match="no scatter in a set"):
-        set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), rng, 100)
+        set_beta(np.full((2, 3), 0.3), np.ones((2, 3), dtype=bool), (1,))

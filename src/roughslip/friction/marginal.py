@@ -6,6 +6,7 @@ A Beta variable on [lower, upper] is lower + (upper - lower) B with B of density
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -116,26 +117,28 @@ def _fitted(standard: np.ndarray, start: np.ndarray) -> np.ndarray:
     return np.asarray(fit.x)
 
 
-def set_beta(mu: np.ndarray, valid: np.ndarray, rng: np.random.Generator, windows: int) -> tuple[Estimate, Estimate]:
+def set_beta(mu: np.ndarray, valid: np.ndarray, seed: Sequence[int]) -> dict[str, Estimate]:
     """The paper's recipe: shapes a, b of a Beta by the moments of windows scaled to (0, 1) by their own extremes.
 
     mu, valid : (S, W) friction coefficient and bool
-    windows : of a set that is scaled by its extremes
+    seed : of the draws
 
-    Returns for each shape the median of SETS sets, drawn from all windows, and their 5 to 95 %. The number of windows
-    of a set makes the shapes: with more windows the extremes lie farther apart. Raises IllPosedError where mu has no
-    scatter in a set.
+    Returns by name set_beta_a_20 ... the median of SETS sets of so many windows, drawn from all, and their 5 to 95 %.
+    The number of windows of a set makes the shapes: with more windows the extremes lie farther apart. Raises
+    IllPosedError where mu has no scatter in a set.
     """
-    drawn = rng.choice(mu[valid], (SETS, windows))
-    lower, upper = drawn.min(axis=1, keepdims=True), drawn.max(axis=1, keepdims=True)
-    if not (upper > lower).all():
-        raise IllPosedError(f"mu has no scatter in a set of {windows} windows; use more windows")
-    scaled = (drawn - lower) / (upper - lower)
-    m, v = scaled.mean(axis=1), scaled.var(axis=1)
-    total = m * (1.0 - m) / v - 1.0
-    shapes = (np.quantile(shape, (0.5, 0.05, 0.95)) for shape in (m * total, (1.0 - m) * total))
-    first, second = (Estimate(*map(np.array, ends)) for ends in shapes)
-    return first, second
+    found = {}
+    for windows in SET_WINDOWS:
+        drawn = np.random.default_rng([*seed, windows]).choice(mu[valid], (SETS, windows))
+        lower, upper = drawn.min(axis=1, keepdims=True), drawn.max(axis=1, keepdims=True)
+        if not (upper > lower).all():
+            raise IllPosedError(f"mu has no scatter in a set of {windows} windows; use more windows")
+        scaled = (drawn - lower) / (upper - lower)
+        m, v = scaled.mean(axis=1), scaled.var(axis=1)
+        total = m * (1.0 - m) / v - 1.0
+        for shape, values in (("a", m * total), ("b", (1.0 - m) * total)):
+            found[f"set_beta_{shape}_{windows}"] = Estimate(*map(np.array, np.quantile(values, (0.5, 0.05, 0.95))))
+    return found
 
 
 def distance_to_beta(mu: np.ndarray, valid: np.ndarray, weights: np.ndarray) -> Estimate:

@@ -28,7 +28,7 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import IllPosedError
 from roughslip.friction.correlation import LENGTHS, CorrelationFit, autocorrelation, correlation_fit
-from roughslip.friction.marginal import SET_WINDOWS, BetaFit, distance_to_beta, fit_beta, set_beta
+from roughslip.friction.marginal import BetaFit, distance_to_beta, fit_beta, set_beta
 from roughslip.friction.windows import (
     NO_SCATTER,
     Windows,
@@ -208,9 +208,7 @@ def friction_table(
         control = friction_coefficient(*expansion[k], 1.0, least_area_m2) if expansion else None
         try:
             found = describe(windows, weights[0], layout.lags, layout.window_m)
-            for size in SET_WINDOWS:
-                shapes = set_beta(*windows, np.random.default_rng([*seed, size]), size)
-                found |= dict(zip((f"set_beta_a_{size}", f"set_beta_b_{size}"), shapes, strict=True))
+            found |= set_beta(*windows, seed)
             both[k] = combine(of_estimates(found), control, weights)
         except IllPosedError as error:
             if k == layout.median:

@@ -39,17 +39,14 @@ def _titles(kind: type, prefix: str = "") -> dict[str, str]:
     return {prefix + field.name: field.metadata["title"] for field in dataclasses.fields(kind)}
 
 
+OF_SETS = "shape {} of Beta after scaling sets of {} windows by their extremes: median, 5 and 95 %"
 TITLES = {
     **_titles(WindowStatistics),
     **_titles(CorrelationFit),
     **_titles(CorrelationFit, "length_"),
     "ratio_of_sums": "shear strength times contact area over normal force, all windows together",
     "autocorrelation": "autocorrelation of the friction coefficient along the strip",
-    **{
-        f"set_beta_{shape}_{size}": f"{word} shape, sets of {size} windows scaled by their extremes: median, 5 and 95 %"
-        for shape, word in (("a", "first"), ("b", "second"))
-        for size in SET_WINDOWS
-    },
+    **{f"set_beta_{one}_{size}": OF_SETS.format(one, size) for one in "ab" for size in SET_WINDOWS},
     "length_one_field": "length of the exponential of one strip about its own mean: median, 2.5 and 97.5 % of strips",
     "exponential_share": "share of the strips to which this exponential is nearer than the triangle of the window",
     "beta_distance_standardised": "Kolmogorov distance to Beta(2.1, 5), both standardised",

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from roughslip.friction.marginal import NORMAL_DISTANCE, PAPER_BETA, SET_WINDOWS
+from roughslip.friction.marginal import PAPER_BETA, SET_WINDOWS
 from roughslip.probability import beta_moments
 from roughslip.verdicts.reading import (
-    VISIBLE,
+    LIKE_BETA,
     Arrays,
     Found,
     Judge,
@@ -28,12 +28,10 @@ PAPER_LENGTH = 250e-6  # m
 SURE = 0.95  # share of single fields that show the same
 SAME_LENGTH = 0.2  # relative difference of correlation lengths that would not be reported as a dependence
 _, _, BETA_SKEWNESS, BETA_KURTOSIS = beta_moments(*PAPER_BETA)
-LIKE_BETA = NORMAL_DISTANCE / 2.0  # so that a normal distribution does not follow Beta(2.1, 5), nor a uniform one
 STUDY_WINDOWS = 100  # of the sets of SET_WINDOWS, what a study of its time has
 SAME_SHAPE = 0.2  # relative difference of the shapes of two Beta distributions that would be reported as one
 MEDIAN: Place = ("percentile", 50.0)
 ONE_LEVEL = "the scene has one penetration only"
-AT_LENGTH = f"at median penetration the interval of the length lies within {SAME_LENGTH:.0%} of 250 µm"
 NEAR_BETA = (
     f"the interval of the Kolmogorov distance, both standardised, lies below {LIKE_BETA:.4f}, half of that of the "
     "normal distribution from Beta(2.1, 5)"
@@ -161,28 +159,19 @@ NEARER_THAN_THE_WINDOW = within(
     MEDIAN,
     high=0.0,
 )
-CLOSE_TO_THE_EYE = within(
-    "all strips together, at median penetration: the interval of the rms distance to the exponential lies below "
-    f"{VISIBLE}",
-    "misfit_exponential",
-    "rms distance to lags of three windows",
-    MEDIAN,
-    high=VISIBLE,
-)
 
 
 def length(name: str, how: str) -> Rule:
     """A correlation length against that of the paper. how : it is found"""
     low, high = PAPER_LENGTH * (1 - SAME_LENGTH), PAPER_LENGTH * (1 + SAME_LENGTH)
 
-    @rule(f"{how}: {AT_LENGTH}")
+    @rule(f"{how}: at median penetration the interval of the length lies within {SAME_LENGTH:.0%} of 250 µm")
     def judge(friction: Arrays) -> Found:
         own = float(friction["triangle_length"][row_of(friction, ("length_name", name))])
         stored, lengths = number(friction, f"combined_length_{name}", MEDIAN), 1e6 * friction[f"combined_length_{name}"]
-        passes = ", which passes the rule too: then it says nothing of friction" if low < own < high else ""
         note = (
             f"metres, {how}; {lengths.min():.0f} to {lengths.max():.0f} µm over all levels. The triangle of the window "
-            f"alone gives {1e6 * own:.0f} µm{passes}"
+            f"alone gives {1e6 * own:.0f} µm"
         )
         return lies(stored, note, low, high)
 
@@ -226,11 +215,9 @@ def like_beta(friction: Arrays, levels: list[int]) -> Found:
     says = [inside(ends, high=LIKE_BETA) for _, ends in distances]
     row = max(range(len(levels)), key=lambda row: distances[row][1][1])
     fitted = ", ".join(f"{friction[f'beta_{shape}'][levels[row]]:.3g}" for shape in "ab")
-    at_bound = friction["beta_at_bound"][levels[row]]
-    undetermined = " (at the end of the range of shapes: they are not determined)" if at_bound else ""
     note = (
-        f"Kolmogorov distance at percentile {friction['percentile'][levels[row]]:g}, where the fit is Beta({fitted})"
-        f"{undetermined}; {says.count(1)} of {len(says)} levels follow it"
+        f"Kolmogorov distance at percentile {friction['percentile'][levels[row]]:g}, where the fit is Beta({fitted}); "
+        f"{says.count(1)} of {len(says)} levels follow it"
     )
     return Found(*distances[row], min(says), note)
 

@@ -14,12 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from roughslip.friction.marginal import NORMAL_DISTANCE
+
 Arrays = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 Stored = tuple[float, Interval]
 Place = tuple[str, object]
 """A coordinate and its value."""
 VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print, in every family
+LIKE_BETA = NORMAL_DISTANCE / 2.0  # so that a normal distribution does not follow Beta(2.1, 5), nor a uniform one
 REPRODUCED, CONTRADICTED, UNDECIDED, NOT_TESTED = "reproduced", "contradicted", "undecided", "not tested"
 VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
 NO_STAGE = "the scene does not run this stage"

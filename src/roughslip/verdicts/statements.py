@@ -149,7 +149,6 @@ ON_FRICTION = (
         UNITLESS,
         Reading("one-field", friction.exponential_in_one_field, ONE, natural=A_STRIP),
         Reading("nearer-than-the-window", friction.NEARER_THAN_THE_WINDOW, FOUND, when=TOGETHER),
-        Reading("close-to-the-eye", friction.CLOSE_TO_THE_EYE, FOUND, when="their curve looks like its exponential"),
     ),
     statement(
         "mu-correlation-250um",
@@ -170,7 +169,7 @@ ON_FRICTION = (
             "one-over-e",
             friction.length("one_over_e", "all strips together, first lag at which the autocorrelation falls to 1/e"),
             "common practice: the correlation length of an exponential is where it falls to 1/e",
-            when="their curve falls to 1/e there",
+            when="it is where the curve of all strips falls to 1/e",
         ),
     ),
     statement(

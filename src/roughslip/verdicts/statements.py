@@ -169,7 +169,7 @@ ON_FRICTION = (
             "one-over-e",
             friction.length("one_over_e", "all strips together, first lag at which the autocorrelation falls to 1/e"),
             "common practice: the correlation length of an exponential is where it falls to 1/e",
-            when="it is where the curve of all strips falls to 1/e",
+            when="the curve of all has to fall to 1/e there",
         ),
     ),
     statement(

@@ -140,7 +140,7 @@ def whitening(samples: np.ndarray, odd: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.diag(covariance))
     if not np.all(scale > 0):
         raise IllPosedError(
-            f"the local functional {NAMES[np.argmin(scale)]} vanishes on all {len(samples)} samples: widen the strip",
+            f"the local functional {NAMES[np.argmin(scale)]} vanishes on {len(samples)} samples: take a wider strip",
             scene_keys="strip.width_m",
         )
     try:

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 from scipy.special import bdtr, ndtr, ndtri
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.probability import Estimate, Source
 from roughslip.probability.estimate import columns_of, interval_margin, student_95, variance_split, wilson_interval
 from roughslip.probability.search import ACCURACY, COARSE, START, LevelSearch, central_counts, first_change, lattice_map
@@ -176,6 +176,14 @@ def test_what_the_search_cannot_find():
     search = LevelSearch(occurs, 1.0, 0.01, 100.0, np.ones(PATHS, dtype=bool))
     assert search.crossing(0.05, upwards=True) is None
     assert search.searched == pytest.approx((0.01, 100 ** (1 / 8)))
+
+    def narrow(x, paths):
+        if x != 1.0 and abs(x - 1.3) < 1e-3:
+            raise ConvergenceError("too stiff at a hint", residual=1.0, work=1)
+        return np.full(len(paths), x < 1.31)
+
+    search = LevelSearch(narrow, 1.0, 0.01, 100.0, np.ones(PATHS, dtype=bool), hints=[1.3])
+    assert search.crossing(0.05, upwards=True).value == pytest.approx(1.31, rel=COARSE)
 
 
 # of an answer at 1: up to where it is the same, then unknown, then the same again; beyond it is another

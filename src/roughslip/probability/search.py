@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -179,12 +180,15 @@ class LevelSearch:
         """Whether there is a next grid point that can be tried; if not, the search ends here."""
         if at == self._ends[step > 0]:
             return False
-        try:
-            self.count(self._grid[at + step], PROBES)
-        except (ConvergenceError, IllPosedError, ParameterError):
+        goes_on = self._can_be_tried(self._grid[at + step])
+        if not goes_on:
             self._ends[step > 0] = at
-            return False
-        return True
+        return goes_on
+
+    def _can_be_tried(self, value: float) -> bool:
+        with suppress(ConvergenceError, IllPosedError, ParameterError):
+            return self.count(value, PROBES) >= 0
+        return False
 
     def _is_above(self, value: float, threshold: float) -> bool:
         """Whether the count of all paths exceeds a threshold; of no more paths than decide it."""
@@ -221,8 +225,9 @@ class LevelSearch:
         side, before = self._is_above(a, threshold), a
         between = sorted((value for value in self._seen if min(a, b) < value < max(a, b)), reverse=b < a)
         if not between:
-            hints = (value for value in self._hints if min(a, b) < value < max(a, b))
-            between = [next(hints, None) or self._between(threshold, a, b, beyond=0.1)]
+            hints = [value for value in self._hints if min(a, b) < value < max(a, b)]
+            places = (*hints[:1], self._between(threshold, a, b, beyond=0.1), math.sqrt(a * b))
+            between = [next(filter(self._can_be_tried, places), places[-1])]
         for value in between:
             if self._is_above(value, threshold) != side:
                 return before, value

@@ -31,6 +31,7 @@ END_ACCURACY = 0.5  # of the step that holds an end of the interval, as a share 
 STEPS = 8  # from the start to either end of the search; a probability that crosses a level twice between is missed
 LADDER = 0.49, 4.0, 32.0  # distances of values that are tried from a hint, in units of ACCURACY
 PROBES = 12  # paths that look for the step with a crossing
+ALIKE = 36  # that show no crossing at the end of the search: they are alike by chance in 0.16 of the cases at a level
 RANGE_STEPS = 24  # between the start and the end of the search for another answer
 RANGE_ACCURACY = 1e-6  # relative, of the value where it changes
 START = 4  # nodes along either axis of the coarse lattice at the beginning
@@ -148,6 +149,8 @@ class LevelSearch:
         step, target = 1 if upwards else -1, level * self.paths
         above = self._is_above(self._grid[STEPS], target)
         at = self._first_probe(step, level, not above)
+        if at == self._ends[upwards] and self.count(self._grid[at], ALIKE) == (ALIKE if above else 0):
+            return None
         far = self._first(at, step, target, not above)
         if far is None:
             return None

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.special import ndtri
-from scipy.stats import norm
+from scipy.stats import kstest, norm, uniform, zscore
 
 from roughslip.chaos import centre_distribution
 from roughslip.chaos.centre_distribution import in_contact, share_up_to
@@ -211,6 +211,10 @@ def test_distributions_are_those_of_a_cut_normal(distributions, expanded, variab
     touches = trial_pressure(np.concatenate(HYPERCUBES), variables[0]) > 0
     np.testing.assert_allclose(distributions["contact_probability"][1:4], np.mean(touches), atol=1e-12)
     assert distributions["distance"][0] == 0.0
+    drawn = np.concatenate([*[design_of(MONTE_CARLO, samples=SURFACES, modes=MODES)] * 4, *HYPERCUBES])
+    z = zscore(in_contact(trial_pressure(drawn, variables[0])))
+    for name, model in (("normal", norm()), ("uniform", uniform(-math.sqrt(3), math.sqrt(12)))):
+        assert distributions[f"distance_to_{name}"] == pytest.approx(kstest(z, model.cdf).statistic, rel=1e-9)
     limit = 1.63 * math.sqrt(1 / (SURFACES * PROBABILITY) + 1 / (DRAWS * PROBABILITY))
     assert np.all(distributions["distance_in_contact"][[2, 4]] < limit)
     assert distributions["distance_between_variants"] == pytest.approx(distributions["distance_in_contact"][3], abs=0.1)

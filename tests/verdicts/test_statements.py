@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from roughslip.chaos.centre_distribution import Reference, from_equal_moments, given_rows, quantile_levels
 from roughslip.friction.marginal import SET_WINDOWS, distance_to_beta, set_beta
 from roughslip.friction.windows import strip_weights
-from roughslip.verdicts.friction_rules import BETA_KURTOSIS, BETA_SKEWNESS
 from roughslip.verdicts.reading import LIKE_BETA, headline
 from roughslip.verdicts.statements import STATEMENTS, claims
 
+PAPER_BETA = stats.beta(2.1, 5.0)
 IDS = [
     *("fig2-mcs-lhs", "fig2-pc-lhs", "fig2-pc-tail", "fig2-variants-agree"),
     *("fig3-mean-decreases", "fig3-std-decreases", "fig3-cov-decreases"),
@@ -41,6 +42,8 @@ def square():
         **with_interval("tail_error", [0.1] * 5, [0.05] * 5, [0.2] * 5),
         **with_interval("distance_between_variants", 0.02, 0.01, 0.03),
         "distance": np.array([0.0, 0.002, 0.03, 0.8, 0.003]),
+        "distance_to_normal": np.array(0.25),
+        "distance_to_uniform": np.array(0.2),  # the nearer, so that the threshold is 0.1
         **with_interval("contact_probability", [0.16] * 5, [0.158] * 5, [0.162] * 5),
         "variant": np.array(METHODS[2:4]),
         "given_surfaces": np.array(900),
@@ -231,13 +234,23 @@ def test_the_verdict_turns_where_the_interval_crosses_the_effect_size(name, bran
             assert claim["verdict"] == verdict, (near, edges)
 
 
-def test_the_beta_of_the_paper_has_the_moments_of_scipy():
-    """Skewness 0.560, excess kurtosis -0.171: platykurtic."""
-    _, _, skewness, kurtosis = stats.beta.stats(2.1, 5.0, moments="mvsk")
-    np.testing.assert_allclose([BETA_SKEWNESS, BETA_KURTOSIS], [skewness, kurtosis], rtol=1e-12)
+def figure_2(own):
+    """Numbers of Figure 2 where solved pressures are of a standardised Beta(2.1, 5), and all others are of `own`.
+
+    Half of the surfaces are in contact; so the distance with zeros is half.
+    """
+    laws = enumerate((PAPER_BETA, own, own))
+    truth, *others = (np.sort(9 + (law.rvs(40_000, random_state=k) - law.mean()) / law.std()) for k, law in laws)
+    rows = given_rows(others, 40_000, [truth] * 2, Reference(truth, 40_000, quantile_levels(truth)), 0.005)
+    arrays = square() | from_equal_moments(truth) | {"distance": np.full(5, rows["distance"][0] / 2)}
+    for name in (name.removesuffix("_low") for name in square() if name.endswith("_low")):
+        row = rows["tail_error_of_design" if "tail" in name else "distance"]
+        row = (0.5, 0.4965, 0.5035) if name == "contact_probability" else row
+        arrays |= with_interval(name, *(np.full(arrays[name].shape, end) for end in row))
+    return arrays
 
 
-@pytest.mark.parametrize("own", [stats.norm(), stats.uniform(), stats.beta(2.1, 5.0)], ids=lambda one: one.dist.name)
+@pytest.mark.parametrize("own", [stats.norm(), stats.uniform(), PAPER_BETA], ids=lambda one: one.dist.name)
 def test_every_rule_on_a_distribution_tells_a_normal_a_uniform_and_the_paper_s_beta_apart(own):
     """By 3200 windows of equal mean and deviation, and by moments and distance to the normal in closed form."""
     rng, (mean, variance, *shape) = np.random.default_rng(6), own.stats("mvsk")
@@ -251,10 +264,12 @@ def test_every_rule_on_a_distribution_tells_a_normal_a_uniform_and_the_paper_s_b
         arrays |= with_interval(f"reattachment_{name}", *[moment] * 3)
     for name, one in found.items():
         arrays |= with_interval(name, *(np.full(LEVELS, end) for end in (one.value, one.low, one.high)))
-    verdicts = {name: one["verdict"] for name, one in judge(friction=arrays, oscillator=arrays).items()}
-    is_beta = own.dist.name == "beta"
+    found = judge(square=figure_2(own), friction=arrays, oscillator=arrays)
+    verdicts, is_beta = {name: one["verdict"] for name, one in found.items()}, own.dist.name == "beta"
+    expected = "reproduced" if is_beta else "contradicted"
+    assert {verdict for name, verdict in verdicts.items() if name.startswith("fig2-")} == {expected}
     for statement in ("mu-beta-2.1-5", "mu-beta-any-depth"):
-        assert verdicts[statement] == ("reproduced" if is_beta else "contradicted")
+        assert verdicts[statement] == expected
         assert is_beta or verdicts[f"{statement}/scaled-by-sets"] == "contradicted"  # sets change the Beta too
     nonnormal = "contradicted" if own.dist.name == "norm" else "reproduced"
     assert {verdicts[f"fig5-reattachment-nonnormal/{one}"] for one in ("to-the-eye", "moments")} == {nonnormal}
@@ -286,12 +301,9 @@ def test_numbers_that_do_not_exist_are_not_tested():
     assert "excited" in verdicts["fig5-limit-cycle"]["note"]
 
 
-def pair(name, low, high):
-    return with_interval(name, (low + high) / 2, low, high)
-
-
 def moments(skewness, kurtosis):
-    return pair("reattachment_skewness", *skewness) | pair("reattachment_kurtosis", *kurtosis)
+    arrays = with_interval("reattachment_skewness", np.mean(skewness), *skewness)
+    return arrays | with_interval("reattachment_kurtosis", np.mean(kurtosis), *kurtosis)
 
 
 def cycles_at(damping, cycles):

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy import special
 
 from roughslip.chaos.hermite import multi_indices, terms_at
 from roughslip.chaos.local import LocalExpansion, jackknife_deviations
@@ -198,6 +199,14 @@ def distance(first: np.ndarray, second: np.ndarray) -> float:
     above = ranks[1:] - np.searchsorted(long, short, side="right") / len(long)
     below = np.searchsorted(long, short, side="left") / len(long) - ranks[:-1]
     return float(max(above.max(), below.max()))
+
+
+def from_equal_moments(contact: np.ndarray) -> dict[str, float]:
+    """By name the distances of pressures : (K,), ascending, from a normal and a uniform of equal mean and deviation."""
+    z, ranks = (contact - contact.mean()) / (contact.std() or 1.0), np.arange(len(contact) + 1) / len(contact)
+    models = {"normal": special.ndtr(z), "uniform": np.clip(0.5 + z / np.sqrt(12.0), 0.0, 1.0)}
+    far = {name: max(np.max(ranks[1:] - one), np.max(one - ranks[:-1])) for name, one in models.items()}
+    return {f"distance_to_{name}": float(one) for name, one in far.items()}
 
 
 def sampled_rows(pressure: np.ndarray, independent: int, reference: Reference) -> dict[str, Row]:

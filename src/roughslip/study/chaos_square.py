@@ -18,6 +18,7 @@ from roughslip.chaos.centre_distribution import (
     drawn_rows,
     expanded_rows,
     fit_equation,
+    from_equal_moments,
     given_rows,
     in_contact,
     quantile_levels,
@@ -52,12 +53,11 @@ VARIABLES = {
     ),
     "distance_in_contact": (
         BY_METHOD,
-        "Kolmogorov distance given contact, of Latin hypercube from Monte Carlo and of an expansion from both",
+        "Kolmogorov distance given contact: hypercubes from Monte Carlo, others from both",
     ),
-    "tail_error": (
-        BY_METHOD,
-        "largest |log10| of the ratio to these samples at low probabilities, up to 0.1",
-    ),
+    "tail_error": (BY_METHOD, "largest |log10| of the ratio to these samples at low probabilities, up to 0.1"),
+    "distance_to_normal": ((), "Kolmogorov distance of all samples in contact to the normal of equal moments"),
+    "distance_to_uniform": ((), "Kolmogorov distance of all samples in contact to the uniform of equal moments"),
     "distance_between_variants": ((), "Kolmogorov distance of eqs. (8) and (9)"),
     "fit": (BY_FIT, "expansion"),
     "fit_condition_number": (BY_FIT, "condition number of the basis"),
@@ -69,8 +69,7 @@ VARIABLES = {
     "given_distance": (BY_VARIANT, "Kolmogorov distance to the solved samples in contact"),
     "given_tail_error_of_design": (
         BY_VARIANT,
-        "largest |log10| of the ratio to the Latin hypercube samples of the design that was fitted, from "
-        "given_tail_from to 0.1",
+        "largest |log10| of the ratio to the samples of the design that was fitted, from given_tail_from to 0.1",
     ),
     "given_positive_share": (BY_VARIANT, "share of the surfaces in contact at which the expansion is positive"),
     "given_between": ((), "Kolmogorov distance of eqs. (8) and (9) at solved surfaces in contact"),
@@ -105,28 +104,24 @@ def work(scene: Scene, job: Job) -> None:
     for name, pressures in drawn.items():
         rows[name] |= drawn_rows(contacts[name], solved)
         pressure[name] = pressures[0]
+    fits = {name: equation.fits[0] for name, equation in equations.items()}
     if local is not None:
         pressure["roughslip"], rows["roughslip"] = ours
+        fits["roughslip"] = local.fit
     given = given_contact(equations, nodes, directions, designs, solved, scene.seed)
     draws = DRAWS + sum(one.size for one in drawn.values())
-    fits = {name: equation.fits[0] for name, equation in equations.items()} | (
-        {"roughslip": local.fit} if local else {}
-    )
     job.count(fits=(1 + len(local.without) if local else 0) + len(equations) * len(designs), draws=draws)
     ascending = {name: np.sort(own) for name, own in pressure.items()}
     apart = {name: distance(own, ascending["monte_carlo"]) for name, own in ascending.items()}
     columns = {name: in_order(rows, METHODS, name, len(solved.levels)) for name in OF_ROWS}
-    values: dict[str, Any] = (
-        columns
-        | given
-        | {
-            "method": np.array(METHODS),
-            "distance": [apart.get(name, np.nan) for name in METHODS],
-            "distance_between_variants": between(contacts),
-            "fit": np.array(EXPANDED),
-            "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],
-        }
-    )
+    values: dict[str, Any] = columns | given | from_equal_moments(solved.in_contact)
+    values |= {
+        "method": np.array(METHODS),
+        "distance": [apart.get(name, np.nan) for name in METHODS],
+        "distance_between_variants": between(contacts),
+        "fit": np.array(EXPANDED),
+        "fit_positive_share": [np.mean(pressure[name] > 0) if name in pressure else np.nan for name in EXPANDED],
+    }
     for name in ("condition_number", "samples", "leave_one_out"):
         values[f"fit_{name}"] = [float(getattr(fits.get(method), name, np.nan)) for method in EXPANDED]
     results = {"pressure": store.Variable(("pressure",), solved.levels, "Pa", "contact pressure at the centre")}

@@ -70,16 +70,11 @@ def difference(friction: Arrays, name: str, first: int, last: int) -> Stored:
     return change, (change - below, change + above)
 
 
-@over_levels(
-    "sum of the areas over sum of the forces of all windows: the interval of the last less the first level lies below "
-    "zero"
-)
+@over_levels("areas over forces of all windows: the interval of the last less the first level lies below zero")
 def sums_fall(friction: Arrays) -> Found:
     """Mean friction by sums, where windows weigh as their force."""
     value = friction["ratio_of_sums"]
-    note = (
-        f"change of all areas over all forces from the first to the last level, from {value[0]:.3g} to {value[-1]:.3g}"
-    )
+    note = f"change of all areas over all forces, first to last level, from {value[0]:.3g} to {value[-1]:.3g}"
     return lies(difference(friction, "ratio_of_sums", 0, -1), note, high=0.0)
 
 
@@ -115,9 +110,8 @@ def falls_at_every_step(key: str, title: str) -> Rule:
 
 def of_misfits(friction: Arrays) -> str:
     """How far the autocorrelation is from the exponential and from the triangle of the window."""
-    exponential, triangle = (
-        friction[f"misfit_{name}"][row_of(friction, MEDIAN)] for name in ("exponential", "triangle")
-    )
+    row = row_of(friction, MEDIAN)
+    exponential, triangle = (friction[f"misfit_{name}"][row] for name in ("exponential", "triangle"))
     return f"rms distance {exponential:.3f} from the exponential, {triangle:.3f} from the triangle of the window"
 
 

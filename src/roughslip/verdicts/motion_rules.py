@@ -41,8 +41,7 @@ def cycling_at_the_end(oscillator: Arrays, limit: float) -> Found:
     """Runs with a cycle in the closing periods, at a damping below the limit."""
     nominal, share = float(oscillator["nominal_damping"]), number(oscillator, "cycling_share")
     note = (
-        f"share of the runs with a cycle in the closing periods at D = {nominal:g}; without scatter a cycle exists up "
-        f"to {limit:.4f}"
+        f"share of runs with a cycle in the closing periods at D = {nominal:g}; without scatter it ends at {limit:.4f}"
     )
     return Found(*share, min(inside(share[1], low=CYCLING), inside((nominal, nominal), high=limit)), note)
 
@@ -110,8 +109,6 @@ RUNS_BEYOND = share_beyond(
     "runs with a cycle in the closing periods",
     CAN_CYCLE,
 )
-
-
 RETURNS_BEYOND = share_beyond(
     f"every return to the belt is a cycle, without backward motion too: {ABOVE} mean returns, over the cycles at the "
     f"last damping below it, lies above {SEEN_SHARE:.0%}",
@@ -125,11 +122,8 @@ RETURNS_BEYOND = share_beyond(
 def moments(oscillator: Arrays) -> Found:
     """Skewness and excess kurtosis of the reattachment point: one of them differs from zero by an effect size."""
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
-    says = max(
-        inside(moment, *ends)
-        for _, moment in (skewness, kurtosis)
-        for ends in ((NON_NORMAL, np.inf), (-np.inf, -NON_NORMAL))
-    )
+    sides = (NON_NORMAL, np.inf), (-np.inf, -NON_NORMAL)
+    says = max(inside(moment, *side) for _, moment in (skewness, kurtosis) for side in sides)
     note = f"skewness; excess kurtosis {shown(kurtosis)}"
     return Found(*skewness, says, note)
 
@@ -138,7 +132,7 @@ FAR_FROM_NORMAL = within(
     f"the interval of the Kolmogorov distance to the normal of equal moments lies above {LIKE_BETA:.4f}, half of "
     "that of Beta(2.1, 5), which the paper calls non-normal too",
     "reattachment_distance_to_normal",
-    "Kolmogorov distance to the normal of equal moments",
+    lambda _: "Kolmogorov distance to the normal of equal moments",
     low=LIKE_BETA,
 )
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from roughslip.verdicts.reading import VISIBLE, Arrays, Found, Place, Rule, lies, number, row_of, rule, shown, within
+from roughslip.verdicts.reading import Arrays, Found, Place, Rule, Stored, lies, number, row_of, rule, shown, within
 
 FACTOR = 2.0  # between small probabilities that still match
 DECADES = float(np.log10(FACTOR))
 WELL_CAPTURED = 0.9  # share of the variance below which the notes say what the modes carry
 IN_CONTACT = "at variables of solved surfaces in contact that no fit has seen"
 OVER_ALL = "at Gaussian variables, drawn over all surfaces; pressures above zero count"
-COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {VISIBLE}"
+NEARER = "half of that of the nearer of normal and uniform, of equal mean and deviation, from the solved samples"
+COINCIDE = f"the interval of the Kolmogorov distance given contact lies below {NEARER}"
 RATIO = f"the interval of the largest |log10| of their ratio lies below {DECADES:.3f}, a factor of {FACTOR:g}"
 OF_DESIGN = f"where the samples of the design lie between the probability that five of them give and 0.1, {RATIO}"
 OF_SAMPLES = f"where the solved samples lie between 0.001, or the least that they resolve, and 0.1, {RATIO}"
@@ -24,12 +25,18 @@ def distance_note(square: Arrays) -> str:
     return f"{truncated}Kolmogorov distance given contact"
 
 
+def alike(square: Arrays, stored: Stored, note: str, share: float = 1.0) -> Found:
+    """Two distributions are alike. share : in contact, where zeros count; normal and uniform have the same zeros"""
+    most = share * min(float(square[f"distance_to_{name}"]) for name in ("normal", "uniform")) / 2.0
+    return lies(stored, f"{note}; the threshold is {most:.4f}", high=most)
+
+
 def coincide(name: str, of: str = "", place: Place | None = None) -> Rule:
-    """Two distributions given contact coincide for the eye. of : which, before the words of the rule"""
-    return within(of + COINCIDE, name, distance_note, place, high=VISIBLE)
+    """Two distributions given contact are alike. of : which, before the words of the rule"""
+    return Rule(of + COINCIDE, lambda square: alike(square, number(square, name, place), distance_note(square)))
 
 
-@rule(f"of all samples, zero out of contact: the interval of the Kolmogorov distance lies below {VISIBLE}")
+@rule(f"zeros count: the interval of the Kolmogorov distance lies below the probability of contact times {NEARER}")
 def latin_hypercube_with_zeros(square: Arrays) -> Found:
     """The error of a probability of contact below one half is at least that of the distribution at any pressure."""
     methods = [("method", name) for name in ("monte_carlo", "latin_hypercube")]
@@ -38,7 +45,7 @@ def latin_hypercube_with_zeros(square: Arrays) -> Found:
     first, second = (shown(stored, 4) for stored in both)
     note = f"Kolmogorov distance of the pressure with its zeros; probability of contact {first} and {second}"
     value = float(square["distance"][row_of(square, methods[1])])
-    return lies((value, (max(value - half, 0.0), value + half)), note, high=VISIBLE)
+    return alike(square, (value, (max(value - half, 0.0), value + half)), note, both[0][0])
 
 
 def given_contact(equation: str) -> Rule:
@@ -47,11 +54,9 @@ def given_contact(equation: str) -> Rule:
 
     @rule(f"eq. ({equation}), {IN_CONTACT}: {COINCIDE}")
     def judge(square: Arrays) -> Found:
-        note = (
-            f"{distance_note(square)} at {int(square['given_surfaces'])} surfaces; in "
-            f"{square['given_positive_share'][row_of(square, variant)]:.1%} of them the expansion is positive"
-        )
-        return lies(number(square, "given_distance", variant), note, high=VISIBLE)
+        count, positive = int(square["given_surfaces"]), square["given_positive_share"][row_of(square, variant)]
+        note = f"{distance_note(square)} at {count} surfaces; in {positive:.1%} of them the expansion is positive"
+        return alike(square, number(square, "given_distance", variant), note)
 
     return judge
 
@@ -59,9 +64,8 @@ def given_contact(equation: str) -> Rule:
 @rule(f"eq. (8), {OVER_ALL}: {COINCIDE}")
 def over_all_surfaces(square: Arrays) -> Found:
     """Eq. (8) at variables drawn over all surfaces."""
-    first, second, ours = (
-        number(square, "distance_in_contact", ("method", name)) for name in ("equation_8", "equation_9", "roughslip")
-    )
+    names = "equation_8", "equation_9", "roughslip"
+    first, second, ours = (number(square, "distance_in_contact", ("method", name)) for name in names)
     row_8, row_all = (row_of(square, ("fit", name)) for name in ("equation_8", "roughslip"))
     samples = square["fit_samples"]
     note = (
@@ -69,7 +73,7 @@ def over_all_surfaces(square: Arrays) -> Found:
         f"{shown(second)}, of the expansion of {samples[row_all]:.0f} samples, in contact or not, {shown(ours, 3)}. "
         f"At all samples eq. (8) is positive in {square['fit_positive_share'][row_8]:.0%}"
     )
-    return lies(first, note, high=VISIBLE)
+    return alike(square, first, note)
 
 
 def tail(equation: str) -> Rule:

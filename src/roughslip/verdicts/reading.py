@@ -4,6 +4,9 @@ A rule asks for the 95 % interval of our number on one side of an effect size; n
 `reproduced` where the whole interval lies there, `contradicted` where it lies on the other side, `undecided` where it
 reaches both. Without a number it is `not tested`. Readings come from the text and from common practice, before their
 numbers. The headline of a statement is the verdict of its natural reading, and then what the others give.
+
+Two distributions are alike where their Kolmogorov distance is below half of that of the nearer of normal and uniform,
+of equal mean and deviation, from the reference distribution. So every rule on a distribution rejects these two.
 """
 
 from __future__ import annotations
@@ -21,8 +24,7 @@ Interval = tuple[float, float]
 Stored = tuple[float, Interval]
 Place = tuple[str, object]
 """A coordinate and its value."""
-VISIBLE = 0.1  # Kolmogorov distance that a reader sees between two curves in print, in every family
-LIKE_BETA = NORMAL_DISTANCE / 2.0  # so that a normal distribution does not follow Beta(2.1, 5), nor a uniform one
+LIKE_BETA = NORMAL_DISTANCE / 2.0  # below which a distribution is like Beta(2.1, 5), of which the normal is the nearer
 REPRODUCED, CONTRADICTED, UNDECIDED, NOT_TESTED = "reproduced", "contradicted", "undecided", "not tested"
 VERDICTS = {1: REPRODUCED, -1: CONTRADICTED, 0: UNDECIDED}
 NO_STAGE = "the scene does not run this stage"
@@ -87,19 +89,9 @@ def lies(stored: Stored, note: str, low: float = -np.inf, high: float = np.inf) 
     return Found(*stored, inside(stored[1], low, high), note)
 
 
-def within(
-    text: str,
-    name: str,
-    note: str | Callable[[Arrays], str],
-    place: Place | None = None,
-    low: float = -np.inf,
-    high: float = np.inf,
-) -> Rule:
-    """The rule that wants the same of one stored number, at a value of a coordinate."""
-    return Rule(
-        text,
-        lambda arrays: lies(number(arrays, name, place), note if isinstance(note, str) else note(arrays), low, high),
-    )
+def within(text: str, name: str, note: Callable[[Arrays], str], place: Place | None = None, **ends: float) -> Rule:
+    """The rule that wants the same of one stored number, at a value of a coordinate. ends : low or high"""
+    return Rule(text, lambda arrays: lies(number(arrays, name, place), note(arrays), **ends))
 
 
 class Unit(NamedTuple):

@@ -17,6 +17,7 @@ CAPTION = "caption of Figure 2: “cumulative distribution function for the cont
 GAUSSIAN = "eqs. (8) and (9): the polynomials are functions of ξ, and section 2 has ξ standard Gaussian"
 LATIN = "section 3.3: “matches well with the results obtained from Latin Hypercube Sampling”"
 TRAP = "a trap: eqs. (8) and (9) stand for the pressure when contact occurs, and most draws have none"
+BOTH = "Figure 2 shows both variants"
 NINE = "eq. (9) takes the place of eq. (8)"
 FALL = "section 4: mean, standard deviation and coefficient of variation “decrease with increasing penetration depth”"
 WEIGHTS = "section 4: “A_c and the normal force N are obtained by averaging the pressure field”, with no weights"
@@ -87,12 +88,7 @@ ON_PRESSURE = (
             DEFINED,
             natural="eq. (8) is fitted to samples in contact, so its variables are those of such samples",
         ),
-        Reading(
-            "given-contact-equation-9",
-            pressure.given_contact("9"),
-            f"{DEFINED}; Figure 2 shows both variants",
-            when=NINE,
-        ),
+        Reading("given-contact-equation-9", pressure.given_contact("9"), f"{DEFINED}; {BOTH}", when=NINE),
         Reading("all-surfaces", pressure.over_all_surfaces, GAUSSIAN, apart=TRAP),
     ),
     statement(
@@ -107,7 +103,7 @@ ON_PRESSURE = (
             LATIN,
             natural="the sentence compares with Latin hypercube sampling, and the paper has one such design",
         ),
-        Reading("given-contact-equation-9", pressure.tail("9"), f"{LATIN}; Figure 2 shows both variants", when=NINE),
+        Reading("given-contact-equation-9", pressure.tail("9"), f"{LATIN}; {BOTH}", when=NINE),
         Reading("all-surfaces", pressure.tail_over_all_surfaces, GAUSSIAN, apart=TRAP),
     ),
     statement(
@@ -159,9 +155,7 @@ ON_FRICTION = (
         Reading("one-field", friction.length_of_one_field, ONE, natural=A_STRIP),
         Reading(
             "least-squares",
-            friction.length(
-                "least_squares", "all strips together, exponential by least squares to lags of three windows"
-            ),
+            friction.length("least_squares", "all strips together, by least squares to lags of three windows"),
             FOUND,
             when=TOGETHER,
         ),

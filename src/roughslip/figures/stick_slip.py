@@ -107,5 +107,5 @@ def figure_budget(result: Shown) -> Figure:
         figure.legend(*others[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     mean = 100.0 * float(result["averaged_probability"])
     titles = (TITLES.get(name, f"limit in {name.replace('_', ' ')}") for name in limits)
-    heads(figure.axes, f"stick-slip (probability {mean:.0f} %) or not", *titles)
+    heads(figure.axes, f"stick-slip ({mean:.0f} %) or not", *titles)
     return figure

@@ -57,7 +57,7 @@ def without(results, names):
 
 
 def cases(name):
-    """What a run can leave besides: one penetration, refused fits, no limit, no cycle, no model, nothing uncertain."""
+    """What else a run can leave: one penetration, refused fits, no limit, no cycle, no model, nothing uncertain."""
     results = numbers(name)
     yield results
     if name.startswith("figure2"):

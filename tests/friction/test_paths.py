@@ -120,7 +120,7 @@ def test_moving_average_is_the_plain_sum(shape):
 
 def test_a_shape_that_no_process_has_is_refused():
     """A box is no covariance: its transform, a sinc, has negative parts. Nor is the triangle, whose transform touches
-    zero, once it is corrected for a far skewed marginal; but there is one nearby, and the error is told."""
+    zero, once it is corrected for a far skewed marginal; but there is one nearby, and the error says so."""
     box = CorrelationShape(np.array([0.0, 0.999, 1.0]), np.array([1.0, 1.0, 0.0]))
     with pytest.raises(IllPosedError, match=r"misses the one wanted by 0\.5"):
         path_sampler(FrictionProcess(PUBLISHED.marginal, LENGTH, box), LENGTH / 16)

@@ -105,7 +105,7 @@ def test_shot_noise_of_summits_over_that_of_pairs(lay, angle, mesh):
     slopes = math.sqrt(2 + 2 / lay**2) * math.sqrt(2 / lay)  # h' det^(1/4)
     mean = (32 / (3 * math.pi) - 3) * math.sqrt(math.pi) * elliptic_contact(lay**2) / slopes
     assert rough.bandwidth * rough.lay == pytest.approx(mean / pairs, rel=0.01)
-    assert rough.bandwidth == pytest.approx(2.66, rel=0.05)  # whatever the lay
+    assert rough.bandwidth == pytest.approx(2.66, rel=0.05)  # for any lay
 
 
 def test_mean_over_a_window_is_the_plain_sum():

@@ -46,7 +46,7 @@ def test_the_linear_response_solves_lyapunov_s_equation(margin, length):
 
 
 def test_a_slip_vibrates_from_the_middle_between_response_and_cycle_on():
-    """Without a vibration that can be told from the response there is no bound."""
+    """Without a vibration that differs from the response there is no bound."""
     assert least_amplitude(hump(0.8)) is None
     both, law = replace(BELT, damping_ratio=0.11), of_powers(0.2, 0.2, -0.4)  # where sliding attracts too
     cycle, middle = attractors_of(both, law).from_rest, Machine(both, law, Friction(0.3, 1e-3, 1e-3))
@@ -106,7 +106,7 @@ def test_a_machine_that_vibrates_under_scatter():
     (change,) = found.smallest_changes
     assert (change.parameter, change.state, change.aim) == ("load", State.VIBRATION, "end")
     assert found.decides["vibration_limit"].value == pytest.approx(hopf_damping(SLIDE, HUMP), rel=1e-5)
-    end = hump(0.4).changed({"load": 2000.0 * (1.0 + change.value)})  # where the cycle can just be told from the noise
+    end = hump(0.4).changed({"load": 2000.0 * (1.0 + change.value)})  # where the noise just hides the cycle
     assert linear_response(end) == pytest.approx(attractors_of(end.oscillator, HUMP).from_rest.amplitude, rel=0.02)
     low, high = change.interval
     assert low < change.value < high < low + 1e-3

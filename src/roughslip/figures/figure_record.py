@@ -1,4 +1,4 @@
-"""The figure of a friction record: its curve, the scatter about it, and synthetic records beside it."""
+"""The figure of a friction record: its curve, the scatter about it, and synthetic records next to it."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ STYLE: Any = {
 
 
 class Shown:
-    """The variables of a Dataset that a figure takes. `taken` has their names: these numbers are written beside it."""
+    """The variables of a Dataset that a figure takes. `taken` has their names: these numbers are written next to it."""
 
     def __init__(self, results: xr.Dataset) -> None:
         self.results = results

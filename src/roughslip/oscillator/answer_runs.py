@@ -1,4 +1,4 @@
-"""Runs that tell whether a machine stick-slips, each looked at at a time of its own, and its cycles drawn."""
+"""Runs that show whether a machine stick-slips, each looked at at a time of its own, and its cycles drawn."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ def check_has_answer(machine: Machine) -> None:
     belt = machine.oscillator
     if belt.excitation_force_n > 0.0:
         raise IllPosedError(
-            "the mass is excited, and stick-slip and steady sliding are told apart only on the free oscillator"
+            "the mass is excited, and stick-slip and steady sliding are distinguished only on the free oscillator"
         )
     if belt.belt_velocity_m_per_s == 0.0:
         raise IllPosedError("the belt is at rest")

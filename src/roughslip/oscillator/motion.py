@@ -85,7 +85,7 @@ class MotionOptions:
     tolerance : [-] local errors in X and in X' of the steps in a unit of tau, relative to N / c + max(|X|, |X'|); 1e-13
         to 1e-3
     samples_per_period : of a trajectory, at least 1 in a natural period
-    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and of the limit of stick likewise
+    scatter : additive, mu = mu_D + mu_S; or multiplicative, mu = mu_D (1 + mu_S), and so is the limit of stick
 
     Raises ParameterError for a number out of range or an unknown word.
     """

@@ -17,7 +17,7 @@ Topics in the Theory of Random Noise 1, 1963). So for r = L / A the share that v
 
     Phi((1 - (1 + r)^2 / 4) / r) / Phi(1 / r):
 
-95 % at r = 0.34, and 59 % where r -> 1. From L = A on, the cycle cannot be told from the noise: nothing vibrates, as
+95 % at r = 0.34, and 59 % where r -> 1. From L = A on, the cycle is hidden by the noise: nothing vibrates, as
 without a vibration of the motion without scatter. So with scatter a vibration ends before the Hopf point, at L = A.
 """
 
@@ -61,7 +61,7 @@ def linear_response(machine: Machine) -> float:
 def least_amplitude(machine: Machine) -> float | None:
     """Half of peak to peak [m] from which slip without sticking is a vibration.
 
-    None where nothing vibrates, or nothing that can be told from the response to the scatter, and where slip is too
+    None where nothing vibrates, or nothing that differs from the response to the scatter, and where slip is too
     stiff to follow: there are two states then.
     """
     try:

@@ -24,7 +24,7 @@ FEWEST_LENGTHS = 50.0  # correlation lengths, below which a record cannot tell t
 FEWEST_SAMPLES = 200
 CLEAR_RATIO = 3.0  # of log likelihoods: one kind of scatter is twenty times as likely as the other
 SIGNIFICANT = 1e-3  # p-value of drift, of a period and of ramps that differ
-SEPARATE = 0.9  # share of drift that the curve may explain: above it, the two cannot be told apart
+SEPARATE = 0.9  # share of drift that the curve may explain: above it, the two cannot be separated
 LEAST_RAMP = 0.05  # of the range of speeds in the time of the record: slower changes are no ramp
 HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
@@ -191,7 +191,7 @@ def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def _drift_columns(samples: SlidingSamples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
-    """(n, 2) a slow trend over time, and whether it can be told from the curve."""
+    """(n, 2) a slow trend over time, and whether it differs from the curve."""
     u = 2.0 * samples.elapsed / samples.elapsed[-1] - 1.0
     trend = np.column_stack([u, 1.5 * u**2 - 0.5])
     left = trend - spline @ np.linalg.lstsq(spline, trend, rcond=None)[0]

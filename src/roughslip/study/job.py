@@ -35,7 +35,7 @@ _BEGAN, _LINES_APART = time.time(), 5.0  # seconds between two lines of progress
 
 @dataclass
 class Job:
-    """What the work of a stage is given beside the scene, and what it says of itself.
+    """What the work of a stage is given next to the scene, and what it says of itself.
 
     key : the slice of the scene that the stage reads, and the hash of its code
     inputs : the files of the stages that it takes, and of the user, by name

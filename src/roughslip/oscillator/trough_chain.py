@@ -266,6 +266,7 @@ def durations_by_theory(machine: Machine) -> Durations:
     """How long both states last by the chain of troughs; NaN is unknown, as where slip makes no chain.
 
     Further than FAR standard deviations from the existence limit no chain is needed: either state lasts for ever.
+    The chain has no vibration: where an attractor vibrates (`attractors_of`), its durations do not hold.
     """
     try:
         grazing, friction = grazing_response(machine), machine.scattering

@@ -1,15 +1,17 @@
 """Ensemble statistics: moments and intervals as in scipy. Nightly: coverage, and theory against long runs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from roughslip.oscillator.cycles import REPLICATES, count_difference, reattachment_statistics
+from roughslip.oscillator.cycles import REPLICATES, count_difference, reattachment_statistics, row_of
+from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.states import States, durations, exponential_mean, run_until_known
 from roughslip.oscillator.trough_chain import durations_by_theory
-from tests.oscillator.motions import machine
+from tests.oscillator.motions import LAW, STUDY, machine
 
 
 def statistics_of(position, seed=0):
@@ -25,6 +27,16 @@ def test_count_difference_by_hand():
     assert counts.standard_error == pytest.approx([math.sqrt(16 / 7 / 8), math.sqrt(42 / 7 / 8)], rel=1e-14)
     assert counts.high - counts.difference == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
     assert counts.difference - counts.low == pytest.approx(stats.t.ppf(0.975, 7) * counts.standard_error, rel=1e-12)
+
+
+def test_where_slip_is_too_stiff_to_follow_the_share_of_stick_slip_is_not_known():
+    """At 1e-7 kg a loop takes more steps than there are; all other counts of a motion stand."""
+    made, motion = machine(1e-4), simulate(STUDY, LAW, duration_periods=20.0)
+    stiff = replace(made, oscillator=replace(made.oscillator, mass_kg=1e-7))
+    known, unknown = (row_of(one, motion) for one in (made, stiff))
+    assert 0.0 < known[3] <= 1.0
+    assert math.isnan(unknown[3])
+    assert unknown[:3] == known[:3]
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -151,7 +151,12 @@ def test_a_length_far_below_a_cell_is_refused_with_the_nodes_that_it_would_take(
     """Heights of independent nodes are allowed, and four windows of 0.6 mm at 4 nodes a nanometre are 9.6 million."""
     strip = {"cell_m": 2.5e-6}
     assert surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 2.6e-8}))[1] == ""
-    assert "9.6e+06 nodes" in surface_mistake(changed(strip=strip, roughness={"correlation_length_m": 1e-9}))[1]
+    far = {"strip": strip, "roughness": {"correlation_length_m": 1e-9}}
+    assert "9.6e+06 nodes" in surface_mistake(changed(**far))[1]
+    given = {"mean": 0.3, "statistics": {"standard_deviation": 0.02, "correlation_length_m": 2e-3}}
+    assert (
+        "nodes" in surface_mistake(changed(**far, friction=given, targets=["figure_chain"]))[1]
+    )  # it draws the surface
 
 
 @pytest.mark.parametrize(

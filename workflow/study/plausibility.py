@@ -116,9 +116,9 @@ def _record_warnings(scene: Scene, files: list[Path]) -> list[str]:
 
 
 def cells_of(scene: Scene) -> dict[str, float]:
-    """[m] edge of the cells of strip and square, by key, of those that the scene solves."""
+    """[m] edge of the cells of strip and square, by key, of those that the scene solves, or draws under a plane."""
     stages, cells = stages_needed(scene), {}
-    if "contact" in stages:
+    if "contact" in stages or "figure_chain" in scene["targets"]:
         cells["strip.cell_m"] = get(scene, "strip.cell_m")
     if "karhunen_loeve" in stages:
         cells["square.edge_m / square.nodes"] = get(scene, "square.edge_m") / get(scene, "square.nodes")

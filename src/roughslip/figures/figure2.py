@@ -43,7 +43,9 @@ def figure2(result: Shown) -> Figure:
     linear.set(xlabel=f"pressure at the centre [{name}]", ylabel="cumulative probability", ylim=(0, 1))
     linear.set_xlim(0, float(pressure[last]))
     logarithmic.set(xscale="log", yscale="log", ylim=(LOWEST, 1.2), xlabel=f"pressure at the centre [{name}]")
-    logarithmic.set(xlim=(pressure[first], pressure[-1]), ylabel="cumulative probability")
+    logarithmic.set_ylabel("cumulative probability")
+    if pressure[first] < pressure[-1]:  # not where all low probabilities lie at one pressure, as at the hardness
+        logarithmic.set_xlim(pressure[first], pressure[-1])
     for row, (method, label) in enumerate(CONTACT.items()):
         colour = METHODS[method][1]["color"]
         share, low, high = with_ends(result, "contact_probability", 100.0, method=method)

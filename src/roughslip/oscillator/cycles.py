@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from scipy.special import ndtr
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.machine import OF_OSCILLATOR, Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, simulate
 from roughslip.oscillator.states import longest_slip, states_of
@@ -86,10 +87,14 @@ Row = tuple[int, int, float, float, int, int]
 
 
 def row_of(machine: Machine, motion: Motion) -> Row:
-    """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined."""
+    """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined or known.
+
+    They are not defined with excitation or a belt at rest, nor known where slip is too stiff to follow without scatter.
+    """
     oscillator, share = machine.oscillator, math.nan
     if oscillator.q == 0.0 and oscillator.V > 0.0:
-        share = states_of(motion, longest_slip(oscillator, machine.law)).share()
+        with suppress(ConvergenceError):
+            share = states_of(motion, longest_slip(oscillator, machine.law)).share()
     return motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts, motion.steps
 
 

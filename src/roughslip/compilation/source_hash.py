@@ -141,7 +141,7 @@ def syntax(file: Path, source: bytes) -> Syntax:
 def keep() -> None:
     """Write the memory of parsed files, with what others wrote. Where it cannot be, the next process parses again."""
     with contextlib.suppress(OSError):  # a read-only folder, a full disk
-        write_if_changed(_memory(), json.dumps(_kept.__wrapped__() | _kept()))
+        write_if_changed(_memory(), json.dumps(_remembered() | _kept()))
 
 
 def _memory() -> Path:
@@ -152,6 +152,11 @@ def _memory() -> Path:
 
 @cache
 def _kept() -> dict[str, Syntax]:
+    """The memory as this process found it, and what it has parsed since."""
+    return _remembered()
+
+
+def _remembered() -> dict[str, Syntax]:
     """Remembered files by the hash of their source; none where the memory is damaged or full of old files."""
     try:
         kept = {name: Syntax(*parts) for name, parts in json.loads(_memory().read_text(encoding="utf-8")).items()}

@@ -202,12 +202,11 @@ def limits_of(name: str, runs: Runs, seen: Mapping[State, np.ndarray]) -> tuple[
         for decided in (cycle_exists, slides)
     )
     sides: dict[str, dict[str, Quantity | None]] = {side: dict.fromkeys(LEVELS | UNSTEADY) for side in SIDES}
-    searches: list[tuple[Any, ...]] = [
-        (LEVELS, runs.of_value, seen[State.STICK_SLIP], cycle_ends),
-        (UNSTEADY, partial(unsteady_at, runs), ~seen[State.SLIDING], steady_ends),
-    ]
+    searches: list[tuple[Any, ...]] = [(LEVELS, runs.of_value, seen[State.STICK_SLIP], cycle_ends)]
+    if np.mean(seen[State.VIBRATION]) > LIKELY:
+        searches.append((UNSTEADY, partial(unsteady_at, runs), ~seen[State.SLIDING], steady_ends))
     searched, trials = None, 0
-    for levels, occurs, at_start, without in searches[: 1 + (np.mean(seen[State.VIBRATION]) > LIKELY)]:
+    for levels, occurs, at_start, without in searches:
         hints = [value for value in without.values() if value is not None]
         search = LevelSearch(partial(occurs, name), start, ends["below"], ends["above"], at_start, hints)
         for (side, upwards), (label, level) in product(SIDES.items(), levels.items()):

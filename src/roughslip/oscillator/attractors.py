@@ -194,8 +194,9 @@ def beyond_the_belt(flow: SlipFlow) -> tuple[float, float]:
         return float(back) - y, below + float(above)
 
     nearest, step = flow.departure, max(abs(flow.departure), 1.0)
-    if not loop(nearest)[0] > 0.0:
-        return nearest, loop(nearest)[1]
+    grows, period = loop(nearest)
+    if not grows > 0.0:
+        return nearest, period
     while loop(nearest + step)[0] > 0.0:
         step *= 2.0
         if step > LARGEST:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import ndtr
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
+from roughslip.oscillator.equation import Oscillator
+from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.machine import OF_OSCILLATOR, Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, simulate
 from roughslip.oscillator.states import longest_slip, states_of
@@ -87,15 +89,21 @@ Row = tuple[int, int, float, float, int, int]
 
 
 def row_of(machine: Machine, motion: Motion) -> Row:
-    """The fields of `Counts` of a motion; the share of stick-slip is NaN where the states are not defined or known.
-
-    They are not defined with excitation or a belt at rest, nor known where slip is too stiff to follow without scatter.
-    """
-    oscillator, share = machine.oscillator, math.nan
-    if oscillator.q == 0.0 and oscillator.V > 0.0:
-        with suppress(ConvergenceError):
-            share = states_of(motion, longest_slip(oscillator, machine.law)).share()
+    """The fields of `Counts` of a motion; the share of stick-slip is NaN where the longest slip of a cycle is."""
+    longest = _longest_slip(machine.oscillator, machine.law)
+    share = math.nan if math.isnan(longest) else states_of(motion, longest).share()
     return motion.cycles, motion.micro_slips, motion.last_cycle, share, motion.cuts, motion.steps
+
+
+@lru_cache(maxsize=4096)
+def _longest_slip(oscillator: Oscillator, law: FrictionLaw) -> float:
+    """`longest_slip`; NaN with excitation or a belt at rest, and where slip is too stiff to follow without scatter."""
+    if oscillator.q != 0.0 or oscillator.V <= 0.0:
+        return math.nan
+    try:
+        return longest_slip(oscillator, law)
+    except ConvergenceError:
+        return math.nan
 
 
 def counts_of(rows: Sequence[Row], shape: tuple[int, ...], over: Mapping[str, np.ndarray]) -> Counts:

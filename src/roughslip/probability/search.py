@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -189,9 +188,11 @@ class LevelSearch:
         return goes_on
 
     def _can_be_tried(self, value: float) -> bool:
-        with suppress(ConvergenceError, IllPosedError, ParameterError):
-            return self.count(value, PROBES) >= 0
-        return False
+        try:
+            self.count(value, PROBES)
+        except (ConvergenceError, IllPosedError, ParameterError):
+            return False
+        return True
 
     def _is_above(self, value: float, threshold: float) -> bool:
         """Whether the count of all paths exceeds a threshold; of no more paths than decide it."""

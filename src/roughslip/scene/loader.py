@@ -14,7 +14,18 @@ from pydantic import ValidationError
 from roughslip.errors import InputError
 from roughslip.scene import contact, friction, oscillator, roughness
 from roughslip.scene.files import locate, read_chain
-from roughslip.scene.mistakes import KeyPath, Mistake, Values, given, is_increasing, line, missing, refused, shown
+from roughslip.scene.mistakes import (
+    Exclusion,
+    KeyPath,
+    Mistake,
+    Values,
+    given,
+    is_increasing,
+    line,
+    missing,
+    refused,
+    shown,
+)
 from roughslip.scene.schema import inner, refusals, scene_schema
 from roughslip.scene.types import File, get
 from roughslip.study import plan
@@ -140,8 +151,9 @@ def _mistakes(scene: Values, whole: Values, faulty: set[str], uncertain: set[str
             if not is_increasing([first for first in firsts if isinstance(first, int | float)]):
                 yield refused(items, "strictly increasing", key)
     for part in (friction, roughness, oscillator):
-        found = part.mistakes(scene)  # of two keys that exclude each other, the second may be faulty
-        yield from (one for one in found if all(map(sound, one.keys[: 1 if "together with" in one.text else None])))
+        for one in part.mistakes(scene):
+            if all(map(sound, one.keys[:1] if isinstance(one, Exclusion) else one.keys)):
+                yield one
     is_smooth = scene.get("load") is not None and given(scene, "roughness.covariance") != "exponential"
     for key in uncertain if not is_smooth else ():
         if key.startswith("roughness."):

@@ -22,6 +22,10 @@ class Mistake(NamedTuple):
     text: str
 
 
+class Exclusion(Mistake):
+    """The mistake of a key that the others exclude by being given, with any value."""
+
+
 class Rule(NamedTuple):
     """A condition on the values of several keys, for scenes that give all of them or have a default."""
 
@@ -50,9 +54,9 @@ def missing(reason: str, *keys: str) -> Mistake:
     return Mistake(keys, f"missing; {reason}")
 
 
-def not_together(scene: Values, key: str, other: str) -> Mistake:
+def not_together(scene: Values, key: str, other: str) -> Exclusion:
     """The mistake of a key that another one excludes."""
-    return Mistake((key, other), f"{shown(given(scene, key))} is not allowed together with {other}; give one")
+    return Exclusion((key, other), f"{shown(given(scene, key))} is not allowed together with {other}; give one")
 
 
 def given(scene: Values, key: str) -> Any:

@@ -109,36 +109,35 @@ def f_test(target: np.ndarray, simple: np.ndarray, more: np.ndarray, number: int
     return float(scipy.stats.f.sf((squares - least) / number / (least / freedom), number, freedom))
 
 
-def fitted_curve(speeds: np.ndarray, friction: np.ndarray, others: np.ndarray, whiten: Whiten) -> FrictionCurve:
+def fitted_curve(speeds: np.ndarray, target: np.ndarray, others: np.ndarray, whiten: Whiten) -> FrictionCurve:
     """The curve over the speeds measured, the simpler form first.
 
-    speeds, friction : (n,) [m/s], [-]
+    speeds : (n,) [m/s]; target : (n,) friction, whitened
     others : (n, k) regressors that are no part of the curve, such as drift
-    whiten : makes columns independent unit normals
+    whiten : makes regressors those of the target
     """
     basis = SpeedBasis(speeds)
-    spline, rest = basis.at(speeds), others.shape[1]
-    white = whiten(np.column_stack([friction, spline, others]))
-    target, of_spline, of_rest = np.split(white, [1, 1 + basis.columns], axis=1)
+    spline = basis.at(speeds)
+    of_spline, of_rest = np.split(whiten(np.column_stack([spline, others])), [basis.columns], axis=1)
     knots = basis.knots()
     if basis.columns < 5:  # no more levels than the law has numbers: nothing tests it
-        return _spline_curve(basis, knots, target[:, 0], of_spline, of_rest, np.nan)
+        return _spline_curve(basis, knots, target, of_spline, of_rest, np.nan)
     middle = float(np.sqrt(basis.slowest * basis.fastest))
     decays = np.geomspace(0.01, 100.0, DECAYS) / middle
     fixed = np.column_stack([whiten(np.column_stack([np.ones(speeds.size), speeds**2])), of_rest])
 
     def squares(log_decay: float) -> float:
         part = whiten(1.0 / (1.0 + np.exp(log_decay) * speeds[:, None]))
-        return float(np.sum(left(np.column_stack([fixed, part]), target[:, 0]) ** 2))
+        return float(np.sum(left(np.column_stack([fixed, part]), target) ** 2))
 
     tried = [squares(log_decay) for log_decay in np.log(decays)]
     near = np.log(decays[np.clip(int(np.argmin(tried)) + np.array([-1, 1]), 0, DECAYS - 1)])
     decay = float(np.exp(scipy.optimize.minimize_scalar(squares, bounds=near, method="bounded").x))
     of_law = whiten(stribeck_columns(speeds, decay))
-    misfit = f_test(target[:, 0], np.column_stack([of_law, of_rest]), of_spline, basis.columns - 3)
+    misfit = f_test(target, np.column_stack([of_law, of_rest]), of_spline, basis.columns - 3)
     if misfit < SIGNIFICANT:
-        return _spline_curve(basis, knots, target[:, 0], of_spline, of_rest, misfit)
-    coefficients = np.linalg.lstsq(np.column_stack([of_law, of_rest]), target[:, 0], rcond=None)[0]
+        return _spline_curve(basis, knots, target, of_spline, of_rest, misfit)
+    coefficients = np.linalg.lstsq(np.column_stack([of_law, of_rest]), target, rcond=None)[0]
     # The errors are those of the law made linear in the logarithm of its decay, too.
     bend = -coefficients[1] * decay * speeds / (1.0 + decay * speeds) ** 2
     factor = _root_of_inverse(np.column_stack([of_law, whiten(bend[:, None]), of_rest]))[:4]

@@ -16,7 +16,7 @@ import scipy
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.record.curve import FrictionCurve, SpeedBasis, f_test, fitted_curve, left
-from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process
+from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process, through_instrument
 from roughslip.results import described, result
 
 LOGGER = logging.getLogger("roughslip")
@@ -169,7 +169,8 @@ def _additive_or_multiplicative(
 
 def _curve(samples: SlidingSamples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
     """The curve about which the fitted scatter is, with variances that are averaged over the errors of the scatter."""
-    curve = fitted_curve(samples.speed, samples.friction, others, lambda columns: fit.whiten(samples, columns))
+    target, _ = _whitened(samples, others, fit)
+    curve = fitted_curve(samples.speed, target, others, lambda columns: fit.whiten_mean(samples, columns))
     wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
     curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
     return _tilted(curve, fit.deviation) if from_slips else curve
@@ -188,6 +189,11 @@ def _tilted(curve: FrictionCurve, deviation: float) -> FrictionCurve:
 
 def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
     return np.column_stack([spline, *known.values()])
+
+
+def _whitened(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> tuple[np.ndarray, np.ndarray]:
+    """Friction : (n,) and regressors : (n, k), whitened."""
+    return fit.whiten(samples, samples.friction[:, None])[:, 0], fit.whiten_mean(samples, columns)
 
 
 def _drift_columns(samples: SlidingSamples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -225,9 +231,9 @@ def _p_value(
     if tested == 0:
         return np.nan
     others = _columns(spline, {other: part for other, part in known.items() if other != name})
-    white = fit.whiten(samples, np.column_stack([samples.friction, others, known[name]]))
-    target, simple, more = np.split(white, [1, 1 + others.shape[1]], axis=1)
-    return f_test(target[:, 0], simple, more, tested)
+    target, white = _whitened(samples, np.column_stack([others, known[name]]), fit)
+    simple, more = np.split(white, [others.shape[1]], axis=1)
+    return f_test(target, simple, more, tested)
 
 
 def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> float | None:
@@ -235,10 +241,10 @@ def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessF
     total = float(samples.slipped[-1])
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
     tried = tried[tried > 4.0 * np.median(samples.step)]
-    white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
-    residual = left(white[:, 1:], white[:, 0])
+    target, white = _whitened(samples, columns, fit)
+    residual = left(white, target)
     waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
-    waves = left(white[:, 1:], fit.whiten(samples, waves))
+    waves = left(white, fit.whiten_mean(samples, waves))
     freedom = waves.shape[1] // tried.size
     pairs = np.linalg.qr(waves.reshape(len(waves), -1, freedom).transpose(1, 0, 2))[0]
     gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
@@ -249,10 +255,11 @@ def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessF
 def _explained(
     samples: SlidingSamples, spline: np.ndarray, columns: np.ndarray, fit: ProcessFit
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) of the curve alone, and of all regressors, by generalised least squares."""
-    white = fit.whiten(samples, np.column_stack([samples.friction, columns]))
-    coefficients = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)[0]
-    return spline @ coefficients[: spline.shape[1]], columns @ coefficients
+    """(n,) of the curve alone, and of all regressors as the instrument shows them, by generalised least squares."""
+    target, white = _whitened(samples, columns, fit)
+    coefficients = np.linalg.lstsq(white, target, rcond=None)[0]
+    shown = through_instrument(columns @ coefficients, samples.memory(fit.time_constant))
+    return spline @ coefficients[: spline.shape[1]], shown
 
 
 def _moments(

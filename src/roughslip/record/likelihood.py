@@ -1,8 +1,8 @@
 """Scatter along the slipped distance, seen through an instrument: its most likely numbers, and synthetic records.
 
 The scatter x(s) has an exponential autocorrelation, so it is a first-order process in the distance s. The instrument is
-a first-order low-pass in time, and white noise is added to what it shows. A Kalman filter whitens data and regressors
-alike, in O(n), so that generalised least squares is ordinary least squares of the whitened columns.
+a first-order low-pass in time, of the mean as of the scatter, and white noise is added to what it shows. A Kalman
+filter whitens data and regressors alike, in O(n), so that generalised least squares is ordinary least squares.
 
 The likelihood is restricted: that of what no regressor explains, so that a curve of ten parameters takes no scatter
 with it (H. D. Patterson & R. Thompson, Biometrika 58 (1971) 545). The filter is that of J. Hartikainen & S. Särkkä,
@@ -55,8 +55,10 @@ class SlidingSamples:
         return np.cumsum(np.where(self.step < 0.0, 0.0, self.seconds))
 
     def memory(self, time_constant_s: float) -> np.ndarray:
-        """(n,) exp(-dt / time constant) of an instrument."""
-        return np.exp(-self.seconds / time_constant_s) if time_constant_s > 0.0 else np.zeros(self.seconds.size)
+        """(n,) exp(-dt / time constant) of an instrument; zero at the first sample of a record."""
+        if time_constant_s == 0.0:
+            return np.zeros(self.step.size)
+        return np.where(self.step < 0.0, 0.0, np.exp(-self.seconds / time_constant_s))
 
 
 def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Generator) -> np.ndarray:
@@ -69,12 +71,18 @@ def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Ge
 
 
 def through_instrument(values: np.ndarray, memory: np.ndarray) -> np.ndarray:
-    """values : (n,) after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
-    shown, level = np.empty(values.size), values[0]
-    for t, (value, a) in enumerate(zip(values, memory, strict=True)):
-        level = a * level + (1.0 - a) * value
-        shown[t] = level
+    """Columns : (n, k), or (n,), after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
+    shown = np.array(values, dtype=float, order="C")
+    _low_pass(memory, shown.reshape(len(shown), -1))
     return shown
+
+
+@compiled()
+def _low_pass(memory: np.ndarray, columns: np.ndarray) -> None:
+    """Columns : (n, k), in place; each begins at its first value."""
+    for t in range(1, len(columns)):
+        for c in range(columns.shape[1]):
+            columns[t, c] += memory[t] * (columns[t - 1, c] - columns[t, c])
 
 
 def whitened(
@@ -150,10 +158,14 @@ class ProcessFit:
     log_likelihood: float
     weight: np.ndarray
 
-    def whiten(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
-        """Columns : (n, k) as independent unit normals."""
+    def whiten(self, samples: SlidingSamples, measured: np.ndarray) -> np.ndarray:
+        """Columns : (n, k), as the instrument shows them, as independent unit normals."""
         memory, noise = samples.memory(self.time_constant), (self.noise / self.deviation) ** 2
-        return whitened(self.length, samples.step, memory, self.weight, noise, columns)[0] / self.deviation
+        return whitened(self.length, samples.step, memory, self.weight, noise, measured)[0] / self.deviation
+
+    def whiten_mean(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
+        """Regressors : (n, k) of the mean, after the instrument, as independent unit normals."""
+        return self.whiten(samples, through_instrument(columns, samples.memory(self.time_constant)))
 
 
 def fitted_process(
@@ -172,7 +184,6 @@ def fitted_process(
 
     Raises IllPosedError where the likelihood has no maximum within its bounds.
     """
-    columns = np.column_stack([samples.friction, regressors])
     n, k = len(regressors), len(regressors.T)
     first, bounds = _search_space(samples, time_constant_s, start)
 
@@ -180,6 +191,7 @@ def fitted_process(
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
         length, noise, *_ = np.exp(theta)
         memory = samples.memory(_seconds(theta, time_constant_s))
+        columns = np.column_stack([samples.friction, through_instrument(regressors, memory)])
         white, log_det = whitened(float(length), samples.step, memory, weight, noise, columns)
         upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
         return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))

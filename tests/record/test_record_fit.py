@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.integrate import quad
+from scipy.signal import lfilter
 
 from roughslip import IllPosedError
 from roughslip.record.curve import FrictionCurve, SpeedBasis, _spline_curve, fitted_curve, stribeck_columns
@@ -42,7 +44,8 @@ def record(
     path = scatter_path(slipped, LENGTH, generator)
     friction = mean * (1.0 + path * DEVIATION / np.mean(mean)) if multiplicative else mean + DEVIATION * path
     friction += drift * (time / SECONDS - 0.5) + wobble * np.cos(2 * np.pi * slipped / around(lengths))
-    friction = through_instrument(friction, np.full(n, np.exp(-1.0))) + noise * generator.standard_normal(n)
+    friction = lfilter([1.0 - np.exp(-1.0)], [1.0, -np.exp(-1.0)], friction - friction[0]) + friction[0]
+    friction += noise * generator.standard_normal(n)
     step = speed * dt
     step[0] = -1.0
     return SlidingSamples(friction, speed, step, np.full(n, dt), np.gradient(speed, dt))
@@ -109,7 +112,6 @@ def test_what_a_record_holds_is_recognised(known):
     assert found.kind == "additive"
     drift = found.explained - found.mean
     assert np.ptp(drift) == pytest.approx(0.08 + 2 * 0.02, rel=0.25)  # and the wave of the revolution
-    assert through_instrument(drift, np.zeros(N)) == pytest.approx(drift)
 
 
 @pytest.mark.parametrize("multiplicative", [False, True])
@@ -175,7 +177,7 @@ ERROR = 2e-3
 def curve_of(law, speeds, seed=3):
     """The curve through friction with independent errors."""
     friction = law(speeds) + ERROR * np.random.default_rng(seed).standard_normal(speeds.size)
-    return fitted_curve(speeds, friction, np.empty((speeds.size, 0)), lambda columns: columns / ERROR), friction
+    return fitted_curve(speeds, friction / ERROR, np.empty((speeds.size, 0)), lambda columns: columns / ERROR), friction
 
 
 def test_the_law_is_fitted_where_it_holds():
@@ -240,23 +242,30 @@ def test_moments_of_the_scatter_are_those_of_the_residuals():
     assert e_error == pytest.approx(np.sqrt(24 / 1000) / share**2)
 
 
-def test_whitening_is_that_of_the_dense_covariance():
+@pytest.mark.parametrize("digital", [True, False])
+def test_whitening_is_that_of_the_dense_covariance(digital):
     """Uneven steps, an instrument with memory, a factor of the scatter, noise, and a second record that forgets."""
     generator, n, second, noise = np.random.default_rng(3), 200, 110, 0.1
-    step, memory = generator.uniform(0.01, 0.3, n), generator.uniform(0.2, 0.7, n)
+    step, seconds = generator.uniform(0.01, 0.3, n), generator.uniform(0.4, 1.6, n)
     step[[0, second]], weight = -1.0, generator.uniform(0.5, 1.5, n)
-    covariance = noise * np.eye(n)
+    response = SlidingSamples(step, step, step, seconds, step).response(1.0, digital)
+    covariance, columns = noise * np.eye(n), generator.standard_normal((n, 3))
     for first, last in ((0, second), (second, n)):
         place = np.cumsum(np.append(0.0, step[first + 1 : last]))
         shown = np.zeros((last - first, last - first))
-        for t in range(last - first):
-            keep = memory[first + t] if t else 0.0
-            shown[t] = keep * shown[t - 1] if t else 0.0
-            shown[t, t] = (1.0 - keep) * weight[first + t]
+        shown[0, 0] = weight[first]
+        for t in range(1, last - first):
+            keep, dt = np.exp(-seconds[first + t]), seconds[first + t]
+            shown[t] = keep * shown[t - 1]
+            # of a straight line from 0 to 1 over dt: the integral of exp(u - dt) u / dt
+            here = 1.0 - keep if digital else quad(lambda u, dt: np.exp(u - dt) * u / dt, 0.0, dt, (dt,))[0]
+            shown[t, t - 1 : t + 1] += np.array([1.0 - keep - here, here]) * weight[first + t - 1 : first + t + 1]
         within = np.exp(-np.abs(place[:, None] - place) / 1.3)
         covariance[first:last, first:last] += shown @ within @ shown.T
-    columns, root = generator.standard_normal((n, 3)), np.linalg.cholesky(covariance)
-    white, log_det = whitened(1.3, step, memory, weight, noise, columns)
+        mean = shown @ (columns[first:last] / weight[first:last, None])
+        assert through_instrument(columns, response)[first:last] == pytest.approx(mean, abs=1e-12)
+    root = np.linalg.cholesky(covariance)
+    white, log_det = whitened(1.3, step, response, weight, noise, columns)
     assert white == pytest.approx(np.linalg.solve(root, columns), abs=1e-11)
     assert log_det == pytest.approx(2.0 * np.sum(np.log(np.diag(root))), abs=1e-10)
 

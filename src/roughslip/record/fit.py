@@ -258,7 +258,7 @@ def _explained(
     """(n,) of the curve alone, and of all regressors as the instrument shows them, by generalised least squares."""
     target, white = _whitened(samples, columns, fit)
     coefficients = np.linalg.lstsq(white, target, rcond=None)[0]
-    shown = through_instrument(columns @ coefficients, samples.memory(fit.time_constant))
+    shown = through_instrument(columns @ coefficients, fit.response(samples))
     return spline @ coefficients[: spline.shape[1]], shown
 
 

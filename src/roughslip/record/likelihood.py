@@ -54,11 +54,17 @@ class SlidingSamples:
         """(n,) [s] in all."""
         return np.cumsum(np.where(self.step < 0.0, 0.0, self.seconds))
 
-    def memory(self, time_constant_s: float) -> np.ndarray:
-        """(n,) exp(-dt / time constant) of an instrument; zero at the first sample of a record."""
+    def response(self, time_constant_s: float, digital: bool) -> np.ndarray:
+        """(n, 3) what an instrument shows of what it showed at the sample before, and of what was there and is here.
+
+        It is a first-order low-pass of samples (digital), or of time, where values are a straight line between them.
+        """
+        first = self.step < 0.0
         if time_constant_s == 0.0:
-            return np.zeros(self.step.size)
-        return np.where(self.step < 0.0, 0.0, np.exp(-self.seconds / time_constant_s))
+            return np.tile([0.0, 0.0, 1.0], (first.size, 1))
+        keep = np.exp(-self.seconds / time_constant_s)
+        here = 1.0 - (keep if digital else (1.0 - keep) * time_constant_s / self.seconds)
+        return np.where(first[:, None], [0.0, 0.0, 1.0], np.column_stack([keep, 1.0 - keep - here, here]))
 
 
 def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Generator) -> np.ndarray:
@@ -70,38 +76,42 @@ def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Ge
     return path
 
 
-def through_instrument(values: np.ndarray, memory: np.ndarray) -> np.ndarray:
-    """Columns : (n, k), or (n,), after a first-order low-pass. memory : (n,) exp(-dt / time constant)"""
+def through_instrument(values: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Columns : (n, k), or (n,), as an instrument shows them. response : (n, 3)"""
     shown = np.array(values, dtype=float, order="C")
-    _low_pass(memory, shown.reshape(len(shown), -1))
+    _low_pass(response, shown.reshape(len(shown), -1))
     return shown
 
 
 @compiled()
-def _low_pass(memory: np.ndarray, columns: np.ndarray) -> None:
-    """Columns : (n, k), in place; each begins at its first value."""
+def _low_pass(response: np.ndarray, columns: np.ndarray) -> None:
+    """Columns : (n, k), in place."""
+    before = columns[0].copy()
     for t in range(1, len(columns)):
+        keep, old, new = response[t]
         for c in range(columns.shape[1]):
-            columns[t, c] += memory[t] * (columns[t - 1, c] - columns[t, c])
+            value = columns[t, c]
+            columns[t, c] = keep * columns[t - 1, c] + old * before[c] + new * value
+            before[c] = value
 
 
 def whitened(
-    length_m: float, step: np.ndarray, memory: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
+    length_m: float, step: np.ndarray, response: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """Columns : (n, k) as independent unit normals, if they are the scatter of unit variance and noise; log det.
 
     step : (n,) [m] slipped since the sample before; negative at the first of a record, which forgets what was before
-    memory : (n,) [-] exp(-dt / time constant) of the instrument
+    response : (n, 3) [-] of the instrument
     weight : (n,) [-] factor of the scatter at the sample: 1, or the mean friction over its average
     noise : [-] variance of the white noise over that of the scatter
     """
     white = np.array(columns, dtype=float, order="C")
-    return white, _filter(1.0 / length_m, step, memory, weight, float(noise), white)
+    return white, _filter(1.0 / length_m, step, response, weight, float(noise), white)
 
 
 @compiled()
 def _filter(
-    rate: float, step: np.ndarray, memory: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
+    rate: float, step: np.ndarray, response: np.ndarray, weight: np.ndarray, noise: float, columns: np.ndarray
 ) -> float:
     """Whiten the columns : (n, k) in place; the sum of the logarithms of the variances of the innovations.
 
@@ -110,25 +120,20 @@ def _filter(
     """
     n, k = columns.shape
     within, cross, shown, log_det = 0.0, 0.0, 0.0, 0.0
-    state, level, keep = np.zeros(k), np.zeros(k), 1.0
+    state, level = np.zeros(k), np.zeros(k)
     for t in range(n):
-        a, w = memory[t], weight[t]
-        if step[t] < 0.0:
-            a, shown, within, cross = 0.0, 0.0, 1.0, 0.0
-            state[:], level[:] = 0.0, 0.0
-        else:
-            keep = np.exp(-rate * step[t])
-            cross *= keep
-            within = within * (keep * keep) + (1.0 - keep * keep)
-        b = (1.0 - a) * w
-        shown = a * a * shown + 2.0 * a * b * cross + b * b * within
-        cross = a * cross + b * within
+        a, old, new = response[t]
+        keep = np.exp(-rate * step[t]) if step[t] >= 0.0 else 0.0
+        kick, old, new = 1.0 - keep * keep, old * weight[t - 1] + new * weight[t] * keep, new * weight[t]
+        shown = a * a * shown + 2.0 * a * old * cross + old * old * within + new * new * kick
+        cross = keep * (a * cross + old * within) + new * kick
+        within = within * (keep * keep) + kick
         variance = shown + noise
         log_det += np.log(variance)
         scale = 1.0 / np.sqrt(variance)
         for c in range(k):
+            level[c] = a * level[c] + old * state[c]
             state[c] *= keep
-            level[c] = a * level[c] + b * state[c]
             innovation = columns[t, c] - level[c]
             state[c] += cross / variance * innovation
             level[c] += shown / variance * innovation
@@ -145,7 +150,7 @@ class ProcessFit:
 
     length : [m] correlation length, the integral of the autocorrelation from zero on
     deviation : [-] of the scatter; noise : [-] deviation of the white noise
-    time_constant : [s] of the instrument
+    time_constant : [s] of the instrument; digital : whether it is a low-pass of samples
     log_covariance : (2, 2) of log deviation and log length
     log_likelihood : restricted, comparable where the regressors are the same
     """
@@ -154,18 +159,24 @@ class ProcessFit:
     deviation: float
     noise: float
     time_constant: float
+    digital: bool
     log_covariance: np.ndarray
     log_likelihood: float
     weight: np.ndarray
 
+    def response(self, samples: SlidingSamples) -> np.ndarray:
+        """(n, 3) of the instrument."""
+        return samples.response(self.time_constant, self.digital)
+
     def whiten(self, samples: SlidingSamples, measured: np.ndarray) -> np.ndarray:
         """Columns : (n, k), as the instrument shows them, as independent unit normals."""
-        memory, noise = samples.memory(self.time_constant), (self.noise / self.deviation) ** 2
-        return whitened(self.length, samples.step, memory, self.weight, noise, measured)[0] / self.deviation
+        noise = (self.noise / self.deviation) ** 2
+        white, _ = whitened(self.length, samples.step, self.response(samples), self.weight, noise, measured)
+        return white / self.deviation
 
     def whiten_mean(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
         """Regressors : (n, k) of the mean, after the instrument, as independent unit normals."""
-        return self.whiten(samples, through_instrument(columns, samples.memory(self.time_constant)))
+        return self.whiten(samples, through_instrument(columns, self.response(samples)))
 
 
 def fitted_process(
@@ -175,7 +186,7 @@ def fitted_process(
     weight: np.ndarray,
     start: ProcessFit | None = None,
 ) -> ProcessFit:
-    """The most likely scatter.
+    """The most likely scatter, and instrument of the two kinds.
 
     regressors : (n, k) of the mean, of full rank
     time_constant_s : [s] of the instrument; None to fit it
@@ -187,29 +198,35 @@ def fitted_process(
     n, k = len(regressors), len(regressors.T)
     first, bounds = _search_space(samples, time_constant_s, start)
 
-    def parts(theta: np.ndarray) -> tuple[float, float]:
+    def parts(theta: np.ndarray, digital: bool) -> tuple[float, float]:
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
         length, noise, *_ = np.exp(theta)
-        memory = samples.memory(_seconds(theta, time_constant_s))
-        columns = np.column_stack([samples.friction, through_instrument(regressors, memory)])
-        white, log_det = whitened(float(length), samples.step, memory, weight, noise, columns)
+        response = samples.response(_seconds(theta, time_constant_s), digital)
+        columns = np.column_stack([samples.friction, through_instrument(regressors, response)])
+        white, log_det = whitened(float(length), samples.step, response, weight, noise, columns)
         upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
         return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))
 
-    def profile(theta: np.ndarray) -> float:
-        squares, others = parts(theta)
+    def profile(theta: np.ndarray, digital: bool) -> float:
+        squares, others = parts(theta, digital)
         return (n - k) * np.log(squares) + others
 
     starts = [first] if start is not None else [[first[0] + a, *first[1:]] for a in LENGTHS]
     if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
         starts += [[*one[:2], one[2] + SLOWER] for one in starts]
-    searches = (minimize(profile, np.clip(at, *np.transpose(bounds)), bounds=bounds, **SEARCH) for at in starts)
-    theta = np.asarray(min(searches, key=lambda one: float(one.fun)).x)
-    variance = parts(theta)[0] / (n - k)
+    kinds = [True, False] if start is None else [start.digital]
+    searches = [
+        (minimize(profile, np.clip(at, *np.transpose(bounds)), (digital,), bounds=bounds, **SEARCH), digital)
+        for at in starts
+        for digital in kinds
+    ]
+    best, digital = min(searches, key=lambda one: float(one[0].fun))
+    theta = np.asarray(best.x)
+    variance = parts(theta, digital)[0] / (n - k)
     deviation = float(np.sqrt(variance))
 
     def minus_twice(full: np.ndarray) -> float:
-        squares, others = parts(full[1:])
+        squares, others = parts(full[1:], digital)
         return 2.0 * (n - k) * full[0] + squares * np.exp(-2.0 * full[0]) + others
 
     free = [0, *(i + 1 for i, (low, high) in enumerate(bounds) if low + AT_BOUND < theta[i] < high - AT_BOUND)]
@@ -225,6 +242,7 @@ def fitted_process(
         deviation,
         deviation * float(np.exp(0.5 * theta[1])),
         _seconds(theta, time_constant_s),
+        digital,
         covariance,
         -0.5 * minus_twice(found),
         weight,

@@ -177,9 +177,8 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     for number in range(TWINS):
         generator = np.random.default_rng([seed, Stream.RECORD, number])
         path = fit.deviation * fit.weight * scatter_path(place, fit.length, generator)
-        memory = samples.memory(fit.time_constant)
         noise = fit.noise * generator.standard_normal(place.size)
-        twins.append((found.explained + through_instrument(path, memory) + noise)[:: _step(slid)])
+        twins.append((found.explained + through_instrument(path, fit.response(samples)) + noise)[:: _step(slid)])
     titles = "autocovariance of the residuals, with what their mean takes out", "autocovariance of the fitted scatter"
     return {
         "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),

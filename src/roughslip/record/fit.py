@@ -16,7 +16,7 @@ import scipy
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.record.curve import FrictionCurve, SpeedBasis, f_test, fitted_curve, left
-from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process, through_instrument
+from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process
 from roughslip.results import described, result
 
 LOGGER = logging.getLogger("roughslip")
@@ -102,7 +102,7 @@ def fit_record(
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
-    n = check_count(samples)
+    n, samples = check_count(samples), replace(samples, lag=not from_slips)
     basis, notes = SpeedBasis(samples.speed), []
     spline = basis.at(samples.speed)
     drift, separate = _drift_columns(samples, spline)
@@ -258,7 +258,7 @@ def _explained(
     """(n,) of the curve alone, and of all regressors as the instrument shows them, by generalised least squares."""
     target, white = _whitened(samples, columns, fit)
     coefficients = np.linalg.lstsq(white, target, rcond=None)[0]
-    shown = through_instrument(columns @ coefficients, fit.response(samples))
+    shown = samples.shown(columns @ coefficients, fit.response(samples))
     return spline @ coefficients[: spline.shape[1]], shown
 
 

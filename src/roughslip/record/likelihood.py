@@ -36,6 +36,7 @@ class SlidingSamples:
     step : (n,) [m] slipped since the sample before, negative at the first sample of a record
     seconds : (n,) [s] since the sample before
     change : (n,) [m/s^2] of the speed of the belt
+    lag : whether the mean passes through the instrument; a symmetric smoothing, as of slips, shows it without lag
     """
 
     friction: np.ndarray
@@ -43,6 +44,7 @@ class SlidingSamples:
     step: np.ndarray
     seconds: np.ndarray
     change: np.ndarray
+    lag: bool = True
 
     @property
     def slipped(self) -> np.ndarray:
@@ -65,6 +67,10 @@ class SlidingSamples:
         keep = np.exp(-self.seconds / time_constant_s)
         here = 1.0 - (keep if digital else (1.0 - keep) * time_constant_s / self.seconds)
         return np.where(first[:, None], [0.0, 0.0, 1.0], np.column_stack([keep, 1.0 - keep - here, here]))
+
+    def shown(self, mean: np.ndarray, response: np.ndarray) -> np.ndarray:
+        """Columns : (n, k), or (n,), of the mean as the instrument shows them. response : (n, 3)"""
+        return through_instrument(mean, response) if self.lag else mean
 
 
 def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Generator) -> np.ndarray:
@@ -176,7 +182,7 @@ class ProcessFit:
 
     def whiten_mean(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
         """Regressors : (n, k) of the mean, after the instrument, as independent unit normals."""
-        return self.whiten(samples, through_instrument(columns, self.response(samples)))
+        return self.whiten(samples, samples.shown(columns, self.response(samples)))
 
 
 def fitted_process(
@@ -202,7 +208,7 @@ def fitted_process(
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
         length, noise, *_ = np.exp(theta)
         response = samples.response(_seconds(theta, time_constant_s), digital)
-        columns = np.column_stack([samples.friction, through_instrument(regressors, response)])
+        columns = np.column_stack([samples.friction, samples.shown(regressors, response)])
         white, log_det = whitened(float(length), samples.step, response, weight, noise, columns)
         upper = np.asarray(np.linalg.qr(np.column_stack([white[:, 1:], white[:, 0]]), mode="r"))
         return float(upper[-1, -1] ** 2), log_det + 2.0 * float(np.sum(np.log(np.abs(np.diag(upper))[:-1])))

@@ -19,6 +19,7 @@ from roughslip.scene.mistakes import (
     KeyPath,
     Mistake,
     Values,
+    dotted,
     given,
     is_increasing,
     line,
@@ -26,7 +27,7 @@ from roughslip.scene.mistakes import (
     refused,
     shown,
 )
-from roughslip.scene.schema import inner, refusals, scene_schema
+from roughslip.scene.schema import Refusal, inner, refusals, scene_schema
 from roughslip.scene.types import File, get
 from roughslip.study import plan
 
@@ -53,17 +54,17 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
         values["targets"] = plan.default_targets(values, bool(uncertainties))
     if values.get("load") is not None and isinstance(values.get("targets"), list):
         values["targets"] = friction.targets_under_load(values["targets"])
-    in_yaml = {path for _, path, _ in merged.wrong}
-    found = [*((path, text, "") for path, text in wrong), *_refusals(values)]
-    faulty = {key for _, _, key in found if key} | {".".join(map(str, path)) for path in in_yaml if path}
-    found = [one for one in found if not (one[1].startswith("no value") and one[0] in in_yaml)]
-    is_open = faulty if not merged.unread else {".".join(map(str, path)) for path, _, _ in found}
-    found = [one for one in found if not (one[1].startswith("missing") and ".".join(map(str, one[0])) in is_open)]
+    in_yaml = {dotted(path) for _, path, _ in merged.wrong if path}
+    found = [*(Refusal(path, text) for path, text in wrong), *_refusals(values)]
+    faulty = {one.key for one in found if one.key} | in_yaml
+    found = [one for one in found if not (dotted(one.path) in in_yaml and given(values, dotted(one.path)) is None)]
+    is_open = faulty if not merged.unread else {dotted(one.path) for one in found}
+    found = [one for one in found if not (one.is_missing and dotted(one.path) in is_open)]
     if merged.unread or any(f"{one}.".startswith(f"{key}.") for one in plan.CONDITIONS for key in faulty):
         faulty.add("targets")  # which stages they need is not known
     lines = [*merged.unread, *(line(*one) for one in merged.wrong)]
-    lines += [line(merged.file_of(path), path, text) for path, text, _ in found]
-    sound_values, broken = _without(faulty, values), faulty | {".".join(map(str, path)) for path, _, _ in found}
+    lines += [line(merged.file_of(one.path), one.path, one.text) for one in found]
+    sound_values, broken = _without(faulty, values), faulty | {dotted(one.path) for one in found}
 
     def mistakes() -> Iterator[Mistake]:
         yield from _mistakes(sound_values, values, faulty, {key for key, _ in uncertainties})
@@ -94,7 +95,7 @@ def _taken_apart(value: Any, part: Values, path: KeyPath) -> tuple[Any, list[lis
     """
     if isinstance(value, dict) and part.get("uncertain"):
         number, error = value.get(VALUE), value.get(UNCERTAINTY)
-        key, is_whole = ".".join(map(str, path)), value.keys() == {VALUE, UNCERTAINTY}
+        key, is_whole = dotted(path), value.keys() == {VALUE, UNCERTAINTY}
         if is_whole and isinstance(number, int | float) and isinstance(error, int | float) and 0.0 < error <= number:
             return number, [[key, float(error)]], []
         form = f"{{{VALUE}: 10, {UNCERTAINTY}: 1}}, with an uncertainty > 0 and <= the value"
@@ -111,8 +112,8 @@ def _taken_apart(value: Any, part: Values, path: KeyPath) -> tuple[Any, list[lis
     )
 
 
-def _refusals(values: Values) -> list[tuple[KeyPath, str, str]]:
-    """What the sections refuse: the path, the text of its line, and the dotted key whose value is not known."""
+def _refusals(values: Values) -> list[Refusal]:
+    """What the sections refuse."""
     errors: list[Any] = [{"type": "null", "loc": path} for path in _nulls(values)]
     try:
         File.model_validate(values)

@@ -59,6 +59,11 @@ def not_together(scene: Values, key: str, other: str) -> Exclusion:
     return Exclusion((key, other), f"{shown(given(scene, key))} is not allowed together with {other}; give one")
 
 
+def dotted(path: KeyPath) -> str:
+    """`strip.cell_m` of its parts."""
+    return ".".join(map(str, path))
+
+
 def given(scene: Values, key: str) -> Any:
     """The value that a scene gives under a dotted key; None where it gives none, or where it was refused."""
     value: Any = scene

@@ -12,11 +12,11 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from pydantic.json_schema import GenerateJsonSchema
 
-from roughslip.scene.mistakes import KeyPath, Values, given, guess, shown
+from roughslip.scene.mistakes import KeyPath, Values, dotted, given, guess, shown
 from roughslip.scene.types import File
 
 FILE, PAGE = Path("config/scene.schema.json"), Path("docs/reference/keys.md")
@@ -46,6 +46,15 @@ _HEAD = """# Scene keys
 Every key of a scene file, in the order of the types. A key without a default must be given where its section is given,
 by the scene or by the one that it extends. Keys that are not needed everywhere say so. The unit ends the name.
 `snakemake -n mine` lists what would run after a change of a key. `make schema` writes this page."""
+
+
+class Refusal(NamedTuple):
+    """path : of a value that is not allowed; text : of its line; key : dotted, of the value that is not known"""
+
+    path: KeyPath
+    text: str
+    key: str = ""
+    is_missing: bool = False
 
 
 class _Schema(GenerateJsonSchema):
@@ -140,11 +149,11 @@ def inner(part: Values, key: str | int) -> Values:
     return part.get("properties", {}).get(key, {})
 
 
-def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, str, str]]:
-    """Of errors of pydantic in a scene: the path, the text of its line, and the dotted key whose value is not known.
+def refusals(errors: Sequence[Any], scene: Values) -> Iterator[Refusal]:
+    """What errors of pydantic refuse in a scene.
 
-    That is the key of a refused value, and for an unknown key the one that it is near to. A key without a value is an
-    error of type "null". Of a list with a refused item only the item has a line.
+    The key not known is that of a refused value, and for an unknown key the one that it is near to. A key without a
+    value is an error of type "null". Of a list with a refused item only the item has a line.
     """
     paths = [one["loc"] for one in errors]
     for one in errors:
@@ -159,12 +168,12 @@ def refusals(errors: Sequence[Any], scene: Values) -> Iterator[tuple[KeyPath, st
             value = value.get(str(key)) if isinstance(value, dict) else value[key]
         if one["type"] == "extra_forbidden":
             near = difflib.get_close_matches(str(key)[:100], around["properties"], 1)
-            meant = ".".join(map(str, (*path[:-1], *near))) if near else ""
-            yield path, f"unknown key; {_nearest_key(str(key), around)}", meant
+            meant = dotted((*path[:-1], *near)) if near else ""
+            yield Refusal(path, f"unknown key; {_nearest_key(str(key), around)}", meant)
         elif one["type"] == "missing" and path == one["loc"]:
-            yield path, f"missing; {describe_allowed(part)}", ""
+            yield Refusal(path, f"missing; {describe_allowed(part)}", is_missing=True)
         elif part:  # known
-            yield path, _refusal(value, part), ".".join(map(str, path))
+            yield Refusal(path, _refusal(value, part), dotted(path))
 
 
 def _refusal(value: Any, part: Values) -> str:

@@ -25,12 +25,12 @@ def mu(v: np.ndarray | float) -> np.ndarray | float:
     return 0.25 / (1.0 + 20.0 * v) + 0.2 + 0.02 * v * v
 
 
-def record(seconds: float = SECONDS, seed: int = 19) -> np.ndarray:
+def record(seconds: float = SECONDS, seed: int = 19, speeds: tuple[float, float] = SPEEDS) -> np.ndarray:
     """(n, 4) time [s], speed of the disc [m/s], force [N], load [N]."""
     dt, steps = 1.0 / (RATE * INNER), int(seconds * RATE) * INNER
     generator = np.random.default_rng(seed)
     share = np.abs(np.arange(steps) * dt / seconds * 4.0 % 2.0 - 1.0)
-    belt = SPEEDS[0] * (SPEEDS[1] / SPEEDS[0]) ** share
+    belt = speeds[0] * (speeds[1] / speeds[0]) ** share
     kicks = generator.standard_normal(steps)
     x, velocity, slipped, scatter, shown, rows = LOAD * mu(belt[0]) / STIFFNESS, 0.0, 0.0, 0.0, None, []
     for t in range(steps):

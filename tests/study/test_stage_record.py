@@ -90,6 +90,12 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     assert not record.has_surface({key: SCENE[key] for key in ("friction", "oscillator")})
 
 
+def test_a_length_of_micrometres_questions_the_unit_of_speed():
+    """4 um, or 1e5 lengths, as m/s labelled mm/s give."""
+    given = [SimpleNamespace(correlation_length_m=a, lengths=b) for a, b in ((4e-3, 120), (4e-6, 120), (4e-3, 1e5))]
+    assert [len(record.doubt_of_units(one)) for one in given] == [0, 1, 1]
+
+
 def test_a_surface_explains_the_scatter_of_a_record_to_ten_percent():
     """0.011 to 0.013 in the record: roughness is (0.9 / 1.2)^2 of the variance, the cause, or that of another pad."""
     said = (0.009, "is 56% of"), (0.0101, "can be the cause"), (0.0144, "can be"), (0.0145, "are not those of")

@@ -110,7 +110,7 @@ def test_a_record_is_read_before_the_run_unless_that_takes_long(tmp_path, monkey
 
     for record, said in (
         ((*noise, "x"), "line 2002, column friction: 'x' is no finite number"),
-        (0.3 + 0.01 * (np.arange(2000) % 40), "no sample of the record is in steady sliding; give the rig"),
+        (0.3 + 0.01 * (np.arange(2000) % 40), "no sample of the record is in steady sliding: stick-slip up to"),
         (noise[:100], "100 samples of sliding cannot tell curve and scatter"),
     ):
         with pytest.raises(InputError, match=rf"mine.yaml: friction.record.file: (.*my.csv: )?{said}"):

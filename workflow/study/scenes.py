@@ -258,10 +258,10 @@ def _file_mistakes(scene: dict[str, Any], path: Place, radius_m: float | None) -
         elif key in own and (text := _no_such_code(Path(path(file)), own[key][2])):
             yield Mistake((key,), text)
         elif key == "friction.record.file":
-            from roughslip.record.reading import check_head  # with numpy
+            from roughslip.record.reading import HEAD, columns_of  # with numpy
 
             try:
-                check_head(Path(path(file)), radius_m)
+                columns_of(Path(path(file)), radius_m, HEAD)
             except InputError as error:
                 yield from (Mistake((key,), text) for text in error.lines)
 

@@ -78,16 +78,15 @@ class SpeedBasis:
 
     def at(self, speeds: np.ndarray) -> np.ndarray:
         """(n, columns) the splines at speeds [m/s] within the range measured."""
-        if self.columns == 1:
-            return np.ones((speeds.size, 1))
         places = np.log(np.clip(speeds, self.slowest, self.fastest))
         return np.asarray(scipy.interpolate.BSpline.design_matrix(places, self._knots, self._degree).toarray())
 
     def knots(self) -> np.ndarray:
         """(K,) [m/s] speeds at which the curve is stored."""
-        if self.columns == 1:
-            return np.array([self.slowest, max(self.fastest, self.slowest * (1.0 + SAME_SPEED))])
-        return np.geomspace(self.slowest, self.fastest, KNOTS)
+        fastest = max(self.fastest, self.slowest * (1.0 + SAME_SPEED))
+        return (
+            np.geomspace(self.slowest, self.fastest, KNOTS) if self.columns > 1 else np.array([self.slowest, fastest])
+        )
 
 
 def stribeck_columns(speeds: np.ndarray, decay: float) -> np.ndarray:
@@ -139,11 +138,10 @@ def fitted_curve(speeds: np.ndarray, target: np.ndarray, others: np.ndarray, whi
         return _spline_curve(basis, knots, target, of_spline, of_rest, misfit)
     coefficients = np.linalg.lstsq(np.column_stack([of_law, of_rest]), target, rcond=None)[0]
     # The errors are those of the law made linear in the logarithm of its decay, too.
-    bend = -coefficients[1] * decay * speeds / (1.0 + decay * speeds) ** 2
-    factor = _root_of_inverse(np.column_stack([of_law, whiten(bend[:, None]), of_rest]))[:4]
     places = np.append(0.0, knots)
+    bend, bent = (-coefficients[1] * decay * v / (1.0 + decay * v) ** 2 for v in (speeds, places))
+    factor = _root_of_inverse(np.column_stack([of_law, whiten(bend[:, None]), of_rest]))[:4]
     columns = stribeck_columns(places, decay)
-    bent = -coefficients[1] * decay * places / (1.0 + decay * places) ** 2
     found, root = columns @ coefficients[:3], np.column_stack([columns, bent]) @ factor
     rest = 0 if found[0] > 0.0 else 1
     return FrictionCurve("stribeck", knots, found[1:], root[1:], misfit, float(found[rest]), root[rest])

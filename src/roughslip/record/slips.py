@@ -7,22 +7,25 @@ and friction is R = F + m a with the acceleration a of the specimen. Its sliding
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import IllPosedError, InputError, ParameterError
 from roughslip.record.likelihood import SlidingSamples
+from roughslip.record.motion import motion
 from roughslip.record.reading import Trace
 
 MOST_SAMPLES = 6000  # of a fit; means of neighbours take their place
 WINDOW, DEGREE = 5, 2  # of the smoothing that differentiates the deflection
 STICKS = 0.15  # of the belt's speed: slower sliding is stick
-STRETCHES, FEWEST_IN_STRETCH = 60, 20  # of a trace, in which stick-slip is looked for without a rig; samples in one
-SAWTOOTH = 6.0  # standard errors of the skewness of increments, from which a stretch is a saw of stick and slip
-JUMP = 0.5  # of a speed, from which a stretch of two speeds is not judged
-MARGIN = 1.25  # on the fastest speed with stick-slip
-WIDE = 3.0  # times the swing at the fastest speeds, a quarter of the stretches: a stretch that swings too much
+STRETCHES, FEWEST_IN_STRETCH = 60, 20  # of a trace, of which those of one speed are judged together; samples in one
+JUMP, SAME_SPEED = 0.5, 1.5  # of a speed, in a stretch that is not judged; between stretches that are so together
+MARGIN, SAME_SWING = 1.25, 0.7  # on the fastest speed with stick-slip; of its deviation: stick-slip goes on
+WIDE, BUMPS = 4.0, 30  # times the median deviation at a speed: a stretch with a bump; one of so many is left out
+HARMONICS = 4  # of a revolution, which are no swing
+GIVE_RIG = "; give mass, stiffness and damping of the rig and column load, or radius_m for waves of a revolution"
 LEAST_SPEED = 1e-4  # of the fastest: slower belts are at rest
 FEWEST_IN_SLIP = 6  # samples of a slip phase
 
@@ -45,7 +48,7 @@ class Sliding:
     """What a fit takes from traces.
 
     samples : of sliding
-    stick : of each trace (n,) whether it is in stick; without a rig, in stick-slip
+    stick : of each trace (n,) whether it is in stick; without a rig, what else is left out
     notes : what is left out and why
     from_slips : whether samples are of slips between sticks
     """
@@ -56,37 +59,39 @@ class Sliding:
     from_slips: bool
 
 
-def sliding(traces: list[Trace], rig: Rig | None = None) -> Sliding:
+def sliding(traces: list[Trace], rig: Rig | None = None, radius_m: float | None = None) -> Sliding:
     """Samples of sliding of all traces, at most MOST_SAMPLES.
 
-    rig : needed to use slip phases of stick-slip. Without it they are left out. Raises IllPosedError where nothing
-    slides.
+    rig : needed to use slip phases of stick-slip, and swings; without it they are left out
+    radius_m : [m] of the track; a wave of each revolution is no swing
+
+    Raises InputError where a rig comes without load, and IllPosedError where nothing slides.
     """
-    parts = [_of_rig(trace, rig) if rig is not None and trace.load is not None else _alone(trace) for trace in traces]
+    if rig is not None and any(trace.load is None for trace in traces):
+        raise InputError("column load: missing, which the balance of forces takes with the rig; give load [N]")
+    left_out, motions, notes = _left_out(traces, radius_m)
+    half = np.inf if rig is None else np.pi * np.sqrt(rig.mass_kg / rig.stiffness_n_per_m)  # [s] of a slip
+    faster = f"; a slip of the rig lasts {half:.2g} s, and has to have {FEWEST_IN_SLIP} samples: record faster"
+    by_forces = rig is not None and all(half >= FEWEST_IN_SLIP * trace.interval for trace in traces)
+    parts = [
+        _of_rig(trace, rig) if rig is not None and by_forces else (trace.friction, np.abs(trace.speed), out)
+        for trace, out in zip(traces, left_out, strict=True)
+    ]
     slowest = LEAST_SPEED * max(float(np.max(np.abs(trace.speed))) for trace in traces)
-    used = [
-        ~stick & (np.abs(trace.speed) > slowest) & (speed > slowest)
-        for trace, (_, speed, stick) in zip(traces, parts, strict=True)
-    ]
-    count = sum(map(np.count_nonzero, used))
+    pairs = [*zip(traces, parts, strict=True)]
+    used = [~stick & (np.minimum(np.abs(one.speed), speed) > slowest) for one, (_, speed, stick) in pairs]
+    count, sticks = sum(map(np.count_nonzero, used)), [stick for _, _, stick in parts]
+    why = "; ".join(motions or ["the specimen moves with the belt"]) + (GIVE_RIG if rig is None else faster)
     if count == 0:
-        raise IllPosedError(
-            "no sample of the record is in steady sliding; give the rig", scene_keys="friction.record.rig_mass_kg"
-        )
-    sticks, notes = [stick for _, _, stick in parts], []
+        raise IllPosedError(f"no sample of the record is in steady sliding: {why}", "friction.record.rig_mass_kg")
     lost = float(np.mean(np.concatenate(sticks)))
-    if lost and rig is None:
-        notes.append(
-            f"{lost:.0%} of the record is stick-slip and not used, as mass, stiffness and damping of the rig "
-            "are not given; so the curve is open at the speeds of these slips, where its slope decides"
-        )
+    notes = [*(note for trace in traces for note in trace.notes), *notes]
+    if motions and not by_forces:
+        notes.append(f"{lost:.0%} of the record is not used: {why}; the curve is open there")
     block = max(1, -(-count // MOST_SAMPLES))
-    pieces = [
-        _thinned(trace, friction, speed, keep, block)
-        for trace, (friction, speed, _), keep in zip(traces, parts, used, strict=True)
-    ]
+    pieces = [_thinned(one, part[0], part[1], keep, block) for (one, part), keep in zip(pairs, used, strict=True)]
     samples = SlidingSamples(*np.concatenate(pieces).T)
-    return Sliding(samples, sticks, tuple(notes), bool(lost and rig))
+    return Sliding(samples, sticks, tuple(dict.fromkeys(notes)), by_forces and bool(lost or motions))
 
 
 def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,7 +99,7 @@ def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     load, dt = trace.load, trace.interval
     assert load is not None
     force = trace.friction * load
-    place = trace.position if trace.position is not None else _deflection(force, rig, dt)
+    place = trace.position if trace.position is not None else _deflection(force, rig, trace.time)
     velocity, acceleration = (
         scipy.signal.savgol_filter(place, WINDOW, DEGREE, deriv=order, delta=dt) for order in (1, 2)
     )
@@ -105,39 +110,70 @@ def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return friction, speed, stick
 
 
-def _deflection(force: np.ndarray, rig: Rig, dt: float) -> np.ndarray:
+def _deflection(force: np.ndarray, rig: Rig, time: np.ndarray) -> np.ndarray:
     """(n,) [m] where spring and damper bear the force: k x + d x' = F, exactly for forces straight between samples."""
-    if rig.damping_n_s_per_m == 0.0:
-        return force / rig.stiffness_n_per_m
-    tau = rig.damping_n_s_per_m / rig.stiffness_n_per_m
-    keep = np.exp(-dt / tau)
-    slope = 1.0 - tau / dt * (1.0 - keep)
-    forced = (slope * force[1:] + (1.0 - keep - slope) * force[:-1]) / rig.stiffness_n_per_m
-    start = force[0] / rig.stiffness_n_per_m
-    return np.concatenate([[start], scipy.signal.lfilter([1.0], [1.0, -keep], forced, zi=[keep * start])[0]])
+    k, d = rig.stiffness_n_per_m, rig.damping_n_s_per_m
+    return np.asarray(force / k if d == 0.0 else scipy.signal.lsim(([1.0], [d, k]), force, time, force[0] * d / k)[1])
 
 
-def _alone(trace: Trace) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Friction, speed of the belt, and where the specimen may stick and slip.
+def _left_out(traces: list[Trace], radius_m: float | None) -> tuple[list[np.ndarray], list[str], list[str]]:
+    """Of each trace (n,) what is no steady sliding; what it is; and notes on bumps.
 
-    Slow rises and fast falls skew the increments of friction, and make it swing. Where stretches do so, all slower
-    speeds are left out too: there stick-slip is stronger.
+    Stretches of one speed are judged together. Slower than stick-slip all is left out, as it is stronger there.
     """
-    speed, values = np.abs(trace.speed), trace.friction
-    parts = np.array_split(np.arange(values.size), max(1, min(STRETCHES, values.size // FEWEST_IN_STRETCH)))
-    swing, saw = np.empty(len(parts)), np.zeros(len(parts), dtype=bool)
-    for number, part in enumerate(parts):
-        swing[number] = np.std(scipy.signal.detrend(values[part]))
-        rises = np.diff(values[part])
-        saw[number] = scipy.stats.skew(rises) < -SAWTOOTH * np.sqrt(6.0 / rises.size)
-    middle = np.array([np.median(speed[part]) for part in parts])
-    saw |= swing > WIDE * np.median(swing[middle >= np.quantile(middle, 0.75)])
-    saw &= np.array([np.ptp(speed[part]) for part in parts]) < JUMP * middle
-    if trace.position is not None:  # the specimen moves with the belt in stick
-        velocity = scipy.signal.savgol_filter(trace.position, WINDOW, DEGREE, deriv=1, delta=trace.interval)
-        stick = np.abs(trace.speed - velocity) < STICKS * speed
-        saw |= np.array([np.mean(stick[part]) > STICKS for part in parts])
-    return values, speed, speed <= MARGIN * float(np.max(middle[saw], initial=0.0))
+    columns = [(_less_turns(one, radius_m), one.speed, one.time) for one in traces]
+    values, belt, time = (np.concatenate(column) for column in zip(*columns, strict=True))
+    speed = np.abs(belt)
+    places = [(np.zeros(one.time.size) if one.position is None else one.position, one.interval) for one in traces]
+    velocity = [scipy.signal.savgol_filter(place, WINDOW, DEGREE, 1, delta) for place, delta in places]
+    held = np.abs(belt - np.concatenate(velocity)) < STICKS * speed  # the specimen moves with the belt
+    of_trace = np.split(np.arange(time.size), np.cumsum([trace.time.size for trace in traces[:-1]]))
+    counts = [max(1, min(STRETCHES, rows.size // FEWEST_IN_STRETCH)) for rows in of_trace]
+    stretches = [part for rows, count in zip(of_trace, counts, strict=True) for part in np.array_split(rows, count)]
+    out, motions, swing = np.zeros(values.size, dtype=bool), dict[str, str](), np.zeros(len(stretches))
+    before = np.inf  # deviation of friction in stick-slip at the next slower speed
+    for level in (levels := _levels(speed, stretches)):
+        deviations = np.array([np.std(scipy.signal.detrend(values[stretches[i]])) for i in level])
+        deviation = float(np.median(deviations))
+        rows = np.concatenate([stretches[i] for i in level])
+        begins = (np.diff(rows) > 1) | np.isin(rows[1:], [rows[0] for rows in of_trace])
+        runs = np.split(values[rows], np.flatnonzero(begins) + 1)
+        sticks, frequency = motion(runs, traces[0].interval, len(levels))
+        sticks = sticks or float(np.mean(held[rows])) > STICKS or deviation > SAME_SWING * before
+        before = deviation if sticks else np.inf
+        middle = [float(np.median(speed[stretches[i]])) for i in level]
+        if sticks or frequency:
+            text = "stick-slip up to" if sticks else f"a swing at {frequency:.3g} Hz, at"
+            motions["" if sticks else text] = f"{text} {max(middle):.3g} m/s"
+            out[rows] = True
+            out |= (speed <= MARGIN * max(middle)) & (speed >= (0.0 if sticks else min(middle) / MARGIN))
+        else:
+            swing[level] = deviations / (WIDE * max(deviation, 1e-300))
+    worst = [stretches[i] for i in np.argsort(-swing)[: len(stretches) // BUMPS] if swing[i] > 1.0]
+    out[np.concatenate([*worst, []]).astype(int)] = True
+    bumps = [f"a bump from {time[rows[0]]:.4g} to {time[rows[-1]]:.4g} s is left out" for rows in worst]
+    return [out[rows] for rows in of_trace], [*motions.values()], bumps
+
+
+def _less_turns(trace: Trace, radius_m: float | None) -> np.ndarray:
+    """(n,) friction less what repeats in each revolution of a track."""
+    if radius_m is None:
+        return trace.friction
+    angles = np.outer(np.cumsum(trace.speed) * trace.interval / radius_m, np.arange(HARMONICS + 1))
+    waves = np.hstack([np.cos(angles), np.sin(angles)])
+    return np.asarray(trace.friction - waves @ np.linalg.lstsq(waves, trace.friction, rcond=None)[0])
+
+
+def _levels(speed: np.ndarray, stretches: list[np.ndarray]) -> list[list[int]]:
+    """Numbers of the stretches at one speed each, those at rest or across a jump in none."""
+    low, middle, high = np.array([np.quantile(speed[rows], [0.05, 0.5, 0.95]) for rows in stretches]).T
+    levels: list[list[int]] = []
+    for i in np.argsort(middle, kind="stable"):
+        if high[i] - low[i] < JUMP * middle[i] and middle[i] > LEAST_SPEED * middle.max():
+            if not levels or middle[i] > SAME_SPEED * middle[levels[-1][0]]:
+                levels.append([])
+            levels[-1].append(int(i))
+    return [sorted(level) for level in levels]
 
 
 def _thinned(trace: Trace, friction: np.ndarray, speed: np.ndarray, keep: np.ndarray, block: int) -> np.ndarray:
@@ -148,17 +184,12 @@ def _thinned(trace: Trace, friction: np.ndarray, speed: np.ndarray, keep: np.nda
     dt, change = trace.interval, np.gradient(np.abs(trace.speed), trace.interval)
     slipped = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]).clip(0.0) * dt)])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], keep, [False]]).astype(int)))
-    rows = []
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
-        for start in range(first, last, block):
-            part = slice(start, min(start + block, last))
-            if part.stop - start >= min(block, FEWEST_IN_SLIP):
-                middle = 0.5 * (start + part.stop - 1)
-                means = (np.mean(values[part]) for values in (friction, speed, slipped))
-                rows.append((*means, middle * dt, np.mean(change[part])))
-    if not rows:
+    cuts = [[*range(first, last, block), last] for first, last in edges.reshape(-1, 2).tolist()]
+    parts = [slice(*ends) for cut in cuts for ends in pairwise(cut) if ends[1] - ends[0] >= min(block, FEWEST_IN_SLIP)]
+    if not parts:
         return np.empty((0, 5))
-    table = np.array(rows)
+    columns = friction, speed, slipped, dt * np.arange(keep.size), change
+    table = np.array([[np.mean(column[part]) for column in columns] for part in parts])
     table[:, 2:4] = np.diff(table[:, 2:4], axis=0, prepend=table[:1, 2:4])
     table[0, 2:4] = -1.0, block * dt
     table[1:, 2] = np.maximum(table[1:, 2], 0.0)

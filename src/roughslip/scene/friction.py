@@ -25,8 +25,8 @@ class Record(Section):
 
     file: Annotated[tuple[Line, ...], EachOnce] = many(min_length=1, max_length=100, unique=True)
     """Text files that are fitted together, each with a header of `name [unit]`: time, speed, friction or force and
-    load, perhaps position. Paths start at the folder of the scene file or of the project. A time that falls begins a
-    new record."""
+    load, perhaps displacement. Paths start at the folder of the scene file or of the project. A time that falls begins
+    a new record."""
     radius_m: float | None = key("m", gt=0, le=100, default=None)
     """Radius of the track of a turning disc, for a speed in rpm and the period of a revolution."""
     rig_mass_kg: float | None = key("kg", gt=0, le=1e6, default=None)

@@ -11,7 +11,7 @@ import numpy as np
 from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_by_law
-from roughslip.record.fit import RecordFit, check_count, fit_record
+from roughslip.record.fit import FrictionScatter, RecordFit, check_count, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
 from roughslip.record.reading import read_records
 from roughslip.record.slips import Rig, Sliding, sliding
@@ -31,6 +31,7 @@ LAW_ERROR = 0.1  # of the law of scatter: two of its rms errors
 LAGS, REACH = 60, 5.0  # of the autocorrelation that is drawn, up to so many correlation lengths
 NORMAL = (100.0, 100.0)  # shapes of a Beta distribution that is normal to its fourth moment, to 0.03
 MOST_SHAPES = 200.0  # their sum
+SHORTEST, LONGEST, MOST_LENGTHS = 1e-5, 1.0, 1e4  # [m], [m]: of the correlation of a record whose units are right
 SURE = 2.0  # standard errors of moments, below which the scatter counts as normal
 
 
@@ -53,9 +54,16 @@ def slid_in(wanted: Any, files: list[Path]) -> Sliding:
     rig = None
     if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
         rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
-    slid = sliding(read_records(files, wanted.radius_m), rig)
+    slid = sliding(read_records(files, wanted.radius_m), rig, wanted.radius_m)
     check_count(slid.samples)
     return slid
+
+
+def doubt_of_units(scatter: FrictionScatter) -> list[str]:
+    """A question on a correlation length, or on how many a record holds, where a wrong unit of speed gives such."""
+    length, lengths = scatter.correlation_length_m, scatter.lengths
+    text = f"the record holds {lengths:.2g} correlation lengths of {length:.2g} m: is the unit of speed right?"
+    return [] if SHORTEST < length < LONGEST and lengths < MOST_LENGTHS else [text]
 
 
 def work(scene: Scene, job: Job) -> None:
@@ -65,7 +73,7 @@ def work(scene: Scene, job: Job) -> None:
     slid = slid_in(wanted, job.paths("record"))
     around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
     found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips, job.say)
-    job.warn(*found.notes, *slid.notes)
+    job.warn(*found.notes, *slid.notes, *doubt_of_units(found.additive))
     asked = scene.friction.scatter
     if found.kind not in (asked, "cannot tell"):
         job.warn(f"the record has {found.kind} scatter, and {asked} scatter is taken: give friction.scatter")
@@ -146,9 +154,8 @@ def is_roughness_the_cause(by_law: float, low: float, high: float) -> str:
     """A sentence on the scatter by law, right to LAW_ERROR, and the 95 % interval of that of the record."""
     shown = f"the surface makes friction scatter by {by_law:.2g}, and the record has {low:.2g} to {high:.2g}"
     if by_law * (1.0 + LAW_ERROR) < low:
-        return (
-            f"{shown}: roughness is {(by_law / (0.5 * (low + high))) ** 2:.0%} of the variance, and not the main cause"
-        )
+        share = (by_law / (0.5 * (low + high))) ** 2
+        return f"{shown}: roughness is {share:.0%} of the variance, and not the main cause"
     if by_law * (1.0 - LAW_ERROR) > high:
         return f"{shown}: the surface or its pad and load are not those of the record"
     return f"{shown}: roughness can be the cause; compare the lengths over which both are correlated"

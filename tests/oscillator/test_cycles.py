@@ -9,8 +9,7 @@ from scipy import stats
 
 from roughslip.oscillator.cycles import REPLICATES, count_difference, reattachment_statistics, row_of
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.states import States, durations, exponential_mean, run_until_known
-from roughslip.oscillator.trough_chain import durations_by_theory
+from roughslip.oscillator.states import States, durations, exponential_mean
 from tests.oscillator.motions import LAW, STUDY, machine
 
 
@@ -131,16 +130,3 @@ def test_intervals_cover_the_truth_as_often_as_they_say(row):
     rates = [low <= truth <= high for low, high in (interval(np.random.default_rng([2, k])) for k in range(trials))]
     error = 4 * math.sqrt(0.95 * 0.05 / trials)
     assert least - error <= np.mean(rates) <= most + error
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("deviation", [0.03, 0.05])
-@pytest.mark.parametrize("damping", [0.28, 0.3, 0.32])
-def test_theory_against_long_runs(damping, deviation):
-    """Nearly Gaussian friction. Sliding within a factor of 2, stick-slip within one of 1.5."""
-    made = machine(deviation, damping=damping)
-    runs = [run_until_known(made, made.kept_path([1, run]), made.paths.spacing, 5000.0)[2] for run in range(4)]
-    measured, expected = durations(runs, np.random.default_rng(3)), durations_by_theory(made)
-    for name, factor in (("stick_slip", 1.5), ("sliding", 2.0)):
-        _, low, high = getattr(measured, name)
-        assert low / factor <= getattr(expected, name)[0] <= high * factor, name

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from roughslip.errors import IllPosedError, ParameterError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.friction import Friction
 from roughslip.oscillator import (
     Machine,
@@ -14,6 +14,7 @@ from roughslip.oscillator import (
     StribeckLaw,
     TableLaw,
     answer,
+    answer_runs,
     existence_limit,
     hopf_damping,
     limit_cycle,
@@ -195,3 +196,16 @@ def test_changes_are_ranked_by_their_factor(factors, can_change, named):
     changes = smallest_changes(limits_at(**factors), 1.0, 0.0, can_change)
     assert [change.parameter for change in changes] == named
     assert all(change.value == pytest.approx(factors[change.parameter] - 1.0) for change in changes)
+
+
+@pytest.mark.parametrize(("most", "runs"), [(10.0, 0), (6e4, 1)])
+def test_an_answer_that_takes_too_many_steps_ends_with_what_to_change(monkeypatch, most, runs):
+    """By the first run, or by all of them: later ones are longer. A given duration says that they are wanted."""
+    monkeypatch.setattr(answer_runs, "MOST_STEPS", most)
+    own = Machine(BELT, LAW, Friction(0.3, 0.03, LENGTH))
+    free, given = (Runs(own, 1, duration, (0,)) for duration in (None, 20.0))
+    with pytest.raises(ConvergenceError, match="steps of slip or more") as caught:
+        [free.one(own, 0, 20.0 * (1 + 19 * (run > 0)), False) for run in range(100)]
+    assert len(free.steps) > runs
+    assert caught.value.work == sum(free.steps)
+    given.one(own, 0, 20.0, False)

@@ -1,6 +1,6 @@
 """The two states: spells by hand, the same word on the cycle from all functions, numbers that no duration changes.
 
-Durations of both states: by hand, censored ones against textbook values, and in the limits that theory has of its own.
+Durations of both states: by hand, and censored ones against textbook values.
 """
 
 import math
@@ -13,15 +13,14 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ConvergenceError, IllPosedError
-from roughslip.friction import Friction
 from roughslip.oscillator.answer_runs import whole_cycles
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle, slip_loop
+from roughslip.oscillator.limits import existence_limit, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, Trajectory, simulate
-from roughslip.oscillator.slip_orbit import departure_point, slip_flow
+from roughslip.oscillator.slip_orbit import departure_point
 from roughslip.oscillator.states import (
     States,
     durations,
@@ -33,8 +32,7 @@ from roughslip.oscillator.states import (
     stationary_share,
 )
 from roughslip.oscillator.table_law import TableLaw
-from roughslip.oscillator.trough_chain import _drifting, durations_by_theory, durations_of, trough_map
-from tests.oscillator.motions import LAW, STUDY, machine
+from tests.oscillator.motions import LAW, STUDY
 
 TURN = 2.0 * math.pi
 LONG = 3.0  # natural periods
@@ -203,14 +201,6 @@ def test_all_functions_say_the_same_of_random_oscillators(batch):
         assert shares == [float(exists)] * 2, number
 
 
-LENGTH = 3e-4
-LASTING = (0.28, 1e-4, 0.0129, 1.5e5), (0.29, 3e-4, 0.006, 3.6e5), (0.29, 3e-4, 0.0056, 3.9e6)
-
-
-def theory(damping, deviation, length=LENGTH):
-    return durations_of(trough_map(machine(deviation, length, damping=damping)))
-
-
 def states(stick_slip, sliding, stick_slip_ended, sliding_ended):
     times = (np.reshape(np.array(rows, float), (-1, 2)) for rows in (stick_slip, sliding))
     return States(*times, *(np.array(ended, bool) for ended in (stick_slip_ended, sliding_ended)))
@@ -270,41 +260,6 @@ def test_the_share_of_the_long_run_and_its_interval_follow_from_both_rates(death
     assert stationary == pytest.approx(np.array(share), rel=1e-12, nan_ok=True)
 
 
-@pytest.mark.parametrize(("damping", "stick_slip", "sliding"), [(0.3, math.inf, math.nan), (0.5, math.nan, math.inf)])
-def test_theory_where_a_state_lasts_for_ever(damping, stick_slip, sliding):
-    """Scatter of 1e-4: well below the existence limit a cycle never fails, far above it no slip sticks. So far from it
-    the chain is left out, with the same result."""
-    without_chain = durations_by_theory(machine(1e-4, damping=damping))
-    for found in (theory(damping, 1e-4), without_chain):
-        assert (found.stick_slip[0], found.sliding[0]) == pytest.approx((stick_slip, sliding), nan_ok=True)
-
-
-@pytest.mark.slow
-def test_without_friction_s_drift_a_map_is_that_of_the_flow():
-    """At the Hopf damping small loops neither grow nor shrink, and beyond it they shrink by exp(-2 pi d)."""
-    for excess in (0.0, 0.02):
-        troughs = trough_map(machine(1e-9, damping=hopf_damping(STUDY, LAW) + excess))
-        first, second = troughs.following[1:3] / troughs.start[:2]
-        assert 2 * first - second == pytest.approx(math.exp(-2 * math.pi * excess), abs=0.03)
-
-
-@pytest.mark.slow
-def test_scatter_of_a_small_loop_is_that_of_a_linear_oscillator():
-    """White friction: each quadrature gains pi S in a loop, S = 2 (F sigma / V)^2 L / V, short of the correlation."""
-    troughs = trough_map(machine(0.001, 3e-5))
-    white = 0.001 * STUDY.F / STUDY.V * math.sqrt(2 * math.pi * 3e-5 / STUDY.V)
-    assert troughs.deviation[1] == pytest.approx(white, rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("damping", "length", "deviation", "splitting"),
-    [(0.28, 3e-4, 0.01, 1.2e4), *(pytest.param(*row, marks=pytest.mark.slow) for row in LASTING)],
-)
-def test_long_durations_of_theory_are_those_of_multilevel_splitting(damping, length, deviation, splitting):
-    """By F. Cérou & A. Guyader (Stoch. Anal. Appl. 25 (2007) 417), of a thousand slips; within a factor of 3."""
-    assert splitting / 3 < theory(damping, deviation, length).stick_slip[0] < 3 * splitting
-
-
 def test_the_mean_of_exponential_durations_by_hand():
     """Two ends in 30 periods; chi-square with 6 and 4 degrees of freedom."""
     expected = [15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)]
@@ -312,26 +267,3 @@ def test_the_mean_of_exponential_durations_by_hand():
     value, low, high = exponential_mean(30.0, 0)
     assert (value, high) == (math.inf, math.inf)
     assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there
-
-
-@pytest.mark.parametrize("belt_velocity", [0.01, 0.1])
-@pytest.mark.parametrize("law", [LAW, CoulombLaw(0.38, 0.4)])
-def test_slip_that_friction_drives_to_the_belt_from_any_trough_never_fails(belt_velocity, law):
-    """A slow belt: mean force and its drift make the smallest trough deeper, so that stick-slip lasts for ever."""
-    belt = replace(STUDY, belt_velocity_m_per_s=belt_velocity, damping_ratio=0.2)
-    found = durations_by_theory(Machine(belt, law, Friction(0.3, 0.05, 250e-6)))
-    assert np.all(np.isinf(found.stick_slip))
-
-
-def test_friction_that_is_met_sooner_pushes_with_its_mean_gradient():
-    """(F sigma)^2 / (V L) / (1 + (V (1 - w) / L)^2) in units of the belt, of added and of multiplied friction."""
-    deviation, length = 0.03, 3e-4
-    own, plain = machine(deviation, length), slip_flow(STUDY, LAW)
-    for gain, one in (
-        (1.0, own),
-        (float(LAW.mu(0.948)), replace(own, friction=replace(own.friction, multiplies=True))),
-    ):
-        flow, sigma = _drifting(plain, one), gain * one.friction.path_deviation
-        for w in (1.0, 0.9, -0.5):
-            force = (STUDY.F * sigma) ** 2 / (STUDY.V * length) / (1.0 + (STUDY.V * (1.0 - w) / length) ** 2)
-            assert flow.at_peak(w) - plain.at_peak(w) == pytest.approx(force, rel=1e-6)

@@ -17,6 +17,7 @@ from roughslip.oscillator.motion import MotionOptions as MotionOptions
 from roughslip.oscillator.motion import Trajectory as Trajectory
 from roughslip.oscillator.motion import simulate as simulate
 from roughslip.oscillator.motion import trajectory as trajectory
+from roughslip.oscillator.rates import durations_by_theory as durations_by_theory
 from roughslip.oscillator.slip_orbit import equilibrium as equilibrium
 from roughslip.oscillator.states import durations as durations
 from roughslip.oscillator.states import longest_slip as longest_slip
@@ -24,4 +25,3 @@ from roughslip.oscillator.states import run_until_known as run_until_known
 from roughslip.oscillator.states import states_of as states_of
 from roughslip.oscillator.table_law import TableLaw as TableLaw
 from roughslip.oscillator.table_law import friction_law as friction_law
-from roughslip.oscillator.trough_chain import durations_by_theory as durations_by_theory

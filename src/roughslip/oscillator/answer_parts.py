@@ -80,7 +80,7 @@ class Answer:
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
     durations : of the states, with their rates and the share of time, from all runs
-    durations_by_theory : the same by `trough_chain`; None where the mass may vibrate without sticking
+    durations_by_theory : the same by `rates`; None where the mass may vibrate without sticking
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     vibration : the same four of the vibration without sticking

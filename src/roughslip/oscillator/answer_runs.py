@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from roughslip.errors import ConvergenceError
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, Trajectory, trajectory
 from roughslip.oscillator.path import KeptPath
@@ -18,6 +19,7 @@ KEPT_NODES, KEPT_PATHS, FAR_NODES = 2**16, 200, 2**19  # 100 MB; 50 MB of PROBES
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
 MOST_SAMPLES = 1e6  # of a run
 LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
+MOST_STEPS, STEP_S = 5e8, 4e-7  # of slip in an answer; CPU seconds of a step, with its share of the nodes
 SHOWN = 4  # cycles, or natural periods of sliding, that a picture shows
 STRAIGHT = 1e-6  # of the range of X' and X: what a sample may differ from its neighbours' mean, and be left out
 DIGITS = 5  # of the numbers of a picture
@@ -60,6 +62,7 @@ class Runs:
     count : of runs from either start
     duration : natural periods of a run; None for what its time scales take, up to LONGEST_RUN
     seed : of the path of run i, (*seed, i)
+    steps : of the runs so far
     """
 
     own: Machine
@@ -67,6 +70,7 @@ class Runs:
     duration: float | None
     seed: Sequence[int]
     kept: dict[int, KeptPath] = field(default_factory=dict)
+    steps: list[int] = field(default_factory=list)
 
     def path(self, number: int) -> KeptPath:
         """The friction path of a run."""
@@ -84,7 +88,21 @@ class Runs:
         time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
         path, spacing = self.path(number), self.own.paths.spacing
         motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
+        self._count(motion.steps)
         return Run(motion, first, states, first + time)
+
+    def _count(self, steps: int) -> None:
+        """Raise ConvergenceError where runs of no given duration take over MOST_STEPS, or will by the first one."""
+        self.steps.append(steps)
+        expected = max(sum(self.steps), 2 * self.count * self.steps[0])
+        if self.duration is None and expected > MOST_STEPS:
+            raise ConvergenceError(
+                f"the runs of an answer take {expected:.2g} steps of slip or more, {STEP_S * expected / 60.0:.2g} "
+                "minutes: give their duration, fewer runs, a longer correlation length or a lower normal force",
+                scene_keys="answer.duration_periods, answer.realisations, oscillator.normal_force_n",
+                residual=1.0,
+                work=sum(self.steps),
+            )
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:
         """(runs,) whether the mass stick-slips, from rest on the belt, with one parameter at another value."""

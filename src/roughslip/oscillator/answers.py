@@ -23,8 +23,8 @@ from roughslip.oscillator.attractors import State, attractors_of, state_from_res
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
 from roughslip.oscillator.limits import damping_of_slope, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
+from roughslip.oscillator.rates import durations_by_theory
 from roughslip.oscillator.states import durations, is_within, time_scales
-from roughslip.oscillator.trough_chain import durations_by_theory
 from roughslip.oscillator.vibration import unsteady_at, vibrating_runs
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import LevelSearch, first_change

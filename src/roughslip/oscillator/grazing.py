@@ -19,7 +19,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, balance, next_step, rk_step, slip_flow, too_stiff, turn
+from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, next_step, rk_step, slip_flow, too_stiff, turn
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
 
@@ -44,16 +44,12 @@ class GrazingResponse:
         correlation : [m] length L of the autocorrelation exp(-s / L) of mu_S; or that of any lags [m], as
             `FrictionProcess.autocorrelation`
         """
-        return math.sqrt(max(self.covariance(correlation), 0.0)) / abs(self.damping)
-
-    @gate
-    def covariance(self, correlation: float | Callable[[np.ndarray], np.ndarray], apart_m: float = 0.0) -> float:
-        """Covariance of the peaks, in units of X' / V, of two loops so far apart in slip, for mu_S of unit variance."""
-        lag = np.abs(apart_m + self.slipped[:, None] - self.slipped[None, :])
+        lag = np.abs(self.slipped[:, None] - self.slipped[None, :])
         of_lags = (
             correlation(lag) if callable(correlation) else np.exp(-lag / positive("correlation", correlation, "m"))
         )
-        return float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
+        variance = float(np.einsum("i,ij,j->", self.kernel, of_lags, self.kernel))
+        return math.sqrt(max(variance, 0.0)) / abs(self.damping)
 
 
 @gate
@@ -85,43 +81,22 @@ def _of_limit(machine: Machine) -> GrazingResponse:
     flow = slip_flow(replace(oscillator, damping_ratio=limit), law)
     trough, w, down = turn(flow, flow.departure, 1.0)
     _, _, up = turn(flow, trough, w)
-    return orbit_response(machine, flow, (flow.departure, 1.0), down + up, law.static)
-
-
-def orbit_response(
-    machine: Machine,
-    flow: SlipFlow,
-    start: tuple[float, float],
-    duration: float,
-    static: float = 0.0,
-    samples: int = SAMPLES,
-    at: float | None = None,
-) -> GrazingResponse:
-    """The response of the end of the orbit of a flow from a state (y, w), as `grazing_response` has it of a peak.
-
-    duration : [-] tau until the peak, or until the orbit reaches the belt before it
-    static : limit of stick where the orbit begins with a departure that moves with mu_S; else 0
-    at : [-] tau of a trough, at which the response is taken instead
-    """
-    oscillator = machine.oscillator
-    scale = oscillator.F / oscillator.V
-    orbit, adjoint, steps = _orbit(start, flow, duration, samples, along=at is not None)
+    start, duration = (flow.departure, 1.0), down + up
+    scale, multiplies = oscillator.F / oscillator.V, machine.options.scatter == "multiplicative"
+    orbit, adjoint, steps = _orbit(start, flow, duration, SAMPLES)
     if steps < 0:
         raise too_stiff(flow, float(np.hypot(*orbit[-1])), -steps)
     y, w = orbit.T
-    weight = np.full(samples, duration / (samples - 1))  # of the trapezoidal rule
+    weight = np.full(SAMPLES, duration / (SAMPLES - 1))  # of the trapezoidal rule
     weight[[0, -1]] *= 0.5
-    if at is not None:
-        adjoint = adjoint / np.interp(at, np.linspace(0.0, duration, samples), adjoint[:, 1])
-    multiplies = machine.options.scatter == "multiplicative"
     kernel = scale * weight * adjoint[:, 1]
     if multiplies:
-        kernel *= machine.law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
-    if static > 0.0:
-        kernel[0] += scale * adjoint[0, 0] * (static if multiplies else 1.0)
+        kernel *= law.mu(oscillator.belt_velocity_m_per_s * (1.0 - w))
+    if law.static > 0.0:
+        kernel[0] += scale * adjoint[0, 0] * (law.static if multiplies else 1.0)
     return GrazingResponse(
-        limit=flow.damping_ratio,
-        slipped=oscillator.V * (np.linspace(0.0, duration, samples) - (y - start[0])),
+        limit=limit,
+        slipped=oscillator.V * (np.linspace(0.0, duration, SAMPLES) - (y - start[0])),
         kernel=kernel,
         damping=-2.0 * float(adjoint[0, 0] + np.sum(weight * adjoint[:, 1] * w)),
     )
@@ -129,13 +104,12 @@ def orbit_response(
 
 @compiled(error_model="numpy")
 def _orbit(
-    start: tuple[float, float], flow: SlipFlow, duration: float, samples: int, along: bool
+    start: tuple[float, float], flow: SlipFlow, duration: float, samples: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Orbit (samples, 2) y and w at equal times, its adjoint (samples, 2), and the steps, below 0 where too stiff.
 
-    The adjoint ends as (0, 1): what a change of the state at each sample does to w at the end. Or, along the flow, as
-    (-w', w) / w: that is the same at a peak, and before it what does not depend on when the orbit ends. It goes
-    backwards by the transposed propagator of each interval, so that nothing is inverted where slip contracts.
+    The adjoint ends as (0, 1): what a change of the state at each sample does to w at the end. It goes backwards by the
+    transposed propagator of each interval, so that nothing is inverted where slip contracts.
     """
     rows, interval, k = np.zeros((samples, 6)), duration / (samples - 1), np.zeros((6, 6))
     z = rows[0].copy()
@@ -155,7 +129,6 @@ def _orbit(
                 return rows[:, :2], adjoint, -steps
             h = next_step(tried, error)
         rows[sample] = z
-    adjoint[-1, 0] = (z[0] - balance(z[1], flow)) / z[1] if along else 0.0
     adjoint[-1, 1] = 1.0
     for sample in range(samples - 1, 0, -1):
         of_y, of_w = adjoint[sample]

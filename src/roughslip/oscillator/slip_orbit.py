@@ -38,7 +38,6 @@ class SlipFlow(NamedTuple):
     v0, scale, mean : [m/s] of the belt, F / V, and mu_D(v0)
     departure : [-] y of the departure without scatter, at w = 1
     law : parameters of the friction law
-    drift, drift_ratio : [-] mean force of friction that is met sooner at w = 1, and V over its correlation length
     """
 
     damping_ratio: float
@@ -47,8 +46,6 @@ class SlipFlow(NamedTuple):
     mean: float
     departure: float
     law: Any
-    drift: float = 0.0
-    drift_ratio: float = 0.0
 
     def at_peak(self, w: float) -> float:
         """y where X' = V w has its peak or trough."""
@@ -91,17 +88,15 @@ def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
 
 @compiled(error_model="numpy")
 def balance(w: float, flow: SlipFlow) -> float:
-    """G(w) - 2 D w, with the drift: y where w' = 0."""
+    """G(w) - 2 D w: y where w' = 0."""
     mu = max(friction(abs(flow.v0 * (1.0 - w)), flow.law), 0.0)
-    force = flow.scale * (mu - flow.mean) + flow.drift / (1.0 + (flow.drift_ratio * (1.0 - w)) ** 2)
-    return force - 2.0 * flow.damping_ratio * w
+    return flow.scale * (mu - flow.mean) - 2.0 * flow.damping_ratio * w
 
 
 @compiled(error_model="numpy")
 def rate_of_slip(w: float, flow: SlipFlow) -> float:
-    """G'(w) - 2 D, with the drift, up to the belt."""
-    speed, ratio = flow.v0 * (1.0 - w), flow.drift_ratio
-    rate = 2.0 * flow.drift * ratio**2 * (1.0 - w) / (1.0 + (ratio * (1.0 - w)) ** 2) ** 2 - 2.0 * flow.damping_ratio
+    """G'(w) - 2 D, up to the belt."""
+    speed, rate = flow.v0 * (1.0 - w), -2.0 * flow.damping_ratio
     return rate - flow.scale * flow.v0 * friction_slope(speed, flow.law) if friction(speed, flow.law) > 0.0 else rate
 
 

@@ -16,7 +16,7 @@ slides again; stick-slip is born at the rate `birth` in the time of sliding. So 
 
 of the time in either state, whichever state the runs begin in. The friction path loses its correlation within a cycle,
 and all cycles begin at the departure point. So durations are close to exponential; the end of a run censors them.
-`trough_chain` has the theory.
+`rates` has the theory.
 """
 
 from __future__ import annotations

@@ -1,0 +1,146 @@
+"""Stick and slip of masses that move on and on, each on a friction path of its own, and their times in both states.
+
+The equation is that of a run (`equation`), and so are the nodes of its path and the pieces between them (`path`). Steps
+are of the classical fourth-order method of Runge and Kutta, and end with a node. Nothing is kept but the times.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from roughslip.compilation.cache import compiled
+from roughslip.oscillator.equation import Coefficients, acceleration
+from roughslip.oscillator.event_loop import static_limit
+
+HALVINGS = 20  # of the step that reaches the belt
+PAST = 1.0 + 1e-3  # of the way to a node: steps end just beyond it
+STILL = 1e-9  # of the belt's velocity, below which a step does not end with a node
+SPELL, SLID, ENDS, SLIPS, BIRTHS, CROSSED, TIME = range(7)  # totals
+
+
+class Scatter(NamedTuple):
+    """A friction path, node by node: mu_S of a score z, and z by regression on those before it.
+
+    spacing : [m] of the nodes
+    weights, noise : (lags,) [-] of the scores before, the last one first; deviation of what is new
+    least, per_score, values : first score of a table, its nodes in a score, (nodes,) mu_S
+    """
+
+    spacing: float
+    weights: np.ndarray
+    noise: float
+    least: float
+    per_score: float
+    values: np.ndarray
+
+
+@compiled(error_model="numpy")
+def mu_of_score(z: float, scatter: Scatter) -> float:
+    """mu_S of a standard normal score."""
+    place = min(max((z - scatter.least) * scatter.per_score, 0.0), scatter.values.size - 1.001)
+    k = int(place)
+    return scatter.values[k] + (place - k) * (scatter.values[k + 1] - scatter.values[k])
+
+
+@compiled(error_model="numpy")
+def _between(t: float, nodes: np.ndarray) -> float:
+    """mu_S at the part t of the piece between the middle two of four nodes, as `path.piece_at` has it."""
+    rise, out, into = nodes[2] - nodes[1], 0.5 * (nodes[2] - nodes[0]), 0.5 * (nodes[3] - nodes[1])
+    return nodes[1] + t * (out + t * (3.0 * rise - 2.0 * out - into + t * (out + into - 2.0 * rise)))
+
+
+@compiled(error_model="numpy")
+def _step(x: float, u: float, s: float, h: float, nodes: np.ndarray, spacing: float, p: Coefficients) -> Any:
+    """X and X' after a step h of tau."""
+    a = acceleration(0.0, x, u, 1.0, _between(s / spacing, nodes), p)
+    dx, du, x1, u1 = u, a, u, a
+    for part, weight in ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
+        x2, u2 = x + part * h * x1, u + part * h * u1
+        x1, u1 = u2, acceleration(0.0, x2, u2, 1.0, _between((s + part * h * p.V - (x2 - x)) / spacing, nodes), p)
+        dx, du = dx + weight * x1, du + weight * u1
+    return x + h / 6.0 * dx, u + h / 6.0 * du
+
+
+@compiled(error_model="numpy")
+def _to_belt(x: float, u: float, s: float, h: float, nodes: np.ndarray, spacing: float, p: Coefficients) -> Any:
+    """The part of a step until the belt's velocity, and X there."""
+    low, high, end = 0.0, h, x
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        end, velocity = _step(x, u, s, middle, nodes, spacing, p)
+        if velocity >= p.V:
+            high = middle
+        else:
+            low = middle
+    return middle, end
+
+
+@compiled(error_model="numpy")
+def _next_node(z: np.ndarray, nodes: np.ndarray, scatter: Scatter, generator: np.random.Generator) -> None:
+    """Draw the score after z, and move both rows on by a node."""
+    new, last = scatter.noise * generator.standard_normal(), z.size - 1
+    for k in range(z.size):
+        new += scatter.weights[k] * z[last - k]
+    for k in range(last):
+        z[k] = z[k + 1]
+    for k in range(3):
+        nodes[k] = nodes[k + 1]
+    z[last], nodes[3] = new, mu_of_score(new, scatter)
+
+
+@compiled(error_model="numpy")
+def totals_of(
+    scores: np.ndarray,
+    scatter: Scatter,
+    p: Coefficients,
+    longest: tuple[float, float],
+    steps: int,
+    generator: np.random.Generator,
+) -> np.ndarray:
+    """Totals over masses, which begin at a departure and take so many steps each.
+
+    scores : (n, lags) of the nodes of their paths, overwritten
+    longest : tau of a step, and of a slip of the cycle; a longer one is sliding from its departure on
+
+    Returns (7,) by SPELL to TIME: tau in stick-slip and in sliding, ends of stick-slip, slips that slide and have
+    ended, beginnings of stick-slip, passages of the belt under friction of the other sign, and tau of all.
+    """
+    out, nodes = np.zeros(7), np.zeros(4)
+    for z in scores:
+        for k in range(4):
+            nodes[k] = mu_of_score(z[z.size - 4 + k], scatter)
+        limit = static_limit(nodes[1], p)
+        x, u, s, age, backwards, slides, in_spell = limit - 2.0 * p.D * p.V, p.V, 0.0, 0.0, False, False, True
+        for _ in range(steps):
+            h = min(longest[0], (PAST * scatter.spacing - s) / max(p.V - u, STILL * p.V))
+            end, velocity = _step(x, u, s, h, nodes, scatter.spacing, p)
+            at_belt = velocity >= p.V and age > 0.0
+            if at_belt:
+                h, end = _to_belt(x, u, s, h, nodes, scatter.spacing, p)
+            s += h * p.V - (end - x)
+            x, u, age = end, p.V if at_belt else min(velocity, p.V), age + h
+            out[TIME] += h
+            while s >= scatter.spacing:
+                s -= scatter.spacing
+                _next_node(z, nodes, scatter, generator)
+            backwards |= u < 0.0
+            if age > longest[1] and not slides:
+                out[ENDS] += in_spell
+                slides, in_spell = True, False
+            if not at_belt:
+                continue
+            limit = static_limit(_between(s / scatter.spacing, nodes), p)
+            spare = limit - (x + 2.0 * p.D * p.V)
+            out[CROSSED] += spare > 2.0 * limit
+            if spare >= 0.0:
+                out[SLIPS] += slides
+                out[BIRTHS] += backwards and not slides and not in_spell
+                in_spell |= backwards and not slides
+                out[SLID if slides else SPELL] += age * (slides or in_spell)
+                out[SPELL] += spare / p.V * in_spell
+                out[TIME] += spare / p.V
+                x, age, backwards, slides = limit - 2.0 * p.D * p.V, 0.0, False, False
+        out[SLID if slides else SPELL] += age * (slides or in_spell)
+    return out

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -16,6 +17,7 @@ import scipy
 from roughslip.errors import IllPosedError
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.record.curve import FrictionCurve, SpeedBasis, f_test, fitted_curve, left
+from roughslip.record.disturbances import repetition, with_noise, without_noise
 from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process
 from roughslip.results import described, result
 
@@ -102,9 +104,9 @@ def fit_record(
 
     Raises IllPosedError where the samples are too few, or no process is the most likely one.
     """
-    n, samples = check_count(samples), replace(samples, lag=not from_slips)
-    basis, notes = SpeedBasis(samples.speed), []
-    spline = basis.at(samples.speed)
+    n, notes = check_count(samples), []
+    samples, window, noise = (replace(samples, lag=False), 1, 0.0) if from_slips else without_noise(samples)
+    spline = SpeedBasis(samples.speed).at(samples.speed)
     drift, separate = _drift_columns(samples, spline)
     if not separate:
         notes.append("drift is not distinct from the curve: record ramps up and down, or speeds in random order")
@@ -112,33 +114,36 @@ def fit_record(
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
     progress(f"scatter about the mean curve, {n} samples")
-    fit = fitted_process(samples, _columns(spline, known), time_constant_s, np.ones(n))
+    columns = np.column_stack([spline, *known.values()])
+    fit = fitted_process(samples, columns, time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     progress("period of a revolution, drift and ramps")
-    if circumference_m is None and (found := _searched_period(samples, _columns(spline, known), fit)) is not None:
+    if circumference_m is None and (found := _searched_period(samples, columns, fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
     p_values = {name: _p_value(samples, spline, known, name, fit) for name in known}
-    if not p_values["ramps"] < SIGNIFICANT:
-        known["ramps"] = np.empty((n, 0))
-    columns = _columns(spline, known)
     if p_values["ramps"] < SIGNIFICANT:
         notes.append("ramps up and down differ: they are too fast to be steady, and the curve is the mean of both")
-    mean, explained = _explained(samples, spline, columns, fit)
+    else:
+        known["ramps"] = np.empty((n, 0))
+    columns = np.column_stack([spline, *known.values()])
+    mean, _ = _explained(samples, spline, columns, fit)
     progress("additive or multiplicative scatter")
     fits, kind, ratio = _additive_or_multiplicative(samples, columns, time_constant_s, mean, fit)
     chosen = fits["multiplicative" if kind == "multiplicative" else "additive"]
     mean, explained = _explained(samples, spline, columns, chosen)
-    curve = _curve(samples, columns[:, spline.shape[1] :], chosen, from_slips)
+    curve_of = partial(_curve, others=columns[:, spline.shape[1] :], fit=chosen, from_slips=from_slips)
+    curve, more = with_noise(curve_of, samples, window, noise)
     total = float(samples.slipped[-1])
     if (lengths := total / chosen.length) < FEWEST_LENGTHS:
-        notes.append(
-            f"the record holds {lengths:.0f} correlation lengths, fewer than {FEWEST_LENGTHS:.0f}: it cannot tell "
-            "the scatter"
-        )
+        more.append(f"{lengths:.0f} correlation lengths cannot tell the scatter; {FEWEST_LENGTHS:.0f} can")
+    if circumference_m is not None:
+        share, chance = repetition(samples, samples.friction - explained, circumference_m, chosen.length, HARMONICS + 1)
+        if chance < SIGNIFICANT:
+            more.append(f"{share:.0%} of the scatter repeats each turn: intervals are too narrow; let the track wander")
     return RecordFit(
         curve,
-        _scatter(fits["additive"], total, 1.0),
-        _scatter(fits["multiplicative"], total, 1.0 / float(np.mean(mean))),
+        _scatter(fits["additive"], fits["multiplicative"], total, 1.0),
+        _scatter(fits["multiplicative"], fits["additive"], total, 1.0 / float(np.mean(mean))),
         kind,
         ratio,
         *_moments(samples, explained, chosen),
@@ -149,7 +154,7 @@ def fit_record(
         fits,
         mean,
         explained,
-        tuple(notes),
+        (*notes, *more),
     )
 
 
@@ -169,8 +174,8 @@ def _additive_or_multiplicative(
 
 def _curve(samples: SlidingSamples, others: np.ndarray, fit: ProcessFit, from_slips: bool) -> FrictionCurve:
     """The curve about which the fitted scatter is, with variances that are averaged over the errors of the scatter."""
-    target, _ = _whitened(samples, others, fit)
-    curve = fitted_curve(samples.speed, target, others, lambda columns: fit.whiten_mean(samples, columns))
+    target, _ = fit.whiten(samples, others)
+    curve = fitted_curve(samples.speed, target, others, lambda columns: fit.whiten(samples, columns)[1])
     wider = float(np.exp(0.25 * OF_MEAN @ fit.log_covariance @ OF_MEAN))
     curve = replace(curve, factor=wider * curve.factor, factor_at_rest=wider * curve.factor_at_rest)
     return _tilted(curve, fit.deviation) if from_slips else curve
@@ -185,15 +190,6 @@ def _tilted(curve: FrictionCurve, deviation: float) -> FrictionCurve:
     tilt = SLIP_TILT * deviation * (1.0 - 2.0 * (places - places[0]) / np.ptp(places))
     factor = np.column_stack([curve.factor, tilt])
     return replace(curve, factor=factor, factor_at_rest=np.append(curve.factor_at_rest, tilt[0]))
-
-
-def _columns(spline: np.ndarray, known: dict[str, np.ndarray]) -> np.ndarray:
-    return np.column_stack([spline, *known.values()])
-
-
-def _whitened(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> tuple[np.ndarray, np.ndarray]:
-    """Friction : (n,) and regressors : (n, k), whitened."""
-    return fit.whiten(samples, samples.friction[:, None])[:, 0], fit.whiten_mean(samples, columns)
 
 
 def _drift_columns(samples: SlidingSamples, spline: np.ndarray) -> tuple[np.ndarray, bool]:
@@ -230,8 +226,8 @@ def _p_value(
     tested = known[name].shape[1]
     if tested == 0:
         return np.nan
-    others = _columns(spline, {other: part for other, part in known.items() if other != name})
-    target, white = _whitened(samples, np.column_stack([others, known[name]]), fit)
+    others = np.column_stack([spline, *(part for other, part in known.items() if other != name)])
+    target, white = fit.whiten(samples, np.column_stack([others, known[name]]))
     simple, more = np.split(white, [others.shape[1]], axis=1)
     return f_test(target, simple, more, tested)
 
@@ -241,10 +237,10 @@ def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessF
     total = float(samples.slipped[-1])
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
     tried = tried[tried > 4.0 * np.median(samples.step)]
-    target, white = _whitened(samples, columns, fit)
+    target, white = fit.whiten(samples, columns)
     residual = left(white, target)
     waves = np.hstack([_waves(samples, wavelength) for wavelength in tried])
-    waves = left(white, fit.whiten_mean(samples, waves))
+    waves = left(white, fit.whiten(samples, waves)[1])
     freedom = waves.shape[1] // tried.size
     pairs = np.linalg.qr(waves.reshape(len(waves), -1, freedom).transpose(1, 0, 2))[0]
     gains = np.sum((residual @ pairs) ** 2, axis=1) / float(np.mean(residual**2))
@@ -256,9 +252,9 @@ def _explained(
     samples: SlidingSamples, spline: np.ndarray, columns: np.ndarray, fit: ProcessFit
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) of the curve alone, and of all regressors as the instrument shows them, by generalised least squares."""
-    target, white = _whitened(samples, columns, fit)
+    target, white = fit.whiten(samples, columns)
     coefficients = np.linalg.lstsq(white, target, rcond=None)[0]
-    shown = samples.shown(columns @ coefficients, fit.response(samples))
+    shown = samples.shown(columns @ coefficients, samples.response(fit.time_constant, fit.digital))
     return spline @ coefficients[: spline.shape[1]], shown
 
 
@@ -279,13 +275,10 @@ def _moments(
     return (skewness, np.sqrt(6.0 / count) / share**1.5), (excess, np.sqrt(24.0 / count) / share**2)
 
 
-def _scatter(fit: ProcessFit, total: float, unit: float) -> FrictionScatter:
-    """The scatter of a fit. unit : of its deviation"""
+def _scatter(fit: ProcessFit, other: ProcessFit, total: float, unit: float) -> FrictionScatter:
+    """The scatter of a fit. Its errors cover that of the other kind, as likely as it is. unit : of its deviation"""
     lengths = total / fit.length
-    return FrictionScatter(
-        fit.deviation * unit,
-        fit.length,
-        fit.log_covariance,
-        lengths,
-        lengths >= FEWEST_LENGTHS,
-    )
+    doubt = scipy.special.expit(other.log_likelihood - fit.log_likelihood)
+    away = np.log([other.deviation / fit.deviation, other.length / fit.length])
+    covariance = fit.log_covariance + doubt * np.outer(away, away)
+    return FrictionScatter(fit.deviation * unit, fit.length, covariance, lengths, lengths >= FEWEST_LENGTHS)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -84,21 +85,18 @@ def scatter_path(slipped_m: np.ndarray, length_m: float, generator: np.random.Ge
 
 def through_instrument(values: np.ndarray, response: np.ndarray) -> np.ndarray:
     """Columns : (n, k), or (n,), as an instrument shows them. response : (n, 3)"""
-    shown = np.array(values, dtype=float, order="C")
-    _low_pass(response, shown.reshape(len(shown), -1))
+    keep, old, new = response.T
+    shown = np.ascontiguousarray((old * np.roll(values, 1, axis=0).T + new * values.T).T)
+    _remember(keep, shown.reshape(keep.size, -1))
     return shown
 
 
 @compiled()
-def _low_pass(response: np.ndarray, columns: np.ndarray) -> None:
-    """Columns : (n, k), in place."""
-    before = columns[0].copy()
+def _remember(keep: np.ndarray, columns: np.ndarray) -> None:
+    """Add to columns : (n, k) what is kept of the sample before, in place."""
     for t in range(1, len(columns)):
-        keep, old, new = response[t]
         for c in range(columns.shape[1]):
-            value = columns[t, c]
-            columns[t, c] = keep * columns[t - 1, c] + old * before[c] + new * value
-            before[c] = value
+            columns[t, c] += keep[t] * columns[t - 1, c]
 
 
 def whitened(
@@ -170,19 +168,12 @@ class ProcessFit:
     log_likelihood: float
     weight: np.ndarray
 
-    def response(self, samples: SlidingSamples) -> np.ndarray:
-        """(n, 3) of the instrument."""
-        return samples.response(self.time_constant, self.digital)
-
-    def whiten(self, samples: SlidingSamples, measured: np.ndarray) -> np.ndarray:
-        """Columns : (n, k), as the instrument shows them, as independent unit normals."""
-        noise = (self.noise / self.deviation) ** 2
-        white, _ = whitened(self.length, samples.step, self.response(samples), self.weight, noise, measured)
-        return white / self.deviation
-
-    def whiten_mean(self, samples: SlidingSamples, columns: np.ndarray) -> np.ndarray:
-        """Regressors : (n, k) of the mean, after the instrument, as independent unit normals."""
-        return self.whiten(samples, samples.shown(columns, self.response(samples)))
+    def whiten(self, samples: SlidingSamples, regressors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Friction : (n,), and regressors : (n, k) of the mean after the instrument, as independent unit normals."""
+        response, noise = samples.response(self.time_constant, self.digital), (self.noise / self.deviation) ** 2
+        columns = np.column_stack([samples.friction, samples.shown(regressors, response)])
+        white = whitened(self.length, samples.step, response, self.weight, noise, columns)[0] / self.deviation
+        return white[:, 0], white[:, 1:]
 
 
 def fitted_process(
@@ -220,11 +211,9 @@ def fitted_process(
     starts = [first] if start is not None else [[first[0] + a, *first[1:]] for a in LENGTHS]
     if start is None and time_constant_s is None:  # noise and low-pass hide each other, so the likelihood has two tops
         starts += [[*one[:2], one[2] + SLOWER] for one in starts]
-    kinds = [True, False] if start is None else [start.digital]
     searches = [
         (minimize(profile, np.clip(at, *np.transpose(bounds)), (digital,), bounds=bounds, **SEARCH), digital)
-        for at in starts
-        for digital in kinds
+        for at, digital in product(starts, [True, False] if start is None else [start.digital])
     ]
     best, digital = min(searches, key=lambda one: float(one[0].fun))
     theta = np.asarray(best.x)

@@ -172,6 +172,7 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
     """Autocorrelation of the residuals with that of the fit, and synthetic records of the fit."""
     kind = found.kind if found.kind in found.fits else "additive"
     fit, samples = found.fits[kind], slid.samples
+    response = samples.response(fit.time_constant, fit.digital)
     place, residual = samples.slipped, (samples.friction - found.explained) / fit.weight
     even = np.linspace(0.0, place[-1], int(min(place[-1] / fit.length * LAGS / REACH, 1e5)) + 2)
     values = np.interp(even, place, residual)
@@ -185,7 +186,7 @@ def _drawn(seed: int, found: RecordFit, slid: Sliding) -> dict[str, store.Variab
         generator = np.random.default_rng([seed, Stream.RECORD, number])
         path = fit.deviation * fit.weight * scatter_path(place, fit.length, generator)
         noise = fit.noise * generator.standard_normal(place.size)
-        twins.append((found.explained + through_instrument(path, fit.response(samples)) + noise)[:: _step(slid)])
+        twins.append((found.explained + through_instrument(path, response) + noise)[:: _step(slid)])
     titles = "autocovariance of the residuals, with what their mean takes out", "autocovariance of the fitted scatter"
     return {
         "lag": store.Variable(("lag",), even[:lags], "m", "slipped distance between two samples"),

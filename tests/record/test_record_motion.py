@@ -94,6 +94,7 @@ def test_a_swing_is_handed_to_the_balance_of_forces():
     assert said(*record, radius_m=0.01 / 57.0 / (2.0 * np.pi))[0] == 0.0
     rig = Rig(0.02, 0.02 * (2.0 * np.pi * 57.0) ** 2)
     assert said(*record, 0.01, rig=rig) == (0.0, "")
+    assert "varies more than the force" in said(*record, 0.01, rig=Rig(0.1, rig.stiffness_n_per_m))[1]
     with pytest.raises(InputError, match="column load: missing"):
         said(*record, rig=rig)
 

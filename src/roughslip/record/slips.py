@@ -85,9 +85,11 @@ def sliding(traces: list[Trace], rig: Rig | None = None, radius_m: float | None 
     if count == 0:
         raise IllPosedError(f"no sample of the record is in steady sliding: {why}", "friction.record.rig_mass_kg")
     lost = float(np.mean(np.concatenate(sticks)))
-    notes = [*(note for trace in traces for note in trace.notes), *notes]
+    notes = [*(note for trace in traces for note in trace.notes), *([] if by_forces else notes)]
     if motions and not by_forces:
         notes.append(f"{lost:.0%} of the record is not used: {why}; the curve is open there")
+    if by_forces and any(np.std(part[0]) > np.std(one.friction) for one, part in pairs):
+        notes.append("friction by the balance of forces varies more than the force: it is noisy, or of another rig")
     block = max(1, -(-count // MOST_SAMPLES))
     pieces = [_thinned(one, part[0], part[1], keep, block) for (one, part), keep in zip(pairs, used, strict=True)]
     samples = SlidingSamples(*np.concatenate(pieces).T)

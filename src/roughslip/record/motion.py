@@ -14,7 +14,7 @@ import scipy
 SHARES = (0.7, 0.5, 0.35, 0.25)  # of the range of friction, from which a rise or fall counts
 MANY = 32  # lengths of a mean, over which drift and slow waves are taken out
 FEWEST_TEETH, UNEVEN = 4, 0.5  # least difference in the logarithms of durations: rises last 1.6 times as long
-CLEAR, CLEARER, VARIANCE = 2.6, 0.4, 0.25  # standard errors of it, more for e speeds; added to the variance of few
+CLEAR, CLEARER, VARIANCE = 2.8, 0.4, 0.25  # standard errors of it, more for e speeds; added to the variance of few
 TEETH = 0.7  # that difference in a line of teeth, and not of a swing: rises last twice as long as falls
 NEAR, WIDE = 1.2, 3.0  # factors on the frequency of a line, within which it is and with what it is compared
 LINE, LEAST_OF_ALL = 0.5, 0.1  # least shares of a line in the variance there, and in all

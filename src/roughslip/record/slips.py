@@ -115,7 +115,9 @@ def _of_rig(trace: Trace, rig: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 def _deflection(force: np.ndarray, rig: Rig, time: np.ndarray) -> np.ndarray:
     """(n,) [m] where spring and damper bear the force: k x + d x' = F, exactly for forces straight between samples."""
     k, d = rig.stiffness_n_per_m, rig.damping_n_s_per_m
-    return np.asarray(force / k if d == 0.0 else scipy.signal.lsim(([1.0], [d, k]), force, time, force[0] * d / k)[1])
+    if d == 0.0:
+        return force / k
+    return np.asarray(scipy.signal.lsim(([1.0], [d, k]), force, time - time[0], force[0] * d / k)[1])
 
 
 def _left_out(traces: list[Trace], radius_m: float | None) -> tuple[list[np.ndarray], list[str], list[str]]:

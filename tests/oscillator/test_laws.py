@@ -11,7 +11,6 @@ from scipy.interpolate import PchipInterpolator
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import (
-    LAWS,
     CoulombLaw,
     StribeckLaw,
     friction,
@@ -40,7 +39,7 @@ EXAMPLES = {
 }
 
 
-@pytest.fixture(params=sorted(LAWS))
+@pytest.fixture(params=sorted(EXAMPLES))
 def law(request):
     """An example of each registered law, with features at speeds of about 1 m/s."""
     return EXAMPLES[request.param]

@@ -7,7 +7,7 @@ the stick force exceeds it, in closed form, as friction follows the slipped dist
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -107,7 +107,7 @@ class RunState(NamedTuple):
     cuts : steps of slip and starts of stick at which friction was cut to zero
     """
 
-    y: State
+    y: Any
     sigma: int
     limit: float
     since: float
@@ -127,8 +127,8 @@ class Events(NamedTuple):
 
 
 @compiled()
-def _record(events: Events, kind: int, y: State, backwards: bool) -> Events:
-    """Append an event; the arrays double when they are full."""
+def record(events: Events, kind: int, y: Any, backwards: bool) -> Events:
+    """Append an event at a state y with tau, X and s; the arrays double when they are full."""
     kinds, rows, count = events.kinds, events.rows, events.filled
     if count == kinds.size:
         kinds, rows = np.empty(2 * count, np.int64), np.empty((2 * count, 4))
@@ -142,7 +142,7 @@ def _record(events: Events, kind: int, y: State, backwards: bool) -> Events:
 
 
 @compiled()
-def _side(tau: float, x: float, limit: float, p: Coefficients) -> int:
+def side_at(tau: float, x: float, limit: float, p: Coefficients) -> int:
     """What follows at X' = V: stick where friction balances the force, else slip in the direction of the force."""
     force = stick_force(tau, x, p)
     if abs(force) <= limit:
@@ -155,10 +155,10 @@ def start_on_belt(x: float, path: Path, p: Coefficients) -> tuple[RunState, Even
     """A run that starts at X' = V and X = x [m]."""
     y = State(0.0, x, p.V, 0.0, 0.0, 0.0)
     limit = static_limit(mu_s_at(piece_at(path, 0.0), 0.0), p)
-    sigma = _side(0.0, x, limit, p)
+    sigma = side_at(0.0, x, limit, p)
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
-        events = _record(events, DEPARTURE, y, False)
+        events = record(events, DEPARTURE, y, False)
     return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
 
 
@@ -168,7 +168,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     sigma = UPPER if u < p.V else LOWER
     piece = piece_at(path, 0.0)
     y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(u, float(sigma), p).p)
-    events = _record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
+    events = record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
     return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0.0, 0), events
 
 
@@ -191,7 +191,7 @@ def continue_run(
                 sample_stick(held.tau, held.x, y.tau, p, samples)
             if side == HELD:
                 break
-            events = _record(events, DEPARTURE, y, False)
+            events = record(events, DEPARTURE, y, False)
             sigma, since, pace, backwards = side, y.tau, START, False
             continue
         left = Horizon(min(horizon.tau, max(known, since + horizon.longest)), horizon.steps - steps)
@@ -208,11 +208,11 @@ def continue_run(
         limit = static_limit(mu_s_at(piece_at(path, y.s), y.s), p)
         if limit == 0.0:
             cuts += 1
-        side = HELD if phase.status == Status.NO_SLIP else _side(y.tau, y.x, limit, p)
+        side = HELD if phase.status == Status.NO_SLIP else side_at(y.tau, y.x, limit, p)
         if side == HELD:
-            events = _record(events, REATTACHMENT, y, backwards)
+            events = record(events, REATTACHMENT, y, backwards)
         elif side != sigma:
-            events = _record(events, CROSSING, y, False)
+            events = record(events, CROSSING, y, False)
         sigma = side
         if phase.status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
             y = State(y.tau + SHORTEST_SLIP, y.x + p.V * SHORTEST_SLIP, p.V, y.s, 0.0, 0.0)

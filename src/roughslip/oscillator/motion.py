@@ -12,6 +12,8 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.laws import FrictionLaw
+from roughslip.oscillator.memory_law import MemoryLaw
+from roughslip.oscillator.memory_loop import continue_with_memory, start_with_memory
 from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.slip import SHORTEST_SLIP, Horizon, Samples, Status
 from roughslip.results import described, result
@@ -151,14 +153,24 @@ def followed(
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"start_m must be finite, not {x} m, {u} m")
+    if isinstance(law, MemoryLaw) and p.excited:
+        raise ParameterError(
+            f"a law with memory takes no excitation: set its force of {oscillator.excitation_force_n:g} N to 0",
+            scene_keys="oscillator.excitation_force_n",
+        )
     sticks, x, u = u == p.V, float(x), float(u)
-    run, events = start_on_belt(x, feed.path, p) if sticks else start_in_slip(x, u, feed.path, p)
+    remembers = isinstance(law, MemoryLaw)
+    if remembers:
+        run, events = start_with_memory(x, u, feed.path, p)
+    else:
+        run, events = start_on_belt(x, feed.path, p) if sticks else start_in_slip(x, u, feed.path, p)
     status = Status.NODES_OVER
     end, after, longest = (2.0 * math.pi * periods for periods in (duration_periods, *until))
     while status == Status.NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
         horizon = Horizon(end, step_limit, after, longest)
-        status, run, events = continue_run(run, events, feed.path, p, float(options.tolerance), horizon, samples)
+        goes_on = continue_with_memory if remembers else continue_run
+        status, run, events = goes_on(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(run.y.s)
     _check_end(status, run, duration_periods, feed.length_m)

@@ -14,9 +14,8 @@ from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator, coefficients
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import hopf_damping, limit_cycle
+from roughslip.oscillator.limits import critical_stiffness, growth_rates, hopf_damping, limit_cycle
 from roughslip.oscillator.memory_law import MemoryLaw
-from roughslip.oscillator.memory_limits import critical_stiffness, growth_rates
 from roughslip.oscillator.memory_step import MemoryState, rosenbrock
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.oscillator.path import Piece

@@ -8,13 +8,13 @@ from roughslip.oscillator.equation import Oscillator as Oscillator
 from roughslip.oscillator.grazing import grazing_response as grazing_response
 from roughslip.oscillator.laws import CoulombLaw as CoulombLaw
 from roughslip.oscillator.laws import StribeckLaw as StribeckLaw
+from roughslip.oscillator.limits import critical_stiffness as critical_stiffness
 from roughslip.oscillator.limits import existence_limit as existence_limit
+from roughslip.oscillator.limits import growth_rates as growth_rates
 from roughslip.oscillator.limits import hopf_damping as hopf_damping
 from roughslip.oscillator.limits import limit_cycle as limit_cycle
 from roughslip.oscillator.machine import Machine as Machine
 from roughslip.oscillator.memory_law import MemoryLaw as MemoryLaw
-from roughslip.oscillator.memory_limits import critical_stiffness as critical_stiffness
-from roughslip.oscillator.memory_limits import growth_rates as growth_rates
 from roughslip.oscillator.motion import Motion as Motion
 from roughslip.oscillator.motion import MotionOptions as MotionOptions
 from roughslip.oscillator.motion import Trajectory as Trajectory

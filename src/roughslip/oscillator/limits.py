@@ -1,4 +1,4 @@
-"""Motion without scatter: steady sliding, the stick-slip cycle, and its limits in damping.
+"""Motion without scatter: steady sliding and its limits, the stick-slip cycle, and its limits in damping.
 
 All functions are for the free oscillator (Q = 0), whose slip is that of `slip_orbit`. The next peak of the velocity
 falls strictly with D, because more damping turns every velocity of the plane the same way (a rotated family,
@@ -17,6 +17,7 @@ import scipy  # its parts when they are used
 from roughslip.errors import ConvergenceError, IllPosedError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw, friction
+from roughslip.oscillator.memory_law import MemoryLaw, direct_slope
 from roughslip.oscillator.slip_orbit import (
     TOLERANCE,
     SlipFlow,
@@ -60,6 +61,41 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
 def damping_of_slope(oscillator: Oscillator, slope: float) -> float:
     """The same at a slope [s/m] of friction at the belt's velocity."""
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
+
+
+def _alpha_r_kappa(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float, float]:
+    """alpha = N dmu/d|v| + d at constant age [kg/s], r = v0 / D_c [1/s], kappa = N b v_c / ((v0 + v_c) D_c) [N/m]."""
+    check_free(oscillator)
+    v0, load, p = oscillator.belt_velocity_m_per_s, oscillator.normal_force_n, law.parameters()
+    alpha = load * float(direct_slope(v0, p)) + oscillator.damper_kg_per_s
+    return alpha, v0 / p.length, load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
+
+
+@gate
+def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
+    """(3,) [1/s] lambda of small motions exp(lambda t) about steady sliding with memory, the fastest growth first.
+
+    They solve (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or a
+    belt at rest.
+    """
+    alpha, r, kappa = _alpha_r_kappa(oscillator, law)
+    m, k, unit = oscillator.mass_kg, oscillator.stiffness_n_per_m, oscillator.natural_frequency_rad_per_s
+    roots = unit * np.roots([1.0, (r + alpha / m) / unit, (k + alpha * r - kappa) / k, r / unit])
+    return roots[np.argsort(-roots.real, kind="stable")]
+
+
+@gate
+def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float]:
+    """k_c [N/m], below which steady sliding with memory is unstable, and omega [rad/s] there; mass and damper held.
+
+    0 and NaN where every spring holds it, infinite where none does. Raises ParameterError as `growth_rates`. By Routh
+    and Hurwitz; J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343.
+    """
+    alpha, r, kappa = _alpha_r_kappa(oscillator, law)
+    if alpha <= 0.0:
+        return math.inf, math.inf
+    k = (kappa - alpha * r) * (1.0 + oscillator.mass_kg * r / alpha)
+    return (k, math.sqrt(k * r / (oscillator.mass_kg * r + alpha))) if k > 0.0 else (0.0, math.nan)
 
 
 @dataclass(frozen=True)

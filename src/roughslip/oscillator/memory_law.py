@@ -1,12 +1,8 @@
 """A friction law with a memory: contacts age at rest, and a distance of slip renews them (rate and state friction).
 
-With the age theta [s] of the contacts,
+    mu = mu_D(|v|) + a ln((|v| + v_r) / v*) + b psi,    d psi / dt = ((|v| + v_c) exp(-psi) - |v|) / D_c,
 
-    mu = mu_D(|v|) + a ln((|v| + v_r) / v*) + b ln(1 + theta v_c / D_c),    d theta / dt = 1 - |v| theta / D_c.
-
-Motion has psi = ln(1 + theta v_c / D_c) in place of the age, in which friction is linear:
-
-    d psi / dt = ((|v| + v_c) exp(-psi) - |v|) / D_c.
+where psi = ln(1 + theta v_c / D_c) with the age theta of the contacts, d theta / dt = 1 - |v| theta / D_c.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Stick and slip in turn with a memory of the contact: `event_loop` and `slip`, with psi of `memory_law` as a variable.
 
-In stick the limit rises with the logarithm of time and the force in proportion to time, which has one root, the
-departure. Slip is stiff, so it has a method of its own (`memory_step`). Its steps end at nodes of the path, and are
-repeated where they pass an event, until they end there.
+In stick the limit rises with the logarithm of time and the force in proportion to it, which has one root, the
+departure. A step of slip that passes an event is repeated until it ends there.
 """
 
 from __future__ import annotations
@@ -30,10 +29,10 @@ from roughslip.oscillator.event_loop import (
 from roughslip.oscillator.memory_law import aged, friction_of, steady_psi
 from roughslip.oscillator.memory_step import MemoryState, rates, rosenbrock, scattered
 from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at, reaches
-from roughslip.oscillator.slip import LONGEST_STEP, SHORTEST_SLIP, Horizon, Samples, Slip, Status, step_to_node
+from roughslip.oscillator.slip import LONGEST_STEP, SHORTEST_SLIP, Horizon, Samples, Status, step_to_node
 from roughslip.oscillator.slip_orbit import next_step
 
-FIRST = (1e-3, 0)  # `Slip.pace` of a phase, whose first step is shortened until it is accurate
+FIRST_STEP = 1e-3  # of a slip phase, shortened until it is accurate
 MOST_TRIED = 100  # Newton steps to an event; halvings alone take 52
 AT_NODE = 1e-4  # of a node spacing: a step that ends so close to a node ends at it
 AT_EVENT = 4e-16  # relative, of a time
@@ -85,7 +84,7 @@ def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, 0.0 if w == 0.0 else -1.0, FIRST, u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, 0.0 if w == 0.0 else -1.0, (FIRST_STEP, 0), u < 0.0, 0, 0.0, 0), events
 
 
 @compiled(error_model="numpy")
@@ -99,8 +98,8 @@ def ratio_of(end: MemoryState, errors: tuple[float, float, float], p: Coefficien
 @compiled(error_model="numpy")
 def to_belt(
     y: MemoryState, end: MemoryState, late: float, sigma: float, piece: Piece, p: Coefficients
-) -> tuple[MemoryState, float, int]:
-    """Repeat a step of length `late` that passes the belt until it ends there; its length, and the steps taken."""
+) -> tuple[MemoryState, int]:
+    """Repeat a step of length `late` that passes the belt until it ends there, and the steps taken."""
     low, high, h, taken = 0.0, late, late, 0
     while taken < MOST_TRIED:
         low, high = (h, high) if end.w > 0.0 else (low, h)
@@ -110,17 +109,41 @@ def to_belt(
         if min(abs(new - h), high - low) <= AT_EVENT * late:
             break
         end, h, taken = rosenbrock(y, new, sigma, piece, p)[0], new, taken + 1
-    return MemoryState(end.tau, end.x, end.s, 0.0, end.psi), h, taken
+    return MemoryState(end.tau, end.x, end.s, 0.0, end.psi), taken
 
 
 @compiled(error_model="numpy")
 def to_extreme(y: MemoryState, end: MemoryState, h: float, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """The length of a step h, shorter where it has an extreme of w next to the belt or to X' = 0, and ends there."""
+    """The length of a step h, or up to an extreme of w within it that is next to the belt or to X' = 0."""
     out, into = rates(y, sigma, piece, p)[1], rates(end, sigma, piece, p)[1]
     t = out / (out - into) if out * into < 0.0 else 0.0
     w = y.w + 0.5 * t * h * out
     near = w > p.V * (1.0 - GRAZING) and max(y.w, end.w) <= p.V if out > 0.0 else w < GRAZING * min(y.w, end.w)
     return t * h if near and GRAZING < t < 1.0 - GRAZING else h
+
+
+@compiled(error_model="numpy")
+def tried_step(
+    y: MemoryState, h: float, first: bool, near: float, sigma: float, piece: Piece, p: Coefficients, tolerance: float
+) -> tuple[MemoryState, float, float, int]:
+    """A step h of slip: its end, its error [m], the length of the next step, and the steps taken.
+
+    first : whether it departs from the belt. A step that is to be repeated at another length ends at y.
+    """
+    end, errors = rosenbrock(y, h, sigma, piece, p)
+    ratio, taken = ratio_of(end, errors, p) / tolerance, 1
+    again = next_step(h, ratio) if not ratio <= 1.0 else h
+    if again == h and first and end.w <= 0.0:
+        again = 0.25 * h
+    elif again == h and end.w > 0.0 and not first:
+        again = to_extreme(y, end, h, sigma, piece, p)
+    if end.s > piece.right + near:
+        again = min(again, h * (piece.right - y.s) / (end.s - y.s))
+    if again < h:
+        return y, 0.0, again, taken
+    if end.w <= 0.0:
+        end, taken = to_belt(y, end, h, sigma, piece, p)
+    return end, max(errors[0], errors[1]), next_step(h, ratio), taken + 1
 
 
 @compiled()
@@ -135,20 +158,33 @@ def sample_step(
 
 
 @compiled(error_model="numpy")
-def slip_with_memory(
-    y: MemoryState, since: float, pace: tuple[float, int], backwards: bool, sigma: float, path: Path, p: Coefficients,
-    tolerance: float, horizon: Horizon, samples: Samples,
-) -> Slip:  # fmt: skip
-    """A slip phase that began at tau = since, until X' = V again or another case of `Status`.
+def continue_with_memory(
+    run: RunState, events: Events, path: Path, p: Coefficients, tolerance: float, horizon: Horizon, samples: Samples
+) -> tuple[Status, RunState, Events]:
+    """Continue a run as `event_loop.continue_run`; each turn of the loop is a stick or a step of slip.
 
-    A step is accepted when its error is below the tolerance (`ratio_of`), and is so short that the method does not damp
-    an unstable motion about steady sliding. It ends within AT_NODE of a node.
+    Steps are so short that the method does not damp an unstable motion about steady sliding.
     """
-    total, steps, cuts, allowed = 0.0, 0, 0, pace[0]
-    longest, shorter = LONGEST_STEP / max(1.0, math.sqrt(p.F * p.law.ageing / p.law.length)), np.inf
-    near = AT_NODE * path.spacing
-    piece, status = piece_at(path, y.s + near), Status.STEPS_OVER
+    y, sigma, limit, since, paces, backwards, steps, error, cuts = run
+    longest = LONGEST_STEP / max(1.0, math.sqrt(p.F * p.law.ageing / p.law.length))
+    near, status, pace = AT_NODE * path.spacing, Status.STEPS_OVER, paces[0]
+    piece = piece_at(path, y.s + near)
     while steps < horizon.steps:
+        known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
+        until = horizon.tau if sigma == HELD else min(horizon.tau, max(known, since + horizon.longest))
+        left, held = until - y.tau, y
+        if left <= SHORTEST_SLIP or (sigma == HELD and backwards and y.tau > known):
+            status = Status.TIME_OVER
+            break
+        if sigma == HELD:
+            stick = stick_left(y, path, p)
+            y = stuck(held, min(stick, left), p)
+            if samples.x.size > 0:
+                sample_stick(held.tau, held.x, y.tau, p, samples)
+            if stick < left:
+                events = record(events, DEPARTURE, y, False)
+                sigma, since, pace, backwards = UPPER, y.tau, FIRST_STEP, False
+            continue
         if y.s >= piece.right - near:
             if path.ends and y.s >= (path.first + path.nodes.size - 1 - AT_NODE) * path.spacing:
                 status = Status.PATH_OVER
@@ -157,83 +193,30 @@ def slip_with_memory(
         if not reaches(path, y.s + near):
             status = Status.NODES_OVER
             break
-        left, first = horizon.tau - y.tau, y.tau == since
-        h = min(allowed, longest, left, shorter)
+        h, sign = min(pace, longest, left), float(sigma)
         if path.nodes.size > 0:
-            h = step_to_node(h, piece.right - y.s, y.w, rates(y, sigma, piece, p)[1], 0.0)
-        whole = h == min(allowed, longest)
+            h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
+        first = y.tau == since
+        if first and h < SHORTEST_SLIP:  # no slip: stick lasts as long as the shortest one, so that the run advances
+            events, sigma = record(events, REATTACHMENT, y, backwards), HELD
+            y = stuck(y, SHORTEST_SLIP, p)
+            continue
         if not y.tau + h > y.tau:
             status = Status.STEP_LOST
             break
-        end, errors = rosenbrock(y, h, sigma, piece, p)
-        ratio, steps = ratio_of(end, errors, p) / tolerance, steps + 1
-        if not ratio <= 1.0:
-            allowed = next_step(h, ratio)
+        y, wrong, following, taken = tried_step(held, h, first, near, sign, piece, p, tolerance)
+        steps, error = steps + taken, error + wrong
+        pace = following if y.tau == held.tau or h == min(pace, longest) else pace
+        if y.tau == held.tau:
             continue
-        if first and end.w <= 0.0:
-            if h < SHORTEST_SLIP:
-                status = Status.NO_SLIP
-                break
-            allowed = 0.25 * h
-            continue
-        shorter = h if first or end.w <= 0.0 else to_extreme(y, end, h, sigma, piece, p)
-        if end.s > piece.right + near:
-            shorter = min(shorter, h * (piece.right - y.s) / (end.s - y.s))
-        if shorter < h:
-            continue
-        shorter = np.inf
-        if end.w <= 0.0:
-            end, h, taken = to_belt(y, end, h, sigma, piece, p)
-            steps += taken
         if samples.x.size > 0:
-            sample_step(y, end, sigma, piece, p, samples)
-        backwards, total, y = backwards or sigma * end.w > p.V, total + max(errors[0], errors[1]), end
+            sample_step(held, y, sign, piece, p, samples)
+        backwards = backwards or sign * y.w > p.V
         cuts += scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0
-        if y.w == 0.0 or h == left:
-            status = Status.AT_BELT if y.w == 0.0 else Status.TIME_OVER
-            break
-        allowed = next_step(h, ratio) if whole else allowed
-    return Slip(status, y, backwards, steps, total, (allowed, 0), cuts)
-
-
-@compiled()
-def continue_with_memory(
-    run: RunState, events: Events, path: Path, p: Coefficients, tolerance: float, horizon: Horizon, samples: Samples
-) -> tuple[Status, RunState, Events]:
-    """Continue a run until time, steps, the path or its present nodes are over, as `event_loop.continue_run`."""
-    status = Status.TIME_OVER
-    y, sigma, limit, since, pace, backwards, steps, error, cuts = run
-    while horizon.tau - y.tau > SHORTEST_SLIP:
-        known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
-        if sigma == HELD:
-            if backwards and y.tau > known:
-                break
-            stick, left, held = stick_left(y, path, p), horizon.tau - y.tau, y
-            y = stuck(held, min(stick, left), p)
-            if samples.x.size > 0 and y.tau > held.tau:
-                sample_stick(held.tau, held.x, y.tau, p, samples)
-            if stick >= left:
-                break
-            events = record(events, DEPARTURE, y, False)
-            sigma, since, pace, backwards = UPPER, y.tau, FIRST, False
-            continue
-        until = Horizon(min(horizon.tau, max(known, since + horizon.longest)), horizon.steps - steps)
-        phase = slip_with_memory(y, since, pace, backwards, float(sigma), path, p, tolerance, until, samples)
-        status, y, backwards, taken, of_slip, pace, cut = phase
-        steps, error, cuts = steps + taken, error + of_slip, cuts + cut
-        if status != Status.AT_BELT and status != Status.NO_SLIP:
-            break
-        since, pace, side = (
-            y.tau,
-            FIRST,
-            HELD if status == Status.NO_SLIP else side_at(y.tau, y.x, limit_of(y, path, p), p),
-        )
-        if side == HELD:
-            events = record(events, REATTACHMENT, y, backwards)
-        elif side != sigma:
-            events = record(events, CROSSING, y, False)
-        sigma = side
-        if status == Status.NO_SLIP:  # stick lasts as long as the shortest slip, so that the run advances
-            y = stuck(y, SHORTEST_SLIP, p)
-        status = Status.TIME_OVER
-    return status, RunState(y, sigma, limit, since, pace, backwards, steps, error, cuts), events
+        if y.w == 0.0:
+            side = side_at(y.tau, y.x, limit_of(y, path, p), p)
+            if side != sigma:
+                kind = REATTACHMENT if side == HELD else CROSSING
+                events = record(events, kind, y, backwards and side == HELD)
+            sigma, since, pace = side, y.tau, FIRST_STEP
+    return status, RunState(y, sigma, limit, since, (pace, 0), backwards, steps, error, cuts), events

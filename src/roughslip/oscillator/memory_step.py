@@ -1,13 +1,8 @@
-"""A step of slip with a memory of the contact: its three equations, and Rosenbrock's method for them.
+"""A step of slip with a memory of the contact, by Rosenbrock's method.
 
-The state is the slipped distance s, the sliding speed w = sigma (V - X') [m], and psi of `memory_law`:
-
-    s' = w,    w' = sigma (X + 2 D V) - 2 D w - F mu,    psi' = ((omega w + v_c) exp(-psi) - omega w) / (D_c omega),
-
-where X - V tau + sigma s is constant. Friction damps w at the rate F omega dmu/dv, up to F omega a / v_r, which an
-explicit method could not follow. RODAS has order 4 with an estimate of order 3, takes the Jacobian, which is exact
-here, and damps such rates at once (E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996,
-IV.7 and VI.4).
+The page docs/background/memory.md has the equations for s, w = sigma (V - X') and psi, and why slip is stiff. RODAS has
+order 4 with an estimate of order 3, and takes the Jacobian, which is exact here (E. Hairer & G. Wanner, Solving
+Ordinary Differential Equations II, 2nd ed. 1996, IV.7 and VI.4).
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,7 +89,7 @@ class Slip(NamedTuple):
     """
 
     status: Status
-    y: Any
+    y: State
     backwards: bool
     steps: int
     error: float

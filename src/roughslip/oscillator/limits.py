@@ -14,20 +14,11 @@ from functools import lru_cache
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw, friction
 from roughslip.oscillator.memory_law import MemoryLaw, direct_slope
-from roughslip.oscillator.slip_orbit import (
-    TOLERANCE,
-    SlipFlow,
-    check_forgets,
-    check_free,
-    departure_point,
-    slip_flow,
-    too_stiff,
-    turn,
-)
+from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, check_free, departure_point, slip_flow, too_stiff, turn
 from roughslip.results import described, result
 from roughslip.validation import gate
 
@@ -54,7 +45,8 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     From X'' + (2 D + F omega mu_D'(v0)) X' + X = 0 about the equilibrium; negative where friction rises with speed.
     """
     check_free(oscillator)
-    check_forgets(law)
+    if isinstance(law, MemoryLaw):
+        raise ParameterError("law must have no memory for a Hopf damping: ask critical_stiffness")
     return damping_of_slope(oscillator, float(law.slope(oscillator.belt_velocity_m_per_s)))
 
 

@@ -142,8 +142,9 @@ def tried_step(
     if again < h:
         return y, 0.0, again, taken
     if end.w <= 0.0:
-        end, taken = to_belt(y, end, h, sigma, piece, p)
-    return end, max(errors[0], errors[1]), next_step(h, ratio), taken + 1
+        end, more = to_belt(y, end, h, sigma, piece, p)
+        taken += more
+    return end, max(errors[0], errors[1]), next_step(h, ratio), taken
 
 
 @compiled()

@@ -18,7 +18,6 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
-from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.runge_kutta import ERROR, ROWS, WEIGHTS
 from roughslip.validation import gate
 
@@ -67,12 +66,6 @@ def check_free(oscillator: Oscillator) -> None:
         )
 
 
-def check_forgets(law: FrictionLaw) -> None:
-    """Raise ParameterError where friction is no function of the speed alone, as slip is then no motion in a plane."""
-    if isinstance(law, MemoryLaw):
-        raise ParameterError("this limit is of friction without memory: ask growth_rates and critical_stiffness")
-
-
 @gate
 def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     """X [m] of steady sliding: F mu_D(v0); friction below zero is cut, as in the motion."""
@@ -88,7 +81,6 @@ def departure_point(oscillator: Oscillator, law: FrictionLaw) -> float:
 def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:
     """The flow of an oscillator and its law; friction below zero is cut, as in the motion."""
     check_free(oscillator)
-    check_forgets(law)
     v0, scale, parameters = float(oscillator.belt_velocity_m_per_s), oscillator.F / oscillator.V, law.parameters()
     mean, ratio = max(float(friction(v0, parameters)), 0.0), float(oscillator.damping_ratio)
     return SlipFlow(ratio, v0, float(scale), mean, float(scale * (law.static - mean) - 2.0 * ratio), parameters)

@@ -168,7 +168,10 @@ def against_radau(seed):
             allowed = (1e-11 * belt.F, 1e-10 * min(v0, rest / law.direct_effect), 1e-10)
             whole = solve_ivp(
                 *(slip, (0.0, dt if kind is None else 1.01 * dt), (0.0, 0.0, math.log(theta)), "Radau"),
-                events=at_belt, rtol=1e-9, atol=allowed, first_step=1e-6 / omega,
+                events=at_belt,
+                rtol=1e-9,
+                atol=allowed,
+                first_step=1e-6 / omega,
             )
             assert whole.status == (kind is not None)
             dt, (slipped, _, log_age) = whole.t[-1], whole.y[:, -1]

@@ -33,9 +33,9 @@ from roughslip.oscillator.slip import LONGEST_STEP, SHORTEST_SLIP, Horizon, Samp
 from roughslip.oscillator.slip_orbit import next_step
 
 FIRST_STEP = 1e-3  # of a slip phase, shortened until it is accurate
-MOST_TRIED = 100  # Newton steps to an event; halvings alone take 52
+MOST_TRIED = 100  # Newton steps to a departure
+ROUNDED = 4e-16  # relative, of a time
 AT_NODE = 1e-4  # of a node spacing: a step that ends so close to a node ends at it
-AT_EVENT = 4e-16  # relative, of a time
 GRAZING = 1e-3  # of w at the ends of a step, or of V: an extreme so close to the belt, or to X' = 0, ends a step
 
 
@@ -62,7 +62,7 @@ def stick_left(y: MemoryState, path: Path, p: Coefficients) -> float:
     for trial in range(MOST_TRIED):
         gap = p.V * t - spare - growth * math.log1p(per_time * t)
         left = gap / (p.V - growth * per_time / (1.0 + per_time * t)) if gap != 0.0 else 0.0
-        if left == 0.0 or (trial > 0 and left <= AT_EVENT * t):
+        if left == 0.0 or (trial > 0 and left <= ROUNDED * t):
             break
         t -= left
     return t
@@ -88,63 +88,30 @@ def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[
 
 
 @compiled(error_model="numpy")
-def ratio_of(end: MemoryState, errors: tuple[float, float, float], p: Coefficients) -> float:
-    """The largest error of a step in its unit: F + |X| of s, what changes friction by 1 of w, and 1 of psi."""
+def error_ratio(end: MemoryState, errors: tuple[float, float, float], p: Coefficients, tolerance: float) -> float:
+    """Errors of a step over those allowed, in units of F + |X| for s, of 1 for psi, and of a like friction for w."""
     w = max(end.w, 0.0)
     slow = (w + p.law.rest / p.omega) / p.law.direct if p.law.direct > 0.0 else np.inf
-    return max(errors[0] / (p.F + abs(end.x)), errors[1] / min(p.V + w, slow), errors[2])
+    return max(errors[0] / (p.F + abs(end.x)), errors[1] / min(p.V + w, slow), errors[2]) / tolerance
 
 
 @compiled(error_model="numpy")
-def to_belt(
-    y: MemoryState, end: MemoryState, late: float, sigma: float, piece: Piece, p: Coefficients
-) -> tuple[MemoryState, int]:
-    """Repeat a step of length `late` that passes the belt until it ends there, and the steps taken."""
-    low, high, h, taken = 0.0, late, late, 0
-    while taken < MOST_TRIED:
-        low, high = (h, high) if end.w > 0.0 else (low, h)
-        rate = rates(end, sigma, piece, p)[1]
-        newton = h - end.w / rate if rate < 0.0 else low
-        new = newton if low < newton < high else 0.5 * (low + high)
-        if min(abs(new - h), high - low) <= AT_EVENT * late:
-            break
-        end, h, taken = rosenbrock(y, new, sigma, piece, p)[0], new, taken + 1
-    return MemoryState(end.tau, end.x, end.s, 0.0, end.psi), taken
+def shortened(
+    y: MemoryState, end: MemoryState, h: float, first: bool, right: float, sigma: float, piece: Piece, p: Coefficients
+) -> float:
+    """The length at which a step h is tried again: up to an event that it passes; h where it passes none.
 
-
-@compiled(error_model="numpy")
-def to_extreme(y: MemoryState, end: MemoryState, h: float, sigma: float, piece: Piece, p: Coefficients) -> float:
-    """The length of a step h, or up to an extreme of w within it that is next to the belt or to X' = 0."""
+    Events are the belt, by Newton's method; the slipped distance `right`; and an extreme of w next to the belt or to
+    X' = 0. A first step departs from the belt.
+    """
+    again = h * (piece.right - y.s) / (end.s - y.s) if end.s > right else h
     out, into = rates(y, sigma, piece, p)[1], rates(end, sigma, piece, p)[1]
-    t = out / (out - into) if out * into < 0.0 else 0.0
+    if end.w < 0.0 or (first and end.w == 0.0):
+        return min(again, 0.25 * h if first or into >= 0.0 else max(h - end.w / into, 0.1 * h))
+    t = out / (out - into) if out * into < 0.0 and not first else 0.0
     w = y.w + 0.5 * t * h * out
     near = w > p.V * (1.0 - GRAZING) and max(y.w, end.w) <= p.V if out > 0.0 else w < GRAZING * min(y.w, end.w)
-    return t * h if near and GRAZING < t < 1.0 - GRAZING else h
-
-
-@compiled(error_model="numpy")
-def tried_step(
-    y: MemoryState, h: float, first: bool, near: float, sigma: float, piece: Piece, p: Coefficients, tolerance: float
-) -> tuple[MemoryState, float, float, int]:
-    """A step h of slip: its end, its error [m], the length of the next step, and the steps taken.
-
-    first : whether it departs from the belt. A step that is to be repeated at another length ends at y.
-    """
-    end, errors = rosenbrock(y, h, sigma, piece, p)
-    ratio, taken = ratio_of(end, errors, p) / tolerance, 1
-    again = next_step(h, ratio) if not ratio <= 1.0 else h
-    if again == h and first and end.w <= 0.0:
-        again = 0.25 * h
-    elif again == h and end.w > 0.0 and not first:
-        again = to_extreme(y, end, h, sigma, piece, p)
-    if end.s > piece.right + near:
-        again = min(again, h * (piece.right - y.s) / (end.s - y.s))
-    if again < h:
-        return y, 0.0, again, taken
-    if end.w <= 0.0:
-        end, more = to_belt(y, end, h, sigma, piece, p)
-        taken += more
-    return end, max(errors[0], errors[1]), next_step(h, ratio), taken
+    return min(again, t * h) if near and GRAZING < t < 1.0 - GRAZING else again
 
 
 @compiled()
@@ -178,7 +145,7 @@ def continue_with_memory(
             status = Status.TIME_OVER
             break
         if sigma == HELD:
-            stick = stick_left(y, path, p)
+            stick = max(stick_left(y, path, p), SHORTEST_SLIP if pace < 0.0 else 0.0)
             y = stuck(held, min(stick, left), p)
             if samples.x.size > 0:
                 sample_stick(held.tau, held.x, y.tau, p, samples)
@@ -199,22 +166,25 @@ def continue_with_memory(
             h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
         first = y.tau == since
         if first and h < SHORTEST_SLIP:  # no slip: stick lasts as long as the shortest one, so that the run advances
-            events, sigma = record(events, REATTACHMENT, y, backwards), HELD
-            y = stuck(y, SHORTEST_SLIP, p)
+            events, sigma, pace = record(events, REATTACHMENT, y, backwards), HELD, -1.0
             continue
         if not y.tau + h > y.tau:
             status = Status.STEP_LOST
             break
-        y, wrong, following, taken = tried_step(held, h, first, near, sign, piece, p, tolerance)
-        steps, error = steps + taken, error + wrong
-        pace = following if y.tau == held.tau or h == min(pace, longest) else pace
-        if y.tau == held.tau:
+        end, errors = rosenbrock(y, h, sign, piece, p)
+        ratio, steps = error_ratio(end, errors, p, tolerance), steps + 1
+        again = shortened(y, end, h, first, piece.right + near, sign, piece, p) if ratio <= 1.0 else next_step(h, ratio)
+        if again < h:
+            pace = again
             continue
+        pace = next_step(h, ratio) if h == min(pace, longest) else pace
+        y, error = end, error + max(errors[0], errors[1])
         if samples.x.size > 0:
             sample_step(held, y, sign, piece, p, samples)
         backwards = backwards or sign * y.w > p.V
         cuts += scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0
-        if y.w == 0.0:
+        if y.w <= max(-rates(y, sign, piece, p)[1] * ROUNDED * y.tau, 0.0):  # no time is left
+            y = stuck(y, 0.0, p)
             side = side_at(y.tau, y.x, limit_of(y, path, p), p)
             if side != sigma:
                 kind = REATTACHMENT if side == HELD else CROSSING

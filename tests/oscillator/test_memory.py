@@ -15,7 +15,7 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.limits import critical_stiffness, growth_rates, hopf_damping, limit_cycle
 from roughslip.oscillator.memory_law import MemoryLaw
-from roughslip.oscillator.memory_step import MemoryState, rosenbrock
+from roughslip.oscillator.memory_motion import MemoryState, rosenbrock
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.oscillator.path import Piece
 from roughslip.oscillator.slip_orbit import equilibrium

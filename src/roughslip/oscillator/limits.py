@@ -46,7 +46,7 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """
     check_free(oscillator)
     if isinstance(law, MemoryLaw):
-        raise ParameterError("law must have no memory for a Hopf damping: ask critical_stiffness")
+        raise ParameterError("a law with memory has no Hopf damping: ask critical_stiffness")
     return damping_of_slope(oscillator, float(law.slope(oscillator.belt_velocity_m_per_s)))
 
 
@@ -55,12 +55,12 @@ def damping_of_slope(oscillator: Oscillator, slope: float) -> float:
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
 
 
-def _alpha_r_kappa(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float, float]:
+def _about_sliding(belt: Oscillator, law: MemoryLaw) -> tuple[float, float, float]:
     """alpha = N dmu/d|v| + d at constant age [kg/s], r = v0 / D_c [1/s], kappa = N b v_c / ((v0 + v_c) D_c) [N/m]."""
-    check_free(oscillator)
-    v0, load, p = oscillator.belt_velocity_m_per_s, oscillator.normal_force_n, law.parameters()
-    alpha = load * float(direct_slope(v0, p)) + oscillator.damper_kg_per_s
-    return alpha, v0 / p.length, load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
+    check_free(belt)
+    v0, load, p = belt.belt_velocity_m_per_s, belt.normal_force_n, law.parameters()
+    weakening = load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
+    return load * float(direct_slope(v0, p)) + belt.damper_kg_per_s, v0 / p.length, weakening
 
 
 @gate
@@ -70,7 +70,7 @@ def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
     They solve (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or a
     belt at rest.
     """
-    alpha, r, kappa = _alpha_r_kappa(oscillator, law)
+    alpha, r, kappa = _about_sliding(oscillator, law)
     m, k, unit = oscillator.mass_kg, oscillator.stiffness_n_per_m, oscillator.natural_frequency_rad_per_s
     roots = unit * np.roots([1.0, (r + alpha / m) / unit, (k + alpha * r - kappa) / k, r / unit])
     return roots[np.argsort(-roots.real, kind="stable")]
@@ -83,11 +83,9 @@ def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, f
     0 and NaN where every spring holds it, infinite where none does. Raises ParameterError as `growth_rates`. By Routh
     and Hurwitz; J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343.
     """
-    alpha, r, kappa = _alpha_r_kappa(oscillator, law)
-    if alpha <= 0.0:
-        return math.inf, math.inf
-    k = (kappa - alpha * r) * (1.0 + oscillator.mass_kg * r / alpha)
-    return (k, math.sqrt(k * r / (oscillator.mass_kg * r + alpha))) if k > 0.0 else (0.0, math.nan)
+    (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
+    k = (kappa - alpha * r) * (1.0 + m * r / alpha) if alpha > 0.0 else math.inf
+    return (k, math.sqrt(k * r / (m * r + max(alpha, 0.0)))) if k > 0.0 else (0.0, math.nan)
 
 
 @dataclass(frozen=True)

@@ -67,13 +67,11 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
         for name, value in list(vars(self).items())[1:-1]:
             (not_negative if name.endswith("effect") else positive)(f"MemoryLaw.{name}", value)
         if self.evolution != "ageing":
-            raise ParameterError(
-                f"MemoryLaw.evolution must be ageing, not {self.evolution!r}: under the slip law nothing ages at "
-                "rest, so that stick has no strength; ageing has the same steady curve and critical stiffness"
-            )
+            why = "under the slip law nothing ages at rest; ageing has the same steady curve and critical stiffness"
+            raise ParameterError(f"MemoryLaw.evolution must be ageing, not {self.evolution!r}: {why}")
         if isinstance(self.curve, MemoryLaw) or self.curve.static > self.curve.parameters().rest:
             raise ParameterError(
-                "MemoryLaw.curve must have no static friction above that of slow slip: it follows from the age"
+                "MemoryLaw.curve must have no static friction above slow slip: it follows from the age"
             )
         for name in ("fastest_known", "slowest_known"):
             object.__setattr__(self, name, getattr(self.curve, name))

@@ -13,7 +13,7 @@ from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
 from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.memory_law import MemoryLaw
-from roughslip.oscillator.memory_loop import continue_with_memory, start_with_memory
+from roughslip.oscillator.memory_motion import continue_with_memory, start_with_memory
 from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.slip import SHORTEST_SLIP, Horizon, Samples, Status
 from roughslip.results import described, result
@@ -153,15 +153,11 @@ def followed(
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"start_m must be finite, not {x} m, {u} m")
-    if isinstance(law, MemoryLaw) and p.excited:
-        raise ParameterError(
-            f"a law with memory takes no excitation: set its force of {oscillator.excitation_force_n:g} N to 0",
-            scene_keys="oscillator.excitation_force_n",
-        )
-    sticks, x, u = u == p.V, float(x), float(u)
-    remembers = isinstance(law, MemoryLaw)
-    if remembers:
-        run, events = start_with_memory(x, u, feed.path, p)
+    sticks, x, u, goes_on = u == p.V, float(x), float(u), continue_run
+    if isinstance(law, MemoryLaw):
+        if p.excited:
+            raise ParameterError("a law with memory takes no excitation", "oscillator.excitation_force_n")
+        (run, events), goes_on = start_with_memory(x, u, feed.path, p), continue_with_memory
     else:
         run, events = start_on_belt(x, feed.path, p) if sticks else start_in_slip(x, u, feed.path, p)
     status = Status.NODES_OVER
@@ -169,7 +165,6 @@ def followed(
     while status == Status.NODES_OVER:
         step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
         horizon = Horizon(end, step_limit, after, longest)
-        goes_on = continue_with_memory if remembers else continue_run
         status, run, events = goes_on(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:
             feed.advance(run.y.s)

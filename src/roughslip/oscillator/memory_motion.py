@@ -1,12 +1,15 @@
-"""Stick and slip in turn with a memory of the contact: `event_loop` and `slip`, with psi of `memory_law` as a variable.
+"""Stick and slip in turn with a memory of the contact, as `event_loop` and `slip`; page docs/background/memory.md.
 
 In stick the limit rises with the logarithm of time and the force in proportion to it, which has one root, the
-departure. A step of slip that passes an event is repeated until it ends there.
+departure. Slip in s, w = sigma (V - X') and psi is stiff. RODAS has order 4 with an estimate of order 3, and takes the
+Jacobian, which is exact here (E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.7 and
+VI.4). A step that passes an event is tried again, until one ends there.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,17 +29,107 @@ from roughslip.oscillator.event_loop import (
     side_at,
     stick_force,
 )
-from roughslip.oscillator.memory_law import aged, friction_of, steady_psi
-from roughslip.oscillator.memory_step import MemoryState, rates, rosenbrock, scattered
-from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at, reaches
+from roughslip.oscillator.memory_law import aged, direct_slope, friction_of, steady_psi
+from roughslip.oscillator.path import Path, Piece, mu_s_at, mu_s_slope, piece_at, reaches
 from roughslip.oscillator.slip import LONGEST_STEP, SHORTEST_SLIP, Horizon, Samples, Status, step_to_node
 from roughslip.oscillator.slip_orbit import next_step
 
 FIRST_STEP = 1e-3  # of a slip phase, shortened until it is accurate
 MOST_TRIED = 100  # Newton steps to a departure
-ROUNDED = 4e-16  # relative, of a time
+ROUNDED = 1e-15  # relative, of a time
 AT_NODE = 1e-4  # of a node spacing: a step that ends so close to a node ends at it
 GRAZING = 1e-3  # of w at the ends of a step, or of V: an extreme so close to the belt, or to X' = 0, ends a step
+
+# Coefficients of RODAS in the form of its authors' code: those of time and of its derivative, rows of stages and of
+# their sums on the right-hand side.
+GAMMA = 0.25
+TIMES = (0.386, 0.21, 0.63)
+OF_TIME = (0.25, -0.1043, 0.1035, -0.0362)
+ROWS = (
+    (1.544,),
+    (0.9466785280815826, 0.2557011698983284),
+    (3.314825187068521, 2.896124015972201, 0.9986419139977817),
+    (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950),
+)
+SUMS = (
+    (-5.6688,),
+    (-2.430093356833875, -0.2063599157091915),
+    (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
+    (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160),
+    (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054),
+)
+Triple = tuple[float, float, float]
+
+
+class MemoryState(NamedTuple):
+    """tau [-], X, slipped distance s, sliding speed w [m], and psi [-]."""
+
+    tau: float
+    x: float
+    s: float
+    w: float
+    psi: float
+
+
+@compiled(forceinline=True, error_model="numpy")
+def scattered(mean: float, mu_s: float, p: Coefficients) -> float:
+    """Friction with its scatter, never below zero."""
+    return max(mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s, 0.0)
+
+
+@compiled(forceinline=True, error_model="numpy")
+def rates(y: MemoryState, sigma: float, piece: Piece, p: Coefficients) -> Triple:
+    """s', w' and psi'."""
+    speed = p.omega * y.w
+    mu = scattered(friction_of(speed, y.psi, p.law), mu_s_at(piece, y.s), p)
+    renewal = ((speed + p.law.cutoff) * math.exp(-y.psi) - speed) / (p.law.length * p.omega)
+    return y.w, sigma * (y.x + 2.0 * p.D * p.V) - 2.0 * p.D * y.w - p.F * mu, renewal
+
+
+@compiled(forceinline=True, error_model="numpy")
+def combined(row: Any, k: Any) -> Triple:
+    """The sum of stages, each of s, w and psi, as a row of the tableau weighs them."""
+    s, w, psi = 0.0, 0.0, 0.0
+    for i in range(len(row)):
+        s, w, psi = s + row[i] * k[i][0], w + row[i] * k[i][1], psi + row[i] * k[i][2]
+    return s, w, psi
+
+
+@compiled(error_model="numpy")
+def rosenbrock(y: MemoryState, h: float, sigma: float, piece: Piece, p: Coefficients) -> tuple[MemoryState, Triple]:
+    """The state a step h after y, and its errors in s, w [m] and psi."""
+    speed, fresh, mu_s, diagonal = p.omega * y.w, math.exp(-y.psi), mu_s_at(piece, y.s), 1.0 / (h * GAMMA)
+    mean = friction_of(speed, y.psi, p.law)
+    gain, share = (mean, 1.0 + mu_s) if p.multiplies is not None else (1.0, 1.0)
+    pull = p.F if scattered(mean, mu_s, p) > 0.0 else 0.0
+    ws, wp = -1.0 - pull * gain * mu_s_slope(piece, y.s), -pull * share * p.law.ageing  # d w' / d s and d psi
+    ww = -2.0 * p.D - pull * share * p.omega * direct_slope(speed, p.law)
+    pw, pp = (fresh - 1.0) / p.law.length, -(speed + p.law.cutoff) * fresh / (p.law.length * p.omega)
+    of_psi = diagonal - pp
+    of_w = diagonal - ww - ws / diagonal - wp * pw / of_psi
+
+    def solved(s: float, w: float, psi: float) -> Triple:
+        w = (w + ws * s / diagonal + wp * psi / of_psi) / of_w
+        return (s + w) / diagonal, w, (psi + pw * w) / of_psi
+
+    def moved(time: float, by: Any) -> MemoryState:
+        x = y.x + p.V * time * h - sigma * by[0]
+        return MemoryState(y.tau + time * h, x, y.s + by[0], y.w + by[1], y.psi + by[2])
+
+    def stage(at: MemoryState, of_time: float, sums: Any, k: Any) -> Triple:
+        rate, carried = rates(at, sigma, piece, p), combined(sums, k)
+        push = of_time * h * sigma * p.V
+        return solved(rate[0] + carried[0] / h, rate[1] + carried[1] / h + push, rate[2] + carried[2] / h)
+
+    a = stage(y, OF_TIME[0], (0.0,), ((0.0, 0.0, 0.0),))
+    b = stage(moved(TIMES[0], combined(ROWS[0], (a,))), OF_TIME[1], SUMS[0], (a,))
+    c = stage(moved(TIMES[1], combined(ROWS[1], (a, b))), OF_TIME[2], SUMS[1], (a, b))
+    d = stage(moved(TIMES[2], combined(ROWS[2], (a, b, c))), OF_TIME[3], SUMS[2], (a, b, c))
+    by = combined(ROWS[3], (a, b, c, d))
+    e = stage(moved(1.0, by), 0.0, SUMS[3], (a, b, c, d))
+    by = by[0] + e[0], by[1] + e[1], by[2] + e[2]
+    f = stage(moved(1.0, by), 0.0, SUMS[4], (a, b, c, d, e))
+    return moved(1.0, (by[0] + f[0], by[1] + f[1], by[2] + f[2])), (abs(f[0]), abs(f[1]), abs(f[2]))
 
 
 @compiled(error_model="numpy")
@@ -59,12 +152,12 @@ def stick_left(y: MemoryState, path: Path, p: Coefficients) -> float:
         growth *= limit / (p.F * friction_of(0.0, y.psi, p.law))
     per_time = p.law.cutoff / (p.law.length * p.omega) * math.exp(-y.psi)
     t = max(spare / p.V, 2.0 * (growth / p.V - 1.0 / per_time))
-    for trial in range(MOST_TRIED):
+    for _ in range(MOST_TRIED):
         gap = p.V * t - spare - growth * math.log1p(per_time * t)
-        left = gap / (p.V - growth * per_time / (1.0 + per_time * t)) if gap != 0.0 else 0.0
-        if left == 0.0 or (trial > 0 and left <= ROUNDED * t):
+        excess = gap / (p.V - growth * per_time / (1.0 + per_time * t)) if gap != 0.0 else 0.0
+        t -= excess
+        if abs(excess) <= ROUNDED * t:
             break
-        t -= left
     return t
 
 
@@ -77,22 +170,21 @@ def stuck(y: MemoryState, dt: float, p: Coefficients) -> MemoryState:
 @compiled()
 def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
     """A run that starts at X = x and X' = u [m]: on the belt with fresh contacts, else with those of steady sliding."""
-    w, sigma = abs(p.V - u), UPPER if u < p.V else LOWER
+    w, since = abs(p.V - u), 0.0 if u == p.V else -1.0
     y = MemoryState(0.0, x, 0.0, w, steady_psi(p.omega * w, p.law) if w > 0.0 else 0.0)
-    if w == 0.0:
-        sigma = side_at(0.0, x, limit_of(y, path, p), p)
+    sigma = side_at(0.0, x, limit_of(y, path, p), p) if w == 0.0 else UPPER if u < p.V else LOWER
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, 0.0 if w == 0.0 else -1.0, (FIRST_STEP, 0), u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, since, (FIRST_STEP, 0), u < 0.0, 0, 0.0, 0), events
 
 
 @compiled(error_model="numpy")
-def error_ratio(end: MemoryState, errors: tuple[float, float, float], p: Coefficients, tolerance: float) -> float:
-    """Errors of a step over those allowed, in units of F + |X| for s, of 1 for psi, and of a like friction for w."""
-    w = max(end.w, 0.0)
-    slow = (w + p.law.rest / p.omega) / p.law.direct if p.law.direct > 0.0 else np.inf
-    return max(errors[0] / (p.F + abs(end.x)), errors[1] / min(p.V + w, slow), errors[2]) / tolerance
+def error_ratio(end: MemoryState, errors: Triple, p: Coefficients, tolerance: float) -> float:
+    """Errors of a step over those allowed, in units of F + |X| of s, 1 of psi, and of the same friction of w."""
+    w = max(end.w, 0.0) + p.law.rest / p.omega
+    of_w = errors[1] / min(p.V + w, w / max(p.law.direct, 1e-9))
+    return max(errors[0] / (p.F + abs(end.x)), of_w, errors[2]) / tolerance
 
 
 @compiled(error_model="numpy")
@@ -115,12 +207,10 @@ def shortened(
 
 
 @compiled()
-def sample_step(
-    y: MemoryState, end: MemoryState, sigma: float, piece: Piece, p: Coefficients, samples: Samples
-) -> None:
-    """Store X and X' of one step at the multiples of interval in (tau, tau at its end], each by a shorter step."""
-    for k in range(int(y.tau / samples.interval), min(int(end.tau / samples.interval) + 2, samples.x.size)):
-        if y.tau < k * samples.interval <= end.tau:
+def sample_step(y: MemoryState, tau: float, sigma: float, piece: Piece, p: Coefficients, samples: Samples) -> None:
+    """Store X and X' of a step from y to tau at the multiples of interval within it, each by a shorter step."""
+    for k in range(int(y.tau / samples.interval), min(int(tau / samples.interval) + 2, samples.x.size)):
+        if y.tau < k * samples.interval <= tau:
             at, _ = rosenbrock(y, k * samples.interval - y.tau, sigma, piece, p)
             samples.x[k], samples.u[k] = at.x, p.V - sigma * at.w
 
@@ -140,7 +230,7 @@ def continue_with_memory(
     while steps < horizon.steps:
         known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
         until = horizon.tau if sigma == HELD else min(horizon.tau, max(known, since + horizon.longest))
-        left, held = until - y.tau, y
+        left, held, first = until - y.tau, y, y.tau == since
         if left <= SHORTEST_SLIP or (sigma == HELD and backwards and y.tau > known):
             status = Status.TIME_OVER
             break
@@ -164,7 +254,6 @@ def continue_with_memory(
         h, sign = min(pace, longest, left), float(sigma)
         if path.nodes.size > 0:
             h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
-        first = y.tau == since
         if first and h < SHORTEST_SLIP:  # no slip: stick lasts as long as the shortest one, so that the run advances
             events, sigma, pace = record(events, REATTACHMENT, y, backwards), HELD, -1.0
             continue
@@ -180,7 +269,7 @@ def continue_with_memory(
         pace = next_step(h, ratio) if h == min(pace, longest) else pace
         y, error = end, error + max(errors[0], errors[1])
         if samples.x.size > 0:
-            sample_step(held, y, sign, piece, p, samples)
+            sample_step(held, y.tau, sign, piece, p, samples)
         backwards = backwards or sign * y.w > p.V
         cuts += scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0
         if y.w <= max(-rates(y, sign, piece, p)[1] * ROUNDED * y.tau, 0.0):  # no time is left

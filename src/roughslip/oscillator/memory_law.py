@@ -70,9 +70,7 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
             why = "under the slip law nothing ages at rest; ageing has the same steady curve and critical stiffness"
             raise ParameterError(f"MemoryLaw.evolution must be ageing, not {self.evolution!r}: {why}")
         if isinstance(self.curve, MemoryLaw) or self.curve.static > self.curve.parameters().rest:
-            raise ParameterError(
-                "MemoryLaw.curve must have no static friction above slow slip: it follows from the age"
-            )
+            raise ParameterError("MemoryLaw.curve must have no static friction above slow slip: the age gives it")
         for name in ("fastest_known", "slowest_known"):
             object.__setattr__(self, name, getattr(self.curve, name))
 
@@ -98,9 +96,9 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
         raise ParameterError("a scene has no law with memory", scene_keys="oscillator.law")
 
     def parameters(self) -> MemoryParameters:
-        lengths = self.memory_length_m, self.reference_speed_m_per_s, self.cutoff_speed_m_per_s, self.rest_speed_m_per_s
-        numbers = map(float, (self.direct_effect, self.ageing_effect, *lengths))
-        return MemoryParameters(self.curve.parameters(), *numbers)
+        effects, length = (self.direct_effect, self.ageing_effect), self.memory_length_m
+        speeds = self.reference_speed_m_per_s, self.cutoff_speed_m_per_s, self.rest_speed_m_per_s
+        return MemoryParameters(self.curve.parameters(), *map(float, (*effects, length, *speeds)))
 
     @staticmethod
     def friction(speed: float, law: MemoryParameters) -> float:

@@ -10,15 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from roughslip.errors import ParameterError
 from roughslip.oscillator.equation import Oscillator
-from roughslip.oscillator.laws import (
-    CoulombLaw,
-    StribeckLaw,
-    friction,
-    friction_slope,
-    only_row,
-    row_at,
-    row_ends,
-)
+from roughslip.oscillator.laws import CoulombLaw, StribeckLaw, friction, friction_slope, only_row, row_at, row_ends
 from roughslip.oscillator.limits import existence_limit, hopf_damping
 from roughslip.oscillator.motion import simulate
 from roughslip.oscillator.table_law import TableLaw, friction_law, law_from_scene

@@ -67,8 +67,7 @@ def _about_sliding(belt: Oscillator, law: MemoryLaw) -> tuple[float, float, floa
 def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
     """(3,) [1/s] lambda of small motions exp(lambda t) about steady sliding with memory, the fastest growth first.
 
-    They solve (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or a
-    belt at rest.
+    (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or without belt.
     """
     alpha, r, kappa = _about_sliding(oscillator, law)
     m, k, unit = oscillator.mass_kg, oscillator.stiffness_n_per_m, oscillator.natural_frequency_rad_per_s

@@ -224,7 +224,7 @@ def continue_with_memory(
     Steps are so short that the method does not damp an unstable motion about steady sliding.
     """
     y, sigma, limit, since, paces, backwards, steps, error, cuts = run
-    longest = LONGEST_STEP / max(1.0, math.sqrt(p.F * p.law.ageing / p.law.length))
+    weakening = p.F * p.law.ageing / p.law.length
     near, status, pace = AT_NODE * path.spacing, Status.STEPS_OVER, paces[0]
     piece = piece_at(path, y.s + near)
     while steps < horizon.steps:
@@ -251,7 +251,10 @@ def continue_with_memory(
         if not reaches(path, y.s + near):
             status = Status.NODES_OVER
             break
-        h, sign = min(pace, longest, left), float(sigma)
+        damping, sign = p.F * p.omega * direct_slope(p.omega * y.w, p.law) + 2.0 * p.D, float(sigma)
+        growth = max(1.0, -damping, min(math.sqrt(weakening), weakening / max(damping, ROUNDED)))
+        longest = min(pace, LONGEST_STEP / growth)
+        h = min(longest, left)
         if path.nodes.size > 0:
             h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
         if first and h < SHORTEST_SLIP:  # no slip: stick lasts as long as the shortest one, so that the run advances
@@ -266,7 +269,7 @@ def continue_with_memory(
         if again < h:
             pace = again
             continue
-        pace = next_step(h, ratio) if h == min(pace, longest) else pace
+        pace = next_step(h, ratio) if h == longest else pace
         y, error = end, error + max(errors[0], errors[1])
         if samples.x.size > 0:
             sample_step(held, y.tau, sign, piece, p, samples)

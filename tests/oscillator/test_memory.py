@@ -28,7 +28,6 @@ def test_the_law_has_the_usual_limits():
     coulomb = replace(LAW, curve=CoulombLaw(0.3, 0.3), rest_speed_m_per_s=1e-12, cutoff_speed_m_per_s=1e3)
     v = np.array([1e-5, 1e-2])
     assert coulomb.mu(v) == pytest.approx(0.3 + 0.01 * np.log(v / 1e-4) + 0.015 * np.log(1e3 / v), abs=1e-6)
-    assert coulomb.slope(v) * v == pytest.approx([-0.005, -0.005], rel=1e-4)
     assert LAW.slope(v) == pytest.approx((LAW.mu(v + 1e-5 * v) - LAW.mu(v - 1e-5 * v)) / (2e-5 * v), rel=1e-7)
     assert LAW.static_friction(0.0) == pytest.approx(0.4 + 0.01 * math.log(1e-3), rel=1e-14)
     assert LAW.static_friction(1e4) - LAW.static_friction(900.0, 100.0) == pytest.approx(0.015 * math.log(10), rel=1e-5)
@@ -84,9 +83,7 @@ def test_stick_ends_where_lambert_has_it():
 
 
 def test_a_belt_a_million_times_faster_than_creep_costs_no_more():
-    """Steps of three cycles. Their errors of order 4 sum up to the tolerance to the power of 3/4.
-
-    The same cycles by another tolerance, and on the path in pieces bit by bit."""
+    """Steps of three cycles; errors of order 4 sum up to the tolerance^(3/4). A path in pieces is that path."""
     law, belt = replace(LAW, rest_speed_m_per_s=1e-10), replace(BELT, natural_frequency_rad_per_s=50.0)
     path = 0.01 * np.sin(np.arange(4000) / 3)
     coarse, fine = (simulate(belt, law, path, 2e-5, 2000.0, MotionOptions(error)) for error in (1e-9, 1e-11))
@@ -99,9 +96,7 @@ def test_a_belt_a_million_times_faster_than_creep_costs_no_more():
 
 
 def against_radau(seed):
-    """Largest difference of tau and of X / F at events and at the end, in SI units with ln(theta), by scipy's Radau.
-
-    Of a random machine, from stick that lasts until contacts are old."""
+    """Largest difference of tau and X / F at events and the end from scipy's Radau in SI units, of a random machine."""
     rng = np.random.default_rng([55, seed])
     a, length, v0, load = 10.0 ** rng.uniform((-2.7, -7, -6, 0), (-1.7, -4, -1, 3))
     b, mu, young = a * 10 ** rng.uniform(-0.3, 0.5), rng.uniform(0.3, 0.7), length / v0 * 10 ** -rng.uniform(0, 4)
@@ -130,8 +125,11 @@ def against_radau(seed):
 
     at_belt.terminal, at_belt.direction = True, -1.0
     periods = (0.05 * level + b * math.log1p(belt.F / (v0 * young))) * belt.F / belt.V / (2 * math.pi) + 4.0
-    options = MotionOptions(1e-10, 8, ("additive", "multiplicative")[multiplies])
-    run = trajectory(belt, law, path, spacing, periods, options, 0.95 * belt.F * level - d * v0 / k)
+    options, start = (
+        MotionOptions(1e-10, 8, ("additive", "multiplicative")[multiplies]),
+        0.95 * belt.F * level - d * v0 / k,
+    )
+    run = trajectory(belt, law, path, spacing, periods, options, start)
     ends = [*zip(run.motion.kind, run.motion.time, run.motion.position, strict=True)]
     ends = [end for end in ends if end[1] < run.time[-1]] + [(None, run.time[-1], run.position[-1])]
     worst, t, x, s, theta = 0.0, 0.0, run.position[0], 0.0, 0.0

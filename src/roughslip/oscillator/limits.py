@@ -59,8 +59,8 @@ def _about_sliding(belt: Oscillator, law: MemoryLaw) -> tuple[float, float, floa
     """alpha = N dmu/d|v| + d at constant age [kg/s], r = v0 / D_c [1/s], kappa = N b v_c / ((v0 + v_c) D_c) [N/m]."""
     check_free(belt)
     v0, load, p = belt.belt_velocity_m_per_s, belt.normal_force_n, law.parameters()
-    weakening = load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
-    return load * float(direct_slope(v0, p)) + belt.damper_kg_per_s, v0 / p.length, weakening
+    alpha, r = load * float(direct_slope(v0, p)) + belt.damper_kg_per_s, v0 / p.length
+    return alpha, r, load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
 
 
 @gate
@@ -79,8 +79,8 @@ def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
 def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float]:
     """k_c [N/m], below which steady sliding with memory is unstable, and omega [rad/s] there; mass and damper held.
 
-    0 and NaN where every spring holds it, infinite where none does. Raises ParameterError as `growth_rates`. By Routh
-    and Hurwitz; J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343.
+    0 and NaN where every spring holds it, infinite where none does (J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983)
+    343). Raises ParameterError as `growth_rates`.
     """
     (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
     k = (kappa - alpha * r) * (1.0 + m * r / alpha) if alpha > 0.0 else math.inf

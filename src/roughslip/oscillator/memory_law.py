@@ -36,7 +36,7 @@ class MemoryParameters(NamedTuple):
 @gate
 @dataclass(frozen=True)
 class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
-    """Rate and state friction with the ageing law, added to a mean curve.
+    """Rate and state friction with the ageing law, added to a mean curve; `mu` and `slope` are of steady sliding.
 
     curve : mu_D with the level of friction; its limit of stick is its value at rest
     direct_effect : [-] a, rise of friction at once with ln(speed); usually 0.003 to 0.02
@@ -47,8 +47,7 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
     rest_speed_m_per_s : [m/s] v_r, below which the direct effect ends; usually 1 nm/s to 1 µm/s
     evolution : ageing; the slip law is refused
 
-    Methods of all laws give steady sliding, of the age D_c / |v|. The limit of stick follows from the age. Raises
-    ParameterError for a parameter out of range, or a curve with a limit of stick of its own.
+    Raises ParameterError for a parameter out of range, or a curve with a limit of stick of its own.
 
     Sources: J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 (1983) 10359; sizes by C.
     Marone, Annu. Rev. Earth Planet. Sci. 26 (1998) 643, and T. Baumberger & C. Caroli, Adv. Phys. 55 (2006) 279.

@@ -1,9 +1,7 @@
 """Stick and slip in turn with a memory of the contact, as `event_loop` and `slip`; page docs/background/memory.md.
 
-In stick the limit rises with the logarithm of time and the force in proportion to it, which has one root, the
-departure. Slip in s, w = sigma (V - X') and psi is stiff. RODAS has order 4 with an estimate of order 3, and takes the
-Jacobian, which is exact here (E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.7 and
-VI.4). A step that passes an event is tried again, until one ends there.
+Slip in s, w = sigma (V - X') and psi is stiff. RODAS has order 4 with an estimate of order 3, and takes the Jacobian,
+exact here (E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.7 and VI.4).
 """
 
 from __future__ import annotations
@@ -40,8 +38,7 @@ ROUNDED = 1e-15  # relative, of a time
 AT_NODE = 1e-4  # of a node spacing: a step that ends so close to a node ends at it
 GRAZING = 1e-3  # of w at the ends of a step, or of V: an extreme so close to the belt, or to X' = 0, ends a step
 
-# Coefficients of RODAS in the form of its authors' code: those of time and of its derivative, rows of stages and of
-# their sums on the right-hand side.
+# RODAS in the form of its authors' code: times, of their derivative, rows of stages, and of sums on the right-hand side
 GAMMA = 0.25
 TIMES = (0.386, 0.21, 0.63)
 OF_TIME = (0.25, -0.1043, 0.1035, -0.0362)
@@ -193,8 +190,7 @@ def shortened(
 ) -> float:
     """The length at which a step h is tried again: up to an event that it passes; h where it passes none.
 
-    Events are the belt, by Newton's method; the slipped distance `right`; and an extreme of w next to the belt or to
-    X' = 0. A first step departs from the belt.
+    Events: the belt, by Newton's method; slip up to `right`; an extreme of w next to the belt or to X' = 0.
     """
     again = h * (piece.right - y.s) / (end.s - y.s) if end.s > right else h
     out, into = rates(y, sigma, piece, p)[1], rates(end, sigma, piece, p)[1]
@@ -221,7 +217,7 @@ def continue_with_memory(
 ) -> tuple[Status, RunState, Events]:
     """Continue a run as `event_loop.continue_run`; each turn of the loop is a stick or a step of slip.
 
-    Steps are so short that the method does not damp an unstable motion about steady sliding.
+    Steps are so short that the method does not damp unstable motions.
     """
     y, sigma, limit, since, paces, backwards, steps, error, cuts = run
     weakening = p.F * p.law.ageing / p.law.length

@@ -102,18 +102,19 @@ def against_radau(seed):
     b, mu, young = a * 10 ** rng.uniform(-0.3, 0.5), rng.uniform(0.3, 0.7), length / v0 * 10 ** -rng.uniform(0, 4)
     curve = CoulombLaw(mu, mu) if seed % 2 else StribeckLaw(0.1, mu, 10 ** rng.uniform(-1, 1) / v0, 0.0)
     rest, k = v0 * 10 ** (-6 * rng.uniform() ** 2), load * b / length * 10 ** rng.uniform(-2.5, 0.2)
-    m = load * a * length / v0**2 * 10 ** rng.uniform(-2, 2)
-    omega, law = math.sqrt(k / m), MemoryLaw(curve, a, b, length, v0, length / young, rest)
-    belt = Oscillator(m, omega, rng.uniform(0, 0.3), v0, load)
+    m, law = (
+        load * a * length / v0**2 * 10 ** rng.uniform(-2, 2),
+        MemoryLaw(curve, a, b, length, v0, length / young, rest),
+    )
+    omega, belt = math.sqrt(k / m), Oscillator(m, math.sqrt(k / m), rng.uniform(0, 0.3), v0, load)
     d, level, side = belt.damper_kg_per_s, law.static_friction(0.0), 0
     path = np.convolve(rng.standard_normal(60_000), np.full(6, 0.02 * 6**-0.5), "valid") * (seed % 3 > 0)
     path, spacing, multiplies = path - path[0], 0.3 * belt.F * 10 ** rng.uniform(-2, -0.5), seed // 2 % 2
     mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))
 
     def friction(v, theta, s):
-        mean = (
-            float(curve.mu(max(v, 0.0))) + a * math.log(max(v + rest, 0.5 * rest) / v0) + b * math.log1p(theta / young)
-        )
+        mean = a * math.log(max(v + rest, 0.5 * rest) / v0) + b * math.log1p(theta / young)
+        mean += float(curve.mu(max(v, 0.0)))
         return load * max(mean + mu_s(s) * (mean if multiplies else 1.0), 0.0)
 
     def slip(dt, y):
@@ -125,11 +126,8 @@ def against_radau(seed):
 
     at_belt.terminal, at_belt.direction = True, -1.0
     periods = (0.05 * level + b * math.log1p(belt.F / (v0 * young))) * belt.F / belt.V / (2 * math.pi) + 4.0
-    options, start = (
-        MotionOptions(1e-10, 8, ("additive", "multiplicative")[multiplies]),
-        0.95 * belt.F * level - d * v0 / k,
-    )
-    run = trajectory(belt, law, path, spacing, periods, options, start)
+    options = MotionOptions(1e-10, 8, ("additive", "multiplicative")[multiplies])
+    run = trajectory(belt, law, path, spacing, periods, options, 0.95 * belt.F * level - d * v0 / k)
     ends = [*zip(run.motion.kind, run.motion.time, run.motion.position, strict=True)]
     ends = [end for end in ends if end[1] < run.time[-1]] + [(None, run.time[-1], run.position[-1])]
     worst, t, x, s, theta = 0.0, 0.0, run.position[0], 0.0, 0.0

@@ -137,9 +137,9 @@ def limit_of(y: MemoryState, path: Path, p: Coefficients) -> float:
 
 @compiled(error_model="numpy")
 def stick_left(y: MemoryState, path: Path, p: Coefficients) -> float:
-    """The time t [-] of stick from y to the departure: the root of V t = spare + growth ln(1 + t per_time).
+    """The time t [-] of stick from y to the departure, the root of V t = spare + growth ln(1 + t per_time).
 
-    The difference is convex, so that Newton's method falls to the root from any point beyond the minimum.
+    The difference is convex, so that Newton's method falls to the root from beyond the minimum.
     """
     limit = limit_of(y, path, p)
     if limit == 0.0 or p.V == 0.0:
@@ -215,10 +215,7 @@ def sample_step(y: MemoryState, tau: float, sigma: float, piece: Piece, p: Coeff
 def continue_with_memory(
     run: RunState, events: Events, path: Path, p: Coefficients, tolerance: float, horizon: Horizon, samples: Samples
 ) -> tuple[Status, RunState, Events]:
-    """Continue a run as `event_loop.continue_run`; each turn of the loop is a stick or a step of slip.
-
-    Steps are so short that the method does not damp unstable motions.
-    """
+    """`event_loop.continue_run`, a stick or a step at a time; steps are so short that no unstable motion is damped."""
     y, sigma, limit, since, paces, backwards, steps, error, cuts = run
     weakening = p.F * p.law.ageing / p.law.length
     near, status, pace = AT_NODE * path.spacing, Status.STEPS_OVER, paces[0]

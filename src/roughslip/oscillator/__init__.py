@@ -4,7 +4,8 @@
                       belt_velocity_m_per_s=0.948, normal_force_n=2500.0)
     cycles = simulate(belt, StribeckLaw(0.3), duration_periods=100.0).cycles
 
-- Oscillator, StribeckLaw, CoulombLaw, TableLaw, friction_law: mass on the belt, and friction against sliding speed
+- Oscillator, StribeckLaw, CoulombLaw, TableLaw, friction_law: mass on the belt, and friction against sliding speed;
+  MemoryLaw: friction that ages at rest, with its limits critical_stiffness and growth_rates
 - simulate, trajectory: its motion, with or without scatter, by MotionOptions
 - limit_cycle, equilibrium, hopf_damping, existence_limit: the cycle without scatter, and its limits
 - Machine: both with the friction that scatters, `changed` in any parameter; ensemble: many of its motions

@@ -217,9 +217,8 @@ def continue_with_memory(
 ) -> tuple[Status, RunState, Events]:
     """`event_loop.continue_run`, a stick or a step at a time; steps are so short that no unstable motion is damped."""
     y, sigma, limit, since, paces, backwards, steps, error, cuts = run
-    weakening = p.F * p.law.ageing / p.law.length
-    near, status, pace = AT_NODE * path.spacing, Status.STEPS_OVER, paces[0]
-    piece = piece_at(path, y.s + near)
+    near, pace, weakening = AT_NODE * path.spacing, paces[0], p.F * p.law.ageing / p.law.length
+    piece, status = piece_at(path, y.s + near), Status.STEPS_OVER
     while steps < horizon.steps:
         known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
         until = horizon.tau if sigma == HELD else min(horizon.tau, max(known, since + horizon.longest))

@@ -249,14 +249,14 @@ def continue_with_memory(
         h = min(longest, left)
         if path.nodes.size > 0:
             h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
-        if first and h < SHORTEST_SLIP:  # no slip: stick lasts as long as the shortest one, so that the run advances
-            events, sigma, pace = record(events, REATTACHMENT, y, backwards), HELD, -1.0
-            continue
         if not y.tau + h > y.tau:
             status = Status.STEP_LOST
             break
         end, errors = rosenbrock(y, h, sign, piece, p)
         ratio, steps = error_ratio(end, errors, p, tolerance), steps + 1
+        if first and h < SHORTEST_SLIP and end.w <= 0.0:  # stick for as long, so that the run advances
+            events, sigma, pace = record(events, REATTACHMENT, y, backwards), HELD, -1.0
+            continue
         again = shortened(y, end, h, first, piece.right + near, sign, piece, p) if ratio <= 1.0 else next_step(h, ratio)
         if again < h:
             pace = again

@@ -37,6 +37,7 @@ def test_the_law_has_the_usual_limits():
 def test_what_has_no_meaning_with_a_memory_is_refused():
     cases = {
         "under the slip law": lambda: replace(LAW, evolution="slip"),
+        "MemoryLaw.rest_speed_m_per_s must be larger": lambda: replace(LAW, rest_speed_m_per_s=1e-22),
         "MemoryLaw.curve must": lambda: replace(LAW, curve=CoulombLaw(0.3, 0.4)),
         "ask static_friction": lambda: limit_cycle(BELT, LAW),
         "ask critical_stiffness": lambda: hopf_damping(BELT, LAW),

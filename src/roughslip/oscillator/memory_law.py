@@ -47,7 +47,7 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
     rest_speed_m_per_s : [m/s] v_r, below which the direct effect ends; usually 1 nm/s to 1 µm/s
     evolution : ageing; the slip law is refused
 
-    Raises ParameterError for a parameter out of range, or a curve with a limit of stick of its own.
+    Raises ParameterError for a parameter out of range, a curve with a limit of stick of its own, or negative friction.
 
     Sources: J. H. Dieterich, J. Geophys. Res. 84 (1979) 2161; A. Ruina, J. Geophys. Res. 88 (1983) 10359; sizes by C.
     Marone, Annu. Rev. Earth Planet. Sci. 26 (1998) 643, and T. Baumberger & C. Caroli, Adv. Phys. 55 (2006) 279.
@@ -70,6 +70,8 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
             raise ParameterError(f"MemoryLaw.evolution must be ageing, not {self.evolution!r}: {why}")
         if isinstance(self.curve, MemoryLaw) or self.curve.static > self.curve.parameters().rest:
             raise ParameterError("MemoryLaw.curve must have no static friction above slow slip: the age gives it")
+        if not self.static_friction(0.0) > 0.0:
+            raise ParameterError("MemoryLaw.rest_speed_m_per_s must be larger: friction of fresh contacts is negative")
         for name in ("fastest_known", "slowest_known"):
             object.__setattr__(self, name, getattr(self.curve, name))
 

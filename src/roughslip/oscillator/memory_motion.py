@@ -137,10 +137,7 @@ def limit_of(y: MemoryState, path: Path, p: Coefficients) -> float:
 
 @compiled(error_model="numpy")
 def stick_left(y: MemoryState, path: Path, p: Coefficients) -> float:
-    """The time t [-] of stick from y to the departure, the root of V t = spare + growth ln(1 + t per_time).
-
-    The difference is convex, so that Newton's method falls to the root from beyond the minimum.
-    """
+    """The time t of stick from y, root of V t = spare + growth ln(1 + t per_time); convex, so Newton's method falls."""
     limit = limit_of(y, path, p)
     if limit == 0.0 or p.V == 0.0:
         return 0.0 if limit == 0.0 else np.inf

@@ -79,7 +79,7 @@ def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
 def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float]:
     """k_c [N/m], below which steady sliding with memory is unstable, and omega [rad/s] there; mass and damper held.
 
-    0 and NaN where all springs hold it, infinite where none does. J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343
+    0 and NaN where any spring holds it, infinite where none. J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343
     """
     (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
     k = (kappa - alpha * r) * (1.0 + m * r / alpha) if alpha > 0.0 else math.inf

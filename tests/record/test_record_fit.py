@@ -4,6 +4,7 @@ The likelihood of scatter seen through an instrument is compared with dense cova
 """
 
 import functools
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -191,6 +192,9 @@ def test_what_a_record_cannot_hold_is_said():
     assert (short.additive.identified, "cannot tell" in short.notes[-1]) == (False, True)
     late, _ = fitted(3, 400.0, True, lag=1.0)
     assert (late.ramps < 1e-3, "ramps up and down differ" in " ".join(late.notes)) == (True, True)
+    strokes = replace(samples, step=np.where(np.arange(N) % 60 == 0, -1.0, samples.step))  # a phase in each of 20
+    many = fit_record(strokes, around(400.0), samples.seconds[0])
+    assert (np.isnan(many.period), "repeats each turn is not taken out" in many.notes[0]) == (True, True)
     few = SlidingSamples(*(getattr(samples, name)[:100] for name in ("friction", "speed", "step", "seconds", "change")))
     with pytest.raises(IllPosedError, match="100 samples of sliding"):
         fit_record(few)

@@ -12,7 +12,7 @@ import pytest
 from roughslip import IllPosedError, InputError
 from roughslip.record.fit import fit_record
 from roughslip.record.reading import Trace, read_records
-from roughslip.record.slips import Rig, sliding
+from roughslip.record.slips import Rig, _deflection, sliding
 
 TIME = np.arange(200) * 0.01
 RECORDS = Path(__file__).parents[2] / "config" / "records"
@@ -158,3 +158,15 @@ def test_the_shipped_record_is_what_its_script_makes_and_holds_its_truth():
     values = np.array([found.additive.standard_deviation, found.additive.correlation_length_m])
     assert np.all(np.abs(np.log(values / [MADE["DEVIATION"], MADE["LENGTH"]])) < 4.0 * errors)
     assert found.kind != "multiplicative"
+
+
+@pytest.mark.parametrize("begins", [0.0, 5.0])
+def test_a_deflection_begins_in_balance(begins):
+    """k x + d x' = F: a constant force holds x = F / k from the first sample; then a step takes d / k to follow."""
+    time, rig = begins + 1e-3 * np.arange(200), Rig(1.0, 1e4, 100.0)  # d / k = 10 ms
+    force = np.where(np.arange(200) < 100, 20.0, 30.0)
+    place = _deflection(force, rig, time)
+    assert np.allclose(place[:100], 20.0 / 1e4, rtol=1e-12)
+    late = 1e-3 * np.arange(100)
+    ramp = 10.0 * (1.0 - np.exp(-late / 1e-2) * (1.0 - np.exp(-0.1)) / 0.1)  # after a rise that lasts a sample
+    assert np.allclose(1e4 * place[100:], 20.0 + ramp, rtol=1e-9)

@@ -30,6 +30,7 @@ SEPARATE = 0.9  # share of drift that the curve may explain: above it, the two c
 LEAST_RAMP = 0.05  # of the range of speeds in the time of the record: slower changes are no ramp
 HARMONICS = 2  # of a revolution
 MOST_PERIODS = 300  # wavelengths that are searched
+MOST_PHASES = 12  # records or strokes, each with a phase of its own, in which a period is known or searched
 LEAST_SHARE = 0.05  # of the mean friction, below which the factor of multiplicative scatter does not fall
 OF_MEAN = np.array([2.0, 1.0])  # powers of deviation and length in the variance of a mean
 SLIP_TILT = 0.2  # of the deviation of the scatter
@@ -97,7 +98,7 @@ def fit_record(
 ) -> RecordFit:
     """Fit curve and scatter of all records together.
 
-    circumference_m : [m] of the track; not given, a period is searched
+    circumference_m : [m] of the track; not given, a period is searched. Neither in more than MOST_PHASES records
     time_constant_s : [s] of the instrument; not given, it is fitted
     from_slips : whether samples are of slips between sticks, whose speed follows from the friction that they met
     progress : called with what begins, such as `print`; parts take up to a minute each at MOST_SAMPLES
@@ -111,6 +112,10 @@ def fit_record(
     if not separate:
         notes.append("drift is not distinct from the curve: record ramps up and down, or speeds in random order")
     known = {"drift": drift, "ramps": _ramp_columns(samples)}
+    has_period = np.count_nonzero(samples.step < 0.0) <= MOST_PHASES
+    if circumference_m is not None and not has_period:
+        notes.append(f"more than {MOST_PHASES} records or strokes: what repeats each turn is not taken out")
+        circumference_m = None
     if circumference_m is not None:
         known["period"] = np.hstack([_waves(samples, circumference_m / k) for k in range(1, HARMONICS + 1)])
     progress(f"scatter about the mean curve, {n} samples")
@@ -118,7 +123,7 @@ def fit_record(
     fit = fitted_process(samples, columns, time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     progress("period of a revolution, drift and ramps")
-    if circumference_m is None and (found := _searched_period(samples, columns, fit)) is not None:
+    if circumference_m is None and has_period and (found := _searched_period(samples, columns, fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
     p_values = {name: _p_value(samples, spline, known, name, fit) for name in known}
     if p_values["ramps"] < SIGNIFICANT:

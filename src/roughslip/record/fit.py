@@ -112,8 +112,7 @@ def fit_record(
     if not separate:
         notes.append("drift is not distinct from the curve: record ramps up and down, or speeds in random order")
     known = {"drift": drift, "ramps": _ramp_columns(samples)}
-    has_period = np.count_nonzero(samples.step < 0.0) <= MOST_PHASES
-    if circumference_m is not None and not has_period:
+    if circumference_m is not None and _too_many(samples):
         notes.append(f"more than {MOST_PHASES} records or strokes: what repeats each turn is not taken out")
         circumference_m = None
     if circumference_m is not None:
@@ -123,7 +122,7 @@ def fit_record(
     fit = fitted_process(samples, columns, time_constant_s, np.ones(n))
     period_m = np.nan if circumference_m is None else circumference_m
     progress("period of a revolution, drift and ramps")
-    if circumference_m is None and has_period and (found := _searched_period(samples, columns, fit)) is not None:
+    if circumference_m is None and (found := _searched_period(samples, columns, fit)) is not None:
         period_m, known["period"] = found, _waves(samples, found)
     p_values = {name: _p_value(samples, spline, known, name, fit) for name in known}
     if p_values["ramps"] < SIGNIFICANT:
@@ -139,12 +138,7 @@ def fit_record(
     curve_of = partial(_curve, others=columns[:, spline.shape[1] :], fit=chosen, from_slips=from_slips)
     curve, more = with_noise(curve_of, samples, window, noise)
     total = float(samples.slipped[-1])
-    if (lengths := total / chosen.length) < FEWEST_LENGTHS:
-        more.append(f"{lengths:.0f} correlation lengths cannot tell the scatter; {FEWEST_LENGTHS:.0f} can")
-    if circumference_m is not None:
-        share, chance = repetition(samples, samples.friction - explained, circumference_m, chosen.length, HARMONICS + 1)
-        if chance < SIGNIFICANT:
-            more.append(f"{share:.0%} of the scatter repeats each turn: intervals are too narrow; let the track wander")
+    more += _of_scatter(samples, samples.friction - explained, circumference_m, chosen.length)
     return RecordFit(
         curve,
         _scatter(fits["additive"], fits["multiplicative"], total, 1.0),
@@ -161,6 +155,22 @@ def fit_record(
         explained,
         (*notes, *more),
     )
+
+
+def _of_scatter(
+    samples: SlidingSamples, residual: np.ndarray, circumference_m: float | None, length_m: float
+) -> list[str]:
+    """Notes on scatter that the record is too short for, or that repeats."""
+    notes = []
+    if (lengths := float(samples.slipped[-1]) / length_m) < FEWEST_LENGTHS:
+        notes.append(f"{lengths:.0f} correlation lengths cannot tell the scatter; {FEWEST_LENGTHS:.0f} can")
+    if circumference_m is not None:
+        share, chance = repetition(samples, residual, circumference_m, length_m, HARMONICS + 1)
+        if chance < SIGNIFICANT:
+            notes.append(
+                f"{share:.0%} of the scatter repeats each turn: intervals are too narrow; let the track wander"
+            )
+    return notes
 
 
 def _additive_or_multiplicative(
@@ -217,6 +227,11 @@ def _ramp_columns(samples: SlidingSamples) -> np.ndarray:
     return np.column_stack([sign, sign * (log_speed - log_speed.mean()) / max(float(np.std(log_speed)), 1e-9)])
 
 
+def _too_many(samples: SlidingSamples) -> bool:
+    """Whether a wave would have more phases than MOST_PHASES."""
+    return np.count_nonzero(samples.step < 0.0) > MOST_PHASES
+
+
 def _waves(samples: SlidingSamples, wavelength_m: float) -> np.ndarray:
     """(n, 2 records) a wave over the slipped distance, with a phase of its own in each record."""
     phase = 2.0 * np.pi * samples.slipped / wavelength_m
@@ -239,6 +254,8 @@ def _p_value(
 
 def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> float | None:
     """The wavelength [m] of the wave that explains most, where it is no chance among all that are tried."""
+    if _too_many(samples):
+        return None
     total = float(samples.slipped[-1])
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)
     tried = tried[tried > 4.0 * np.median(samples.step)]

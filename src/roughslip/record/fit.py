@@ -229,7 +229,7 @@ def _ramp_columns(samples: SlidingSamples) -> np.ndarray:
 
 def _too_many(samples: SlidingSamples) -> bool:
     """Whether a wave would have more phases than MOST_PHASES."""
-    return np.count_nonzero(samples.step < 0.0) > MOST_PHASES
+    return bool(np.count_nonzero(samples.step < 0.0) > MOST_PHASES)
 
 
 def _waves(samples: SlidingSamples, wavelength_m: float) -> np.ndarray:

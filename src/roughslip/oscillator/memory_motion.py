@@ -175,10 +175,9 @@ def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[
 
 @compiled(error_model="numpy")
 def error_ratio(end: MemoryState, errors: Triple, p: Coefficients, tolerance: float) -> float:
-    """Errors of a step over those allowed, in units of F + |X| of s, 1 of psi, and of the same friction of w."""
-    w = max(end.w, 0.0) + p.law.rest / p.omega
-    of_w = errors[1] / min(p.V + w, w / max(p.law.direct, 1e-9))
-    return max(errors[0] / (p.F + abs(end.x)), of_w, errors[2]) / tolerance
+    """Errors of a step over those allowed: of s and w in F + |X|, and of w and psi by what they change in friction."""
+    of_w = errors[1] * max(1.0 / (p.F + abs(end.x)), p.law.direct / (max(end.w, 0.0) + p.law.rest / p.omega))
+    return max(errors[0] / (p.F + abs(end.x)), of_w, p.law.ageing * errors[2]) / tolerance
 
 
 @compiled(error_model="numpy")

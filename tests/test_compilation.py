@@ -37,10 +37,11 @@ def test_equal_code_is_compiled_once_and_an_edit_reaches_callers_in_other_files(
     (package / "inner.py").write_text(INNER)
     (package / "outer.py").write_text(OUTER)
 
-    def start(folder: Path) -> subprocess.Popen:
+    def start(folder: Path, program: str = "from roughslip.outer import g; print(g())") -> subprocess.Popen:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(folder)}
-        command = [sys.executable, "-c", "from roughslip.outer import g; print(g())"]
-        return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        return subprocess.Popen(
+            [sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
 
     said = [process.communicate() for process in [start(tmp_path / "src") for _ in range(2)]]
     assert [found for found, _ in said] == ["20\n"] * 2
@@ -54,6 +55,12 @@ def test_equal_code_is_compiled_once_and_an_edit_reaches_callers_in_other_files(
     (package / "inner.py").write_text(INNER.replace("f():\n    return 2", "f(x=0.0):\n    return 1.0 / x"))
     (package / "outer.py").write_text(OUTER.replace("@compiled()", '@compiled(error_model="python")'))
     assert start(tmp_path / "src").communicate()[0] == "inf\n"
+    (package / "area.py").write_text(INNER.replace("f():\n    return 2", "area(p):\n    return p.x"))
+    for name in ("small", "renamed"):  # the module of an argument's type, which numba imports by its old name
+        (package / f"{name}.py").write_text("from typing import NamedTuple\n\nclass P(NamedTuple):\n    x: float\n")
+        program = f"from roughslip.area import area; from roughslip.{name} import P; print(area(P(2.0)))"
+        assert start(tmp_path / "src", program).communicate()[0] == "2.0\n"
+        (package / f"{name}.py").unlink()
 
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]

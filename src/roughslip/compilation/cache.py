@@ -111,6 +111,13 @@ class _Cache(caching.FunctionCache):
             self._end_turn()
         return compiled_form
 
+    def _load_overload(self, sig: object, target_context: Any) -> Any:
+        try:
+            return super()._load_overload(sig, target_context)
+        except (ImportError, AttributeError):  # the index names a type of argument that has another name now
+            self.flush()
+            return None
+
     def save_overload(self, sig: object, data: Any) -> None:
         """Store a compiled form. Without the turn two processes could give one name to two forms."""
         try:

@@ -19,7 +19,8 @@ KEPT_NODES, KEPT_PATHS, FAR_NODES = 2**16, 200, 2**19  # 100 MB; 50 MB of PROBES
 SAMPLES = 100  # a natural period, of the displacement: its extremes err by at most (pi / SAMPLES)^2 / 2
 MOST_SAMPLES = 1e6  # of a run
 LONGEST_RUN = 400.0  # natural periods that a run lasts by itself
-MOST_STEPS, STEP_S = 5e8, 4e-7  # of slip in an answer; CPU seconds of a step, with its share of the nodes
+MOST_STEPS, STEP_S = 5e8, 4e-7  # of slip in an answer; CPU seconds of a step
+STEPS_PER_NODE = 0.15  # that the work of a node of the path is worth
 SHOWN = 4  # cycles, or natural periods of sliding, that a picture shows
 STRAIGHT = 1e-6  # of the range of X' and X: what a sample may differ from its neighbours' mean, and be left out
 DIGITS = 5  # of the numbers of a picture
@@ -62,7 +63,7 @@ class Runs:
     count : of runs from either start
     duration : natural periods of a run; None for what its time scales take, up to LONGEST_RUN
     seed : of the path of run i, (*seed, i)
-    steps : of the runs so far
+    steps : of each run so far, with those that its nodes are worth
     """
 
     own: Machine
@@ -70,7 +71,7 @@ class Runs:
     duration: float | None
     seed: Sequence[int]
     kept: dict[int, KeptPath] = field(default_factory=dict)
-    steps: list[int] = field(default_factory=list)
+    steps: list[float] = field(default_factory=list)
 
     def path(self, number: int) -> KeptPath:
         """The friction path of a run."""
@@ -88,10 +89,11 @@ class Runs:
         time = 0.5 * periods * (1.0 + (number + 0.5) / self.count)
         path, spacing = self.path(number), self.own.paths.spacing
         motion, first, states = run_until_known(machine, path, spacing, time, from_sliding)
-        self._count(motion.steps)
+        nodes = float(motion.slipped_distance.max(initial=0.0)) / spacing
+        self._count(motion.steps + STEPS_PER_NODE * nodes)
         return Run(motion, first, states, first + time)
 
-    def _count(self, steps: int) -> None:
+    def _count(self, steps: float) -> None:
         """Raise ConvergenceError where runs of no given duration take over MOST_STEPS, or will by the first one."""
         self.steps.append(steps)
         expected = max(sum(self.steps), 2 * self.count * self.steps[0])
@@ -101,7 +103,7 @@ class Runs:
                 "minutes: give their duration, fewer runs, a longer correlation length or a lower normal force",
                 scene_keys="answer.duration_periods, answer.realisations, oscillator.normal_force_n",
                 residual=1.0,
-                work=sum(self.steps),
+                work=int(sum(self.steps)),
             )
 
     def of_value(self, name: str, value: float, numbers: range) -> np.ndarray:

@@ -14,10 +14,10 @@ from roughslip.oscillator.attractors import LEAST, State, attractors_of, settled
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, friction
-from roughslip.oscillator.limits import existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, trajectory
-from roughslip.oscillator.slip_orbit import departure_point, slip_flow
+from roughslip.oscillator.slip_orbit import slip_flow
 from roughslip.oscillator.table_law import TableLaw, friction_law
 from roughslip.probability.search import first_change
 from tests.oscillator.motions import LAW, STUDY

@@ -81,7 +81,7 @@ def test_the_blur_scales_as_the_orbit_of_another_machine():
     law = StribeckLaw(0.3, 0.4)
     own = machine(0.01, 3e-4, law=law)
     other = machine(0.02, 5e-4, Oscillator(1.2, 280.0, 0.3, 1.0, 2300.0), law)
-    chance, response = _Chance(own, grazing_response(own), None), grazing_response(other)
+    chance, response = _Chance(own, grazing_response(own).limit, None), grazing_response(other)
     blur = 0.02 * response.scatter(5e-4)
     shifted = dataclasses.replace(other.oscillator, damping_ratio=response.limit - blur)
     found = chance.probability(dataclasses.replace(other, oscillator=shifted), response.limit)

@@ -17,10 +17,9 @@ from roughslip.oscillator.answer_runs import whole_cycles
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import existence_limit, limit_cycle, slip_loop
+from roughslip.oscillator.limits import departure_point, existence_limit, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, Trajectory, simulate
-from roughslip.oscillator.slip_orbit import departure_point
 from roughslip.oscillator.states import (
     States,
     durations,

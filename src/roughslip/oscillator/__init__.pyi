@@ -8,9 +8,7 @@ from roughslip.oscillator.equation import Oscillator as Oscillator
 from roughslip.oscillator.grazing import grazing_response as grazing_response
 from roughslip.oscillator.laws import CoulombLaw as CoulombLaw
 from roughslip.oscillator.laws import StribeckLaw as StribeckLaw
-from roughslip.oscillator.limits import critical_stiffness as critical_stiffness
 from roughslip.oscillator.limits import existence_limit as existence_limit
-from roughslip.oscillator.limits import growth_rates as growth_rates
 from roughslip.oscillator.limits import hopf_damping as hopf_damping
 from roughslip.oscillator.limits import limit_cycle as limit_cycle
 from roughslip.oscillator.machine import Machine as Machine
@@ -21,7 +19,9 @@ from roughslip.oscillator.motion import Trajectory as Trajectory
 from roughslip.oscillator.motion import simulate as simulate
 from roughslip.oscillator.motion import trajectory as trajectory
 from roughslip.oscillator.rates import durations_by_theory as durations_by_theory
+from roughslip.oscillator.slip_orbit import critical_stiffness as critical_stiffness
 from roughslip.oscillator.slip_orbit import equilibrium as equilibrium
+from roughslip.oscillator.slip_orbit import growth_rates as growth_rates
 from roughslip.oscillator.states import durations as durations
 from roughslip.oscillator.states import longest_slip as longest_slip
 from roughslip.oscillator.states import run_until_known as run_until_known

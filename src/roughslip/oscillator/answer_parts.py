@@ -80,7 +80,7 @@ class Answer:
     decided : false where they do because the runs are shorter than they need to be
     needs : natural periods that a run needs
     durations : of the states, with their rates and the share of time, from all runs
-    durations_by_theory : the same by `rates`; None where the mass may vibrate without sticking
+    durations_by_theory : the same by `rates`; None where the mass may vibrate without sticking, or with a memory
     amplitude, frequency : [m], [Hz] of the cycles; the amplitude is half of peak to peak. `_scatter` is their standard
         deviation
     vibration : the same four of the vibration without sticking
@@ -88,6 +88,7 @@ class Answer:
     smallest_changes : of one parameter, least by their factor, that end stick-slip or vibration, whichever is likely,
         or begin stick-slip; several of the same factor, or none
     decides : mean curve or scatter, as `deciding` has it
+    memory : its length, critical stiffness, and friction at the departure after the usual stick; None without one
     outside_measured_speeds : whether sliding leaves the speeds at which the friction law was measured
     motion : a few periods to draw, with_scatter and without_scatter
     trials : runs in all
@@ -112,6 +113,7 @@ class Answer:
     limits: Mapping[str, Limits]
     smallest_changes: tuple[Change, ...]
     decides: Mapping[str, Any]
+    memory: Mapping[str, Quantity] | None
     outside_measured_speeds: bool
     motion: Mapping[str, Curve]
     trials: int

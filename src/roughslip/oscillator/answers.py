@@ -16,14 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.answer_parts import Answer, Change, Crossing, Limits, Needed, Quantity
 from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import State, attractors_of, state_from_rest, vibration_limit
 from roughslip.oscillator.cycles import FEWEST_REALISATIONS, NO_SCATTER, reattachment_statistics
-from roughslip.oscillator.limits import damping_of_slope, limits_or_nan, slip_loop
+from roughslip.oscillator.limits import damping_of_slope, departure_point, limits_or_nan, slip_loop
 from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cycle_exists
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.rates import durations_by_theory
+from roughslip.oscillator.slip_orbit import critical_stiffness
 from roughslip.oscillator.states import durations, is_within, time_scales
 from roughslip.oscillator.vibration import unsteady_at, vibrating_runs
 from roughslip.probability.estimate import wilson_interval
@@ -58,7 +60,7 @@ def answer(
     realisations : runs from either start, at least 72, which bound a probability of 5 %
     duration_periods : natural periods of a run; None for what its time scales take, up to 400
     seed : numbers; each run adds its own
-    parameters : to search, of damping, belt_velocity, mass, stiffness, load
+    parameters : to search, of damping, belt_velocity, mass, stiffness, load; with a memory also those of OF_MEMORY
     progress : takes how many parts are done, of how many: the runs at the scene's values, then each parameter
     can_change : range of each parameter that can change, for the smallest change; None where all can
 
@@ -78,6 +80,7 @@ def answer(
     omega = oscillator.natural_frequency_rad_per_s
     cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
     ends = endings(machine)
+    memory = memory_of(machine) if isinstance(machine.law, MemoryLaw) else None
     may_vibrate = any(one["state"] is State.VIBRATION for one in ends.values())
     limits, trials = {}, 2 * count
     progress(1, 1 + len(parameters))
@@ -95,12 +98,13 @@ def answer(
         without_scatter=ends,
         **memory_of_the_start(runs, periods, seen),
         durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
-        durations_by_theory=None if may_vibrate else durations_by_theory(machine),
+        durations_by_theory=None if may_vibrate or memory is not None else durations_by_theory(machine),
         **cycle,
         vibration=cycle_statistics(vibrations, omega, np.random.default_rng([*seed, 2])),
         limits=limits,
         smallest_changes=smallest_changes(limits, share, vibration, can_change),
         decides=deciding(machine, share, limits.get("damping")),
+        memory=memory,
         outside_measured_speeds=leaves_known_speeds(machine),
         motion=runs.curves(of["from_rest"]),
         trials=trials,
@@ -228,7 +232,10 @@ def changed_without_scatter(
     """The value of a parameter at which what is decided without scatter changes, if the search to `reach` holds one."""
 
     def at(value: float) -> bool | None:
-        return decided(runs.own.changed({name: value}))
+        try:
+            return decided(runs.own.changed({name: value}))
+        except ParameterError:  # a law of a memory so strong that it has no friction
+            return None
 
     start = float(runs.own.value(name)) or LEAST_DAMPING
     return None if at(start) is None else first_change(at, start, reach)[1]
@@ -306,6 +313,20 @@ def deciding(machine: Machine, share: float, damping: Limits | None) -> dict[str
         "hopf_by_lines": Quantity(None, (min(lines), max(lines)) if lines else None, "1"),
         "vibration_limit": Quantity(vibration_limit(machine, limit), None, "1"),
         "band_over_distance": Quantity(width, None, "1"),
+    }
+
+
+def memory_of(machine: Machine) -> dict[str, Quantity]:
+    """Memory length, critical stiffness, and friction at the departure of the cycle, or at the first one from rest."""
+    belt, law = machine.oscillator, machine.memory
+    stiffness, _ = critical_stiffness(belt, law)
+    cycle, place = slip_loop(belt, law).cycle, departure_point(belt, law)
+    place, stick = (place, place / belt.V) if cycle is None else (cycle.departure, cycle.period - cycle.slip_duration)
+    return {
+        "length": Quantity(law.memory_length_m, None, "m"),
+        "critical_stiffness": Quantity(stiffness if math.isfinite(stiffness) else None, None, "N m-1"),
+        "break_away": Quantity((place + 2.0 * belt.damping_ratio * belt.V) / belt.F, None, "1"),
+        "stick": Quantity(stick / belt.natural_frequency_rad_per_s, None, "s"),
     }
 
 

@@ -29,6 +29,8 @@ from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import GRAZES, hopf_damping, loop_of_slip, meetings, slip_loop
 from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.memory_attractors import ending
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.slip_orbit import SlipFlow, slip_flow
 from roughslip.probability.search import RANGE_ACCURACY, first_change
 from roughslip.validation import gate
@@ -77,6 +79,8 @@ def attractors_of(oscillator: Oscillator, law: FrictionLaw) -> Attractors:
     Raises ConvergenceError where slip is too stiff to follow, or a run does not settle; ParameterError with excitation
     or a belt at rest.
     """
+    if isinstance(law, MemoryLaw):
+        return Attractors(_ended(oscillator, law, from_sliding=False), _ended(oscillator, law, from_sliding=True))
     peaks = peak_from_rest(oscillator, law), settled_peak(slip_flow(oscillator, law), LEAST, rises=True)
     from_rest, from_sliding = (_attractor(oscillator, law, peak) for peak in peaks)
     return Attractors(from_rest, from_sliding)
@@ -86,12 +90,21 @@ def state_from_rest(machine: Machine) -> State | None:
     """The state without scatter from rest on the belt; None where slip is too stiff to decide."""
     oscillator, law = machine.oscillator, machine.law
     try:
+        if isinstance(law, MemoryLaw):
+            return _ended(oscillator, law, from_sliding=False).state
         peak = peak_from_rest(oscillator, law)
         if peak == 1.0:
             return State.VIBRATION if slip_loop(oscillator, law).cycle is None else State.STICK_SLIP
     except ConvergenceError:
         return None
     return State.VIBRATION if peak > 0.0 else State.SLIDING
+
+
+def _ended(oscillator: Oscillator, law: MemoryLaw, from_sliding: bool) -> Attractor:
+    """The attractor with a memory."""
+    found = ending(oscillator, law, from_sliding)
+    moves = State.VIBRATION if found.cycle is None else State.STICK_SLIP
+    return Attractor(moves if found.amplitude > 0.0 else State.SLIDING, found.amplitude, found.period)
 
 
 def vibration_limit(machine: Machine, existence: float | None, accuracy: float = RANGE_ACCURACY) -> float | None:

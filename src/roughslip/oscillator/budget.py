@@ -15,6 +15,8 @@ order by b = sigma s(L), as `grazing` has it. The shape of the grazing orbit is 
 
 with c and w from the band of damping in which chance decides at the given values. Without a band c = 0 and w = 1. The
 shift c is held: many loops that each may fail lower the band, and friction that quick slip meets sooner raises it.
+
+With a memory of the contact there is no first order. Then s is held, and without a band p is 0 or 1.
 """
 
 from __future__ import annotations
@@ -30,9 +32,10 @@ import scipy  # its parts when they are used
 
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.attractors import vibration_limit
-from roughslip.oscillator.grazing import GrazingResponse, grazing_response
-from roughslip.oscillator.limits import SlipLoop, slip_loop
+from roughslip.oscillator.grazing import grazing_response
+from roughslip.oscillator.limits import SlipLoop, existence_limit, slip_loop
 from roughslip.oscillator.machine import Machine, cycle_exists
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.probability.estimate import TAILS, Source, Split, variance_split
 from roughslip.probability.search import first_change
 from roughslip.validation import gate, positive
@@ -108,8 +111,8 @@ def uncertainty_budget(
     given = machine({name: value for source in sources for name, value in source.values.items()})
     chance, searched, limit = None, dict[str, _Limit](), math.nan
     with suppress(IllPosedError, ConvergenceError):
-        response = grazing_response(given)
-        chance, limit = _Chance(given, response, band), response.limit
+        limit = existence_limit(given.oscillator, given.law)
+        chance = _Chance(given, limit, band)
         searched["damping"] = _at_limit(given, "damping", limit, True)
     for name in (name for name in limits if name != "damping"):
         if (near := _nearest_limit(given, name)) is not None:
@@ -151,19 +154,21 @@ def uncertainty_budget(
 class _Chance:
     """The probability of stick-slip at some inputs, from the limit in damping there."""
 
-    def __init__(self, given: Machine, response: GrazingResponse, band: tuple[float, float] | None) -> None:
+    def __init__(self, given: Machine, limit: float, band: tuple[float, float] | None) -> None:
+        response = None if isinstance(given.law, MemoryLaw) else grazing_response(given)
+
         @cache
         def scatter(power: int) -> float:
             """Of the limit for mu_S of unit variance, whose correlation is 2^power times as long."""
+            if response is None:
+                return LEAST_BLUR
             return response.scatter(lambda lag: given.scattering.autocorrelation(lag / 2.0**power))
 
         self._given, self._scatter, own = given, scatter, scatter(0)
-        self._width = max(
-            positive("the deviation of mu_S", given.scattering.path_deviation) * own, LEAST_BLUR * response.limit
-        )
+        self._width = max(positive("the deviation of mu_S", given.scattering.path_deviation) * own, LEAST_BLUR * limit)
         self._shift = 0.0
         if band is not None:
-            self._shift = 0.5 * (band[0] + band[1]) - response.limit
+            self._shift = 0.5 * (band[0] + band[1]) - limit
             self._width = (band[1] - band[0]) / (2.0 * LEVEL)
 
     def probability(self, here: Machine, limit: float) -> float:

@@ -169,7 +169,7 @@ def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunS
     piece = piece_at(path, 0.0)
     y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(u, float(sigma), p).p)
     events = record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, -1.0, FIRST, u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, 0.0, -SHORTEST_SLIP, FIRST, u < 0.0, 0, 0.0, 0), events
 
 
 @compiled()

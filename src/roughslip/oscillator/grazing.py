@@ -17,8 +17,10 @@ from functools import lru_cache
 import numpy as np
 
 from roughslip.compilation.cache import compiled
+from roughslip.errors import IllPosedError
 from roughslip.oscillator.limits import existence_limit
 from roughslip.oscillator.machine import Machine
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, next_step, rk_step, slip_flow, too_stiff, turn
 from roughslip.results import described, result
 from roughslip.validation import gate, positive
@@ -56,7 +58,7 @@ class GrazingResponse:
 def grazing_response(machine: Machine) -> GrazingResponse:
     """The response of the orbit at the existence limit, independent of the oscillator's own damping ratio.
 
-    Raises as `existence_limit` does.
+    Raises as `existence_limit` does, and IllPosedError with a memory of the contact.
 
     Method: along the orbit from departure to the next peak at the belt, that peak moves by
 
@@ -69,6 +71,8 @@ def grazing_response(machine: Machine) -> GrazingResponse:
     the force. Where friction does not jump at the start of slip, as in eq. (13), the first part is zero: an earlier
     departure is on the same orbit.
     """
+    if isinstance(machine.law, MemoryLaw):
+        raise IllPosedError("with a memory of the contact runs alone show what scatter does to the limit")
     free = replace(machine, oscillator=replace(machine.oscillator, damping_ratio=0.0), friction=None)
     return _of_limit(free)
 

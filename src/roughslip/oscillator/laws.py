@@ -202,7 +202,7 @@ class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
         """The mean friction coefficient in slip, and a limit of stick of at least that."""
-        return cls(kinetic=mean, static=max(section.static_friction, mean))
+        return cls(kinetic=mean, static=max(section.static_friction or 0.0, mean))
 
     @gate
     def times(self, factor: float) -> Self:

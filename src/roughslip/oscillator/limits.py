@@ -14,11 +14,21 @@ from functools import lru_cache
 import numpy as np
 import scipy  # its parts when they are used
 
-from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
-from roughslip.oscillator.equation import Oscillator
+from roughslip.errors import ConvergenceError, IllPosedError
+from roughslip.oscillator.equation import Oscillator, coefficients
 from roughslip.oscillator.laws import FrictionLaw, friction
-from roughslip.oscillator.memory_law import MemoryLaw, direct_slope
-from roughslip.oscillator.slip_orbit import TOLERANCE, SlipFlow, check_free, departure_point, slip_flow, too_stiff, turn
+from roughslip.oscillator.memory_attractors import AT_REST, departure, ending
+from roughslip.oscillator.memory_law import MemoryLaw
+from roughslip.oscillator.slip_orbit import (
+    TOLERANCE,
+    SlipFlow,
+    check_free,
+    growth_rates,
+    hopf_damper,
+    slip_flow,
+    too_stiff,
+    turn,
+)
 from roughslip.results import described, result
 from roughslip.validation import gate
 
@@ -43,10 +53,11 @@ def hopf_damping(oscillator: Oscillator, law: FrictionLaw) -> float:
     """The damping ratio below which steady sliding is unstable: -mu_D'(v0) N / (2 m omega).
 
     From X'' + (2 D + F omega mu_D'(v0)) X' + X = 0 about the equilibrium; negative where friction rises with speed.
+    With a memory the one at which the stiffness is the critical one.
     """
     check_free(oscillator)
     if isinstance(law, MemoryLaw):
-        raise ParameterError("a law with memory has no Hopf damping: ask critical_stiffness")
+        return hopf_damper(oscillator, law) / (2.0 * oscillator.mass_kg * oscillator.natural_frequency_rad_per_s)
     return damping_of_slope(oscillator, float(law.slope(oscillator.belt_velocity_m_per_s)))
 
 
@@ -55,35 +66,18 @@ def damping_of_slope(oscillator: Oscillator, slope: float) -> float:
     return -0.5 * oscillator.F * oscillator.natural_frequency_rad_per_s * slope
 
 
-def _about_sliding(belt: Oscillator, law: MemoryLaw) -> tuple[float, float, float]:
-    """alpha = N dmu/d|v| + d at constant age [kg/s], r = v0 / D_c [1/s], kappa = N b v_c / ((v0 + v_c) D_c) [N/m]."""
-    check_free(belt)
-    v0, load, p = belt.belt_velocity_m_per_s, belt.normal_force_n, law.parameters()
-    alpha, r = load * float(direct_slope(v0, p)) + belt.damper_kg_per_s, v0 / p.length
-    return alpha, r, load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
+def growth_of_sliding(oscillator: Oscillator, law: FrictionLaw) -> float:
+    """Rate [-], in tau, at which a swing about steady sliding grows; negative where it decays."""
+    if isinstance(law, MemoryLaw):
+        return float(growth_rates(oscillator, law)[0].real) / oscillator.natural_frequency_rad_per_s
+    return hopf_damping(oscillator, law) - oscillator.damping_ratio
 
 
-@gate
-def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
-    """(3,) [1/s] lambda of small motions exp(lambda t) about steady sliding with memory, the fastest growth first.
-
-    (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or without belt.
-    """
-    alpha, r, kappa = _about_sliding(oscillator, law)
-    m, k, unit = oscillator.mass_kg, oscillator.stiffness_n_per_m, oscillator.natural_frequency_rad_per_s
-    roots = unit * np.roots([1.0, (r + alpha / m) / unit, (k + alpha * r - kappa) / k, r / unit])
-    return roots[np.argsort(-roots.real, kind="stable")]
-
-
-@gate
-def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float]:
-    """k_c [N/m], below which steady sliding with memory is unstable, and omega [rad/s] there; mass and damper held.
-
-    0 and NaN where any spring holds it, infinite where none. J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343
-    """
-    (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
-    k = (kappa - alpha * r) * (1.0 + m * r / alpha) if alpha > 0.0 else math.inf
-    return (k, math.sqrt(k * r / (m * r + max(alpha, 0.0)))) if k > 0.0 else (0.0, math.nan)
+def departure_point(oscillator: Oscillator, law: FrictionLaw) -> float:
+    """X [m] at which the mass leaves the belt: F static - 2 D V; with a memory the first time, from rest."""
+    if isinstance(law, MemoryLaw):
+        return departure(AT_REST, coefficients(oscillator, law)).x
+    return oscillator.F * law.static - 2.0 * oscillator.damping_ratio * oscillator.V
 
 
 @dataclass(frozen=True)
@@ -142,11 +136,15 @@ def slip_loop(oscillator: Oscillator, law: FrictionLaw, accuracy: float = TOLERA
     A loop that comes to the belt beyond the static limit passes it, under friction of the other sign. If it falls back
     before the departure point it sticks there. If not, it grows outwards: each later loop falls back farther still.
 
-    accuracy : relative, of a step
+    accuracy : relative, of a step. With a memory the cycle is that in which the motion ends (`memory_attractors`)
 
     Raises ParameterError with excitation or a belt at rest, ConvergenceError where slip is too stiff to follow.
     """
     v0, turns = oscillator.belt_velocity_m_per_s, 2.0 * math.pi
+    if isinstance(law, MemoryLaw):
+        found = ending(oscillator, law)
+        cycle = None if found.cycle is None else LimitCycle(*found.cycle)
+        return SlipLoop(cycle, found.loop, found.fastest, math.nan)
     flow = slip_flow(oscillator, law)
     trough, y, peak, time = loop_of_slip(flow, flow.departure, 1.0, accuracy)
     departure = departure_point(oscillator, law)
@@ -194,17 +192,20 @@ def existence_limit(oscillator: Oscillator, law: FrictionLaw) -> float:
     Raises IllPosedError where there is no cycle without damping either, ConvergenceError where there is one at any
     damping or slip is too stiff.
 
-    Method: the root of the peak by R. P. Brent (Comput. J. 14 (1971) 422).
+    Method: the root of the peak by R. P. Brent (Comput. J. 14 (1971) 422); with a memory by halves.
     """
 
     def excess(ratio: float) -> float:
-        flow = slip_flow(replace(oscillator, damping_ratio=ratio), law)
+        damped = replace(oscillator, damping_ratio=ratio)
+        if isinstance(law, MemoryLaw):
+            return -1.0 if ending(damped, law).cycle is None else 1.0
+        flow = slip_flow(damped, law)
         return loop_of_slip(flow, flow.departure, 1.0)[2] - 1.0
 
     if not excess(GRAZES) > 0.0:
         raise IllPosedError(
-            "no stick-slip cycle even without damping: friction must fall with speed, or from more than "
-            f"{law.static:.4g} at rest",
+            "no stick-slip cycle even without damping: friction must fall with speed, or from more "
+            + ("with the age of the contacts" if isinstance(law, MemoryLaw) else f"than {law.static:.4g} at rest"),
             scene_keys="oscillator.law, oscillator.static_friction",
         )
     low, high, trials = 0.0, max(hopf_damping(oscillator, law), 0.05), 2

@@ -22,6 +22,7 @@ from roughslip.limits import PATH_NODES
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import slip_loop
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.motion import DEFAULTS, MotionOptions
 from roughslip.oscillator.path import KeptPath
 from roughslip.validation import gate
@@ -43,9 +44,13 @@ PARAMETERS = {
     "windows": Parameter("windows in parallel n", "1"),
     "correlation_length": Parameter("correlation length L", "m"),
     "mean_friction": Parameter("mean friction coefficient", "1"),
+    "memory_length": Parameter("memory length D_c", "m"),
+    "direct_effect": Parameter("direct effect a", "1"),
+    "ageing_effect": Parameter("ageing effect b", "1"),
 }
 OF_FRICTION = ("windows", "correlation_length", "mean_friction")
-OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in OF_FRICTION)
+OF_MEMORY = {"memory_length": "memory_length_m", "direct_effect": "direct_effect", "ageing_effect": "ageing_effect"}
+OF_OSCILLATOR = tuple(name for name in PARAMETERS if name not in (*OF_FRICTION, *OF_MEMORY))
 
 
 @dataclass(frozen=True)
@@ -115,10 +120,19 @@ class Machine:
             raise ParameterError("the machine has no friction that scatters: give it a roughslip.friction.Friction")
         return self.friction
 
+    @property
+    def memory(self) -> MemoryLaw:
+        """The law, of a machine whose friction has a memory."""
+        if not isinstance(self.law, MemoryLaw):
+            raise ParameterError("friction has no memory: give a MemoryLaw")
+        return self.law
+
     @gate
     def value(self, name: str) -> float:
         """A parameter of PARAMETERS, in its unit."""
         belt = self.oscillator
+        if name in OF_MEMORY:
+            return float(getattr(self.memory, OF_MEMORY[name]))
         if name in OF_FRICTION:
             friction = self.scattering
             of_friction = {"windows": friction.windows, "correlation_length": friction.length_m}
@@ -146,13 +160,16 @@ class Machine:
             if not (math.isfinite(value) and (value > 0.0 or (name, value) == ("damping", 0.0))):
                 raise ParameterError(f"{name} must be finite and positive, not {value}")
         changed = replace(self, oscillator=self._oscillator(values))
+        if OF_MEMORY.keys() & values.keys():
+            of_memory: dict[str, Any] = {OF_MEMORY[name]: values[name] for name in OF_MEMORY if name in values}
+            changed = replace(changed, law=replace(self.memory, **of_memory))
         if not any(name in values for name in OF_FRICTION):
             return changed
         own = self.scattering
         mean, windows = values.get("mean_friction", own.mean), values.get("windows", own.windows)
         length = values.get("correlation_length", own.length_m)
         friction = own.changed(mean=mean, windows=max(round(windows), 1), length_m=length)
-        law = self.law.times(mean / own.mean) if "mean_friction" in values else self.law
+        law = changed.law.times(mean / own.mean) if "mean_friction" in values else changed.law
         return replace(changed, law=law, friction=friction)
 
     def _oscillator(self, values: Mapping[str, float]) -> Oscillator:

@@ -1,12 +1,14 @@
 """A friction law with a memory: contacts age at rest, and a distance of slip renews them (rate and state friction).
 
-    mu = mu_D(|v|) + a ln((|v| + v_r) / v*) + b psi,    d psi / dt = ((|v| + v_c) exp(-psi) - |v|) / D_c,
+    mu = mu_D(|v|) + a ln((|v| + v_r) / v*) + b (psi - psi*),    d psi / dt = ((|v| + v_c) exp(-psi) - |v|) / D_c,
 
-where psi = ln(1 + theta v_c / D_c) with the age theta of the contacts, d theta / dt = 1 - |v| theta / D_c.
+where psi = ln(1 + theta v_c / D_c) with the age theta of the contacts, d theta / dt = 1 - |v| theta / D_c. Steady
+sliding at v* has psi* = ln(1 + v_c / v*), so that mu_D(v*) is its friction, but for v_r.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
@@ -22,7 +24,7 @@ SLOWEST = 1e-300  # [m/s] in place of 0, at which steady friction has no bound
 
 
 class MemoryParameters(NamedTuple):
-    """Parameters of the curve mu_D, a, b, D_c [m], v*, v_c and v_r [m/s]."""
+    """Parameters of the curve mu_D, a, b, D_c [m], v*, v_c and v_r [m/s], and psi*."""
 
     curve: Any
     direct: float
@@ -31,6 +33,7 @@ class MemoryParameters(NamedTuple):
     reference: float
     cutoff: float
     rest: float
+    level: float
 
 
 @gate
@@ -42,7 +45,7 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
     direct_effect : [-] a, rise of friction at once with ln(speed); usually 0.003 to 0.02
     ageing_effect : [-] b, rise with ln(age); usually 0.003 to 0.03
     memory_length_m : [m] D_c, slip that renews the contacts; usually 0.3 to 20 µm
-    reference_speed_m_per_s : [m/s] v*, at which the direct effect adds nothing, for example where mu_D was measured
+    reference_speed_m_per_s : [m/s] v*, at which mu_D was measured: both effects add nothing to steady sliding there
     cutoff_speed_m_per_s : [m/s] v_c, above which contacts have no time to age; usually 1 mm/s to 1 m/s
     rest_speed_m_per_s : [m/s] v_r, below which the direct effect ends; usually 1 nm/s to 1 µm/s
     evolution : ageing; the slip law is refused
@@ -94,12 +97,13 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
-        raise ParameterError("a scene has no law with memory", scene_keys="oscillator.law")
+        raise ParameterError("memory is added to another law: give oscillator.memory", scene_keys="oscillator.law")
 
     def parameters(self) -> MemoryParameters:
         effects, length = (self.direct_effect, self.ageing_effect), self.memory_length_m
         speeds = self.reference_speed_m_per_s, self.cutoff_speed_m_per_s, self.rest_speed_m_per_s
-        return MemoryParameters(self.curve.parameters(), *map(float, (*effects, length, *speeds)))
+        level = math.log1p(self.cutoff_speed_m_per_s / self.reference_speed_m_per_s)
+        return MemoryParameters(self.curve.parameters(), *map(float, (*effects, length, *speeds, level)))
 
     @staticmethod
     def friction(speed: float, law: MemoryParameters) -> float:
@@ -115,7 +119,7 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
 def friction_of(speed: float, psi: float, law: MemoryParameters) -> float:
     """mu at a speed [m/s] and psi."""
     rate = max(speed + law.rest, NO_POLE * law.rest) / law.reference
-    return friction(speed, law.curve) + law.direct * np.log(rate) + law.ageing * psi
+    return friction(speed, law.curve) + law.direct * np.log(rate) + law.ageing * (psi - law.level)
 
 
 @compiled()

@@ -164,7 +164,7 @@ def stuck(y: MemoryState, dt: float, p: Coefficients) -> MemoryState:
 @compiled()
 def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
     """A run that starts at X = x and X' = u [m]: on the belt with fresh contacts, else with those of steady sliding."""
-    w, since = abs(p.V - u), 0.0 if u == p.V else -1.0
+    w, since = abs(p.V - u), 0.0 if u == p.V else -SHORTEST_SLIP
     y = MemoryState(0.0, x, 0.0, w, steady_psi(p.omega * w, p.law) if w > 0.0 else 0.0)
     sigma = side_at(0.0, x, limit_of(y, path, p), p) if w == 0.0 else UPPER if u < p.V else LOWER
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
@@ -195,7 +195,7 @@ def shortened(
     t = out / (out - into) if out * into < 0.0 and not first else 0.0
     w = y.w + 0.5 * t * h * out
     near = w > p.V * (1.0 - GRAZING) and max(y.w, end.w) <= p.V if out > 0.0 else w < GRAZING * min(y.w, end.w)
-    return min(again, t * h) if near and GRAZING < t < 1.0 - GRAZING else again
+    return min(again, t * h) if near and GRAZING < t < 1.0 - GRAZING and t * h > SHORTEST_SLIP else again
 
 
 @compiled()

@@ -18,6 +18,7 @@ from roughslip.compilation.cache import compiled
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
+from roughslip.oscillator.memory_law import MemoryLaw, direct_slope
 from roughslip.oscillator.runge_kutta import ERROR, ROWS, WEIGHTS
 from roughslip.validation import gate
 
@@ -73,9 +74,46 @@ def equilibrium(oscillator: Oscillator, law: FrictionLaw) -> float:
     return oscillator.F * max(float(law.mu(oscillator.belt_velocity_m_per_s)), 0.0)
 
 
-def departure_point(oscillator: Oscillator, law: FrictionLaw) -> float:
-    """X [m] at which the mass leaves the belt: F static - 2 D V."""
-    return oscillator.F * law.static - 2.0 * oscillator.damping_ratio * oscillator.V
+def _about_sliding(belt: Oscillator, law: MemoryLaw) -> tuple[float, float, float]:
+    """alpha = N dmu/d|v| + d at constant age [kg/s], r = v0 / D_c [1/s], kappa = N b v_c / ((v0 + v_c) D_c) [N/m]."""
+    check_free(belt)
+    v0, load, p = belt.belt_velocity_m_per_s, belt.normal_force_n, law.parameters()
+    alpha, r = load * float(direct_slope(v0, p)) + belt.damper_kg_per_s, v0 / p.length
+    return alpha, r, load * p.ageing * p.cutoff / ((v0 + p.cutoff) * p.length)
+
+
+@gate
+def growth_rates(oscillator: Oscillator, law: MemoryLaw) -> np.ndarray:
+    """(3,) [1/s] lambda of small motions exp(lambda t) about steady sliding with memory, the fastest growth first.
+
+    (m lambda^2 + alpha lambda + k) (lambda + r) = kappa lambda. Raises ParameterError with excitation or without belt.
+    """
+    alpha, r, kappa = _about_sliding(oscillator, law)
+    m, k, unit = oscillator.mass_kg, oscillator.stiffness_n_per_m, oscillator.natural_frequency_rad_per_s
+    roots = unit * np.roots([1.0, (r + alpha / m) / unit, (k + alpha * r - kappa) / k, r / unit])
+    return roots[np.argsort(-roots.real, kind="stable")]
+
+
+@gate
+def critical_stiffness(oscillator: Oscillator, law: MemoryLaw) -> tuple[float, float]:
+    """k_c [N/m], below which steady sliding with memory is unstable, and omega [rad/s] there; mass and damper held.
+
+    0 and NaN where any spring holds it, infinite where none. J. R. Rice & A. L. Ruina, J. Appl. Mech. 50 (1983) 343
+    """
+    (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
+    k = (kappa - alpha * r) * (1.0 + m * r / alpha) if alpha > 0.0 else math.inf
+    return (k, math.sqrt(k * r / (m * r + max(alpha, 0.0)))) if k > 0.0 else (0.0, math.nan)
+
+
+def hopf_damper(oscillator: Oscillator, law: MemoryLaw) -> float:
+    """The damper [kg/s] below which steady sliding with memory is unstable; negative where it needs none.
+
+    With mass and spring held k = k_c is r alpha^2 + (k + m r^2 - kappa) alpha - kappa m r = 0, whose root is above 0.
+    """
+    (alpha, r, kappa), m = _about_sliding(oscillator, law), oscillator.mass_kg
+    half = 0.5 * (oscillator.stiffness_n_per_m + m * r**2 - kappa) / r
+    root = math.hypot(half, math.sqrt(kappa * m))
+    return (kappa * m / (half + root) if half > 0.0 else root - half) - alpha + oscillator.damper_kg_per_s
 
 
 def slip_flow(oscillator: Oscillator, law: FrictionLaw) -> SlipFlow:

@@ -34,11 +34,11 @@ from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import hopf_damping, slip_loop
+from roughslip.oscillator.limits import departure_point, growth_of_sliding, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, followed
 from roughslip.oscillator.path import PathFeed
-from roughslip.oscillator.slip_orbit import departure_point, equilibrium
+from roughslip.oscillator.slip_orbit import equilibrium
 from roughslip.probability.estimate import TAILS, interval_margin
 from roughslip.results import described, result
 from roughslip.validation import gate
@@ -193,7 +193,7 @@ def run_until_known(
 def time_scales(machine: Machine) -> dict[str, float]:
     """Natural periods that a run has to last by each of its time scales, after its first departure.
 
-    About unstable sliding X' grows as exp((D_Hopf - D) tau), up to exp(GROWTHS). Raises ParameterError for a belt at
+    About unstable sliding X' grows as `growth_of_sliding` says, up to exp(GROWTHS). Raises ParameterError for a belt at
     rest, and as `slip_loop` does.
     """
     oscillator, law = machine.oscillator, machine.law
@@ -214,7 +214,7 @@ def time_scales(machine: Machine) -> dict[str, float]:
     }
     if loop.cycle is not None:
         scales["cycles"] = CYCLES * loop.cycle.period / turn
-    growth = turn * (hopf_damping(oscillator, law) - oscillator.damping_ratio)
+    growth = turn * growth_of_sliding(oscillator, law)
     if growth > 0.0:
         scales["growth from steady sliding"] = GROWTHS / growth
     return scales

@@ -33,7 +33,7 @@ import numpy as np
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.answer_runs import Run, Runs
 from roughslip.oscillator.attractors import State, attractors_of
-from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.limits import growth_of_sliding
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory
 from roughslip.oscillator.slip_orbit import equilibrium
@@ -47,7 +47,7 @@ TURN = 2.0 * math.pi
 def linear_response(machine: Machine) -> float:
     """Amplitude [m] of the response of steady sliding to the scatter of friction this far from the Hopf point."""
     oscillator, friction = machine.oscillator, machine.scattering
-    margin = abs(oscillator.damping_ratio - hopf_damping(oscillator, machine.law))
+    margin = abs(growth_of_sliding(oscillator, machine.law))
     if margin == 0.0:
         return math.inf
     multiplies = machine.options.scatter == "multiplicative"

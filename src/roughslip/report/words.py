@@ -32,6 +32,9 @@ CHANGES = {  # downwards, upwards
     "mass": ("lighter mass", "heavier mass"),
     "stiffness": ("softer spring", "stiffer spring"),
     "load": ("less normal force", "more normal force"),
+    "memory_length": ("shorter memory", "longer memory"),
+    "direct_effect": ("less direct effect, a", "more direct effect, a"),
+    "ageing_effect": ("less ageing, b", "more ageing, b"),
 }
 SAME = 1e-3  # relative, of two limits that are one
 REACH = 100.0  # factor up to which limits are searched: the full length of a bar
@@ -317,7 +320,21 @@ def facts(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
             lines.append((f"{of_state}{title}", amount(size["value"], size["unit"], SURE), note))
     if not lines:
         lines.append(("own frequency", own, "there is no cycle of stick-slip"))
-    return [*lines, _states(answer), ("mean friction", *_friction(answer)), _slope(answer)]
+    lines += [_states(answer), ("mean friction", *_friction(answer)), _slope(answer)]
+    return [*lines, *_memory(answer)]
+
+
+def _memory(answer: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Break-away friction after the usual stick, the memory length, and the critical stiffness."""
+    if (memory := answer.get("memory")) is None:
+        return []
+    length, stiffness, stick = (memory[name]["value"] for name in ("length", "critical_stiffness", "stick"))
+    limit = "unstable" if stiffness is None else "stable"
+    limit = f"stable above k_c = {amount(stiffness, 'N m-1')}" if stiffness else f"{limit} for any spring"
+    return [
+        ("break-away friction", digits(memory["break_away"]["value"]), f"after a stick of {amount(stick, 's', SURE)}"),
+        ("memory length D_c", amount(length, "m", SURE), f"steady sliding is {limit}"),
+    ]
 
 
 def _slope(answer: Mapping[str, Any]) -> tuple[str, str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from roughslip.limits import MOST_NUMBERS, PATH_NODES
 from roughslip.scene.friction import MEAN, MOST_WINDOWS, RECORD, STATISTICS
@@ -18,6 +18,23 @@ Row = Annotated[tuple[Speed, Coefficient], many()]
 DampingRatio = Annotated[float, key(ge=0, le=10)]
 Value = Annotated[float, key(ge=0, le=1e15)]
 Range = Annotated[tuple[Value, Value], many()]
+
+
+class Memory(Section):
+    """Memory of the contact: rate and state friction with ageing, added to the law."""
+
+    direct_effect: float = key(ge=0, le=0.1)
+    """Direct effect a, the rise of friction at once with the logarithm of speed; usually 0.003 to 0.02."""
+    ageing_effect: float = key(ge=0, le=0.1)
+    """Ageing effect b, the rise with the logarithm of the age of the contacts; usually 0.003 to 0.03."""
+    memory_length_m: float = key("m", ge=1e-9, le=1)
+    """Memory length D_c, the slip that renews the contacts; usually 0.3 to 20 µm."""
+    reference_speed_m_per_s: float = key("m/s", ge=1e-9, le=1000)
+    """Speed v* at which steady friction is that of the law; usually where it was measured."""
+    cutoff_speed_m_per_s: float = key("m/s", ge=1e-9, le=1e6)
+    """Speed v_c above which contacts have no time to age; usually 1 mm/s to 1 m/s."""
+    rest_speed_m_per_s: float = key("m/s", ge=1e-12, le=1)
+    """Speed v_r below which the direct effect ends; usually 1 nm/s to 1 µm/s."""
 
 
 class Oscillator(Section):
@@ -51,6 +68,9 @@ class Oscillator(Section):
     """Decay of the Stribeck law, which needs it; 1.42 in eq. (13)."""
     stribeck_quadratic_s2_per_m2: float = key("s^2/m^2", uncertain="friction curve", ge=0, le=1e6, default=None)
     """Quadratic rise of the Stribeck law, which needs it; 0.01 in eq. (13)."""
+    memory: Memory | None = None
+    """Memory of the contact: friction ages in stick, and remembers a distance in slip. Not with excitation or a record;
+    the limit of stick follows from the age, so static friction is then that of the law at rest."""
     windows_in_parallel: int = key(ge=1, le=MOST_WINDOWS, default=1)
     """Windows that bear the normal force in parallel; the friction of n independent ones scatters less, by sqrt(n);
     with load the number follows."""
@@ -123,7 +143,7 @@ class Answer(Section):
 
 
 _CHANGES = [f"answer.can_change.{name}" for name in Changeable.model_fields]
-_STATIC, _LAW = "oscillator.static_friction", "oscillator.law"
+_STATIC, _LAW, _MEMORY = "oscillator.static_friction", "oscillator.law", "oscillator.memory"
 TABLE, RATIOS = "oscillator.friction_table", "ensemble.damping_ratios"
 _FORCE, _PERIODS = "oscillator.excitation_force_n", "ensemble.duration_periods"
 _LENGTH = f"{STATISTICS}.correlation_length_m"
@@ -229,14 +249,43 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
         if law not in ("table", None) and table is not None:
             yield refused(table, f"{_LAW} = {law}, and only table takes it", TABLE, _LAW)
         elif "record" not in (scene.get("friction") or {}):
-            for name in (name for name in OF_LAW.get(str(law), ()) if name not in oscillator):
+            needed = OF_LAW.get(str(law), ()) if law != "coulomb" or not oscillator.get("memory") else ()
+            if law == "coulomb" and not needed and not (scene.get("friction") or {}).get("mean"):
+                yield missing(f"{_LAW} = coulomb needs it with {_MEMORY}", MEAN, _LAW, _MEMORY)
+            for name in (name for name in needed if name not in oscillator):
                 yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD, TABLE)
+        yield from _memory_mistakes(oscillator, law, scene.get("friction") or {})
     for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
         least, most = {"damping": (0.0, 1.0), "windows": (1.0, math.inf)}.get(parameter, (1e-15, math.inf))
         if not least <= low < high <= most:
             where = {"damping": "from 0 to 1", "windows": "from 1 on"}.get(parameter, "above 0")
             allowed = f"for {parameter} a smaller and a larger number, {where}"
             yield refused([low, high], allowed, "map.ranges", "map.parameters")
+
+
+def _memory_mistakes(oscillator: Values, law: str | None, friction: Values) -> Iterator[Mistake]:
+    """A memory goes with a free mass and a given curve, and stick then has no limit of its own."""
+    memory, static = oscillator.get("memory"), oscillator.get("static_friction")
+    if not isinstance(memory, dict):
+        return
+    if "record" in friction:
+        yield Mistake((_MEMORY, RECORD), "not allowed; the curve of a record has the memory of its contacts in it")
+    if (oscillator.get("excitation_force_n") or 0.0) > 0.0:
+        yield Mistake((_MEMORY, _FORCE), f"not allowed; a law with memory takes no excitation: set {_FORCE} to 0")
+    table, mean = oscillator.get("friction_table") or [[0.0, None]], friction.get("mean")
+    level = {"table": table[0][1], "stribeck": static, "coulomb": mean}.get(str(law))
+    numbers: list[Any] = [level, *(memory.get(name) for name in Memory.model_fields)]
+    if None not in numbers:
+        level, a, b, _, reference, cutoff, rest_speed = numbers
+        fresh = level + a * math.log(rest_speed / reference) - b * math.log1p(cutoff / reference)
+        if not fresh > 0.0:
+            less = "raise its rest speed, or lower its effects"
+            yield Mistake((_MEMORY,), f"not allowed; fresh contacts at rest have the friction {fresh:.3g}: {less}")
+    if law not in OF_LAW:
+        yield Mistake((_MEMORY, _LAW), f"not allowed; it is added to {', '.join(OF_LAW)}")
+    elif static not in (None, level):
+        allowed = "no value" if level is None else f"no value, or that of slow slip, {level}"
+        yield refused(static, f"with a memory the limit of stick follows from the age: {allowed}", _STATIC, _MEMORY)
 
 
 def _map_ranges(asked: Values) -> Iterator[tuple[str, list[float]]]:

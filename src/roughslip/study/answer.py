@@ -8,7 +8,8 @@ from roughslip import store
 from roughslip.errors import IllPosedError
 from roughslip.oscillator.answer_parts import Quantity
 from roughslip.oscillator.answers import answer, check_has_answer
-from roughslip.oscillator.machine import OF_OSCILLATOR
+from roughslip.oscillator.machine import OF_MEMORY, OF_OSCILLATOR
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.states import states_of_answer
 from roughslip.report.words import answer_summary
 from roughslip.scene.part import Scene
@@ -23,11 +24,11 @@ def work(scene: Scene, job: Job) -> None:
     """Write answer.json."""
     friction, machine = friction_of(scene, job.optional("friction")), machine_of(scene, job.optional("friction"))
     runs, periods, seed = scene.answer.realisations, scene.answer.duration_periods, (scene.seed, Stream.ANSWER)
-    given, static = scene.oscillator.static_friction, machine.law.static
-    if given is not None and static > given:
+    given, remembers = scene.oscillator.static_friction, isinstance(machine.law, MemoryLaw)
+    if given is not None and not remembers and machine.law.static > given:
         job.warn(
-            f"oscillator.static_friction = {given:g} is less than friction in slip, {static:.4g}, taken as the "
-            "limit of stick: raise it"
+            f"oscillator.static_friction = {given:g} is less than friction in slip, {machine.law.static:.4g}, taken as "
+            "the limit of stick: raise it"
         )
     try:
         check_has_answer(machine)
@@ -37,7 +38,8 @@ def work(scene: Scene, job: Job) -> None:
         return
     asked = scene.answer.can_change
     ranges = None if asked is None else {name: ends for name, ends in vars(asked).items() if ends is not None}
-    answered = answer(machine, runs, periods, VARIED, seed, job.progress, ranges)
+    varied = (*VARIED, *OF_MEMORY) if remembers else VARIED
+    answered = answer(machine, runs, periods, varied, seed, job.progress, ranges)
     job.count(runs=answered.trials)
     shown_friction = {
         "friction_mean": friction.mean,

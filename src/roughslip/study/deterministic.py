@@ -14,10 +14,9 @@ from roughslip.oscillator.cycles import Counts
 from roughslip.oscillator.cycles import ensemble as ensemble_counts
 from roughslip.oscillator.equation import SCATTERS, Oscillator
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import LimitCycle, existence_limit, hopf_damping, limit_cycle
+from roughslip.oscillator.limits import LimitCycle, departure_point, existence_limit, hopf_damping, limit_cycle
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Trajectory, trajectory
-from roughslip.oscillator.slip_orbit import departure_point
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene.machine import (
     DISCARDED_PERIODS,

@@ -11,7 +11,7 @@ from roughslip.study.graph import EVERY_SCENE, STAGES, Stage
 # The scenes that come with the project. What they give to a scene of a user is an assumption.
 _SHIPPED = """cam_follower cam_follower_long clutch clutch_long coulomb disc_brake disc_brake_long elastoplastic excited
 excited_away fractal given measured nongaussian paper quick resolved rubber_bearing rubber_bearing_long slideway
-slideway_long smoke tribometer"""
+slideway_long slideway_memory smoke tribometer"""
 SHIPPED_SCENES = frozenset(_SHIPPED.split())
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.

@@ -21,8 +21,9 @@ from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
 from roughslip.oscillator.laws import FrictionLaw
-from roughslip.oscillator.limits import hopf_damping
+from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.oscillator.machine import FrictionOverLoad, Machine
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.motion import MotionOptions
 from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.scene.part import Scene
@@ -31,14 +32,16 @@ DRAWN_PERIODS = 10  # natural periods of a trajectory that are kept for drawing
 # Natural periods that reattachment statistics leave out. Stick forgets what came before it, so that few are transient.
 DISCARDED_PERIODS = 10.0
 MEDIAN = 50.0  # [%] penetration of the windows of a scene without a load
-TOLERANCE = 1e-5  # of the motion; at 1e-4 the limits of a machine that hardly scatters move by 0.2 %
+TOLERANCE = 1e-5  # of the motion; at 1e-4 the limits of a machine that hardly scatters move by 0.2 %,
+WITH_MEMORY = 1e-4  # and with a memory by 0.04 %
 
 
 def machine_of(scene: Scene, statistics: Path | None) -> Machine:
     """The machine of a scene. statistics : the file of its friction, if any"""
     friction, belt = friction_of(scene, statistics), oscillator_of(scene.oscillator)
     law, over_load = law_of(scene, statistics, friction.mean), over_load_of(scene, statistics)
-    return Machine(belt, law, friction, MotionOptions(TOLERANCE), over_load)
+    options = MotionOptions(WITH_MEMORY if isinstance(law, MemoryLaw) else TOLERANCE)
+    return Machine(belt, law, friction, options, over_load)
 
 
 def over_load_of(scene: Scene, statistics: Path | None) -> FrictionOverLoad | None:
@@ -83,11 +86,17 @@ def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
     """
     result = statistics_of(scene, statistics)
     if result is None or not is_record(result):
-        return law_from_scene(scene.oscillator, mean)
+        return scene_law(scene.oscillator, mean)
     speeds, values = result["curve_speed"], result["curve"]
     static = max(scene.oscillator.static_friction or 0.0, values[0])
     at_rest = min(float(result["curve_at_rest"]), static)
     return TableLaw((0.0, *speeds), (at_rest, *values), static, measured_from_m_per_s=float(speeds[0]))
+
+
+def scene_law(section: Any, mean: float) -> FrictionLaw:
+    """The law that a section `oscillator` names, with its memory where it has one."""
+    curve = law_from_scene(section, mean)
+    return curve if section.memory is None else MemoryLaw(curve, **vars(section.memory))
 
 
 def friction_of(scene: Scene, statistics: Path | None) -> Friction:
@@ -239,7 +248,8 @@ def damping_ratios(scene: Scene, machine: Machine, friction: Friction) -> tuple[
         response, scatter = response_of_limit(free, friction)
         limit, moved = response.limit, REACH * scatter * friction.pad_deviation
     except (IllPosedError, ConvergenceError):
-        limit, moved = max(machine.oscillator.damping_ratio, LEAST), 0.0
+        _, existence = limits_or_nan(free.oscillator, free.law)  # as with a memory, without a response
+        limit, moved = existence if existence > 0.0 else max(machine.oscillator.damping_ratio, LEAST), 0.0
     hopf = max(hopf_damping(free.oscillator, free.law), 0.0)
     first = 0.2 * (min(limit, hopf) or limit)
     last = max(1.25 * max(limit, hopf), limit + moved)

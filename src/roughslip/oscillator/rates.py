@@ -20,7 +20,7 @@ overtakes the belt, where friction has the other sign.
 
 Of 24 machines 18 have both means, and there the 95 % interval of runs meets 2/3 to 3/2 of theory. Scatter is of both
 kinds, nearly normal and Beta, with lengths of 0.1 to 30 loops. D goes from the Hopf damping to beyond existence. The
-method was set with some of them in view; on 57 others one mean in 80 was off by a factor of 2.
+method was set with some of them in view. On 57 others 248 of 249 means hold.
 
 Source: G. U. Yule, Phil. Trans. R. Soc. A 226 (1927) 267, for the path.
 """

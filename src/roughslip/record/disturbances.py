@@ -61,8 +61,7 @@ def with_noise(
 
 def medians(samples: SlidingSamples, speed: np.ndarray, window: int) -> np.ndarray:
     """(n,) [m/s] medians of a speed over windows within each record."""
-    parts = np.split(speed, np.flatnonzero(samples.step < 0.0)[1:])
-    return np.concatenate([median_filter(part, window, mode="nearest") for part in parts])
+    return np.concatenate([median_filter(speed[part], window, mode="nearest") for part in samples.records])
 
 
 def repetition(
@@ -74,7 +73,7 @@ def repetition(
     correlation lengths, by an analysis of variance between and within turns of the longest record. NaN below two turns.
     """
     last = int(min(max(0.5 * turn_m / length_m, first + LEAST), 0.5 * turn_m / np.max(samples.step)))
-    parts = np.split(np.arange(residual.size), np.flatnonzero(samples.step < 0.0)[1:])
+    parts = samples.records
     places = [samples.slipped[part] for part in parts]
     longest = int(np.argmax([np.ptp(place) for place in places]))
     turns = int(np.ptp(places[longest]) / turn_m)

@@ -112,7 +112,7 @@ def fit_record(
     if not separate:
         notes.append("drift is not distinct from the curve: record ramps up and down, or speeds in random order")
     known = {"drift": drift, "ramps": _ramp_columns(samples)}
-    if circumference_m is not None and _too_many(samples):
+    if circumference_m is not None and len(samples.records) > MOST_PHASES:
         notes.append(f"more than {MOST_PHASES} records or strokes: what repeats each turn is not taken out")
         circumference_m = None
     if circumference_m is not None:
@@ -227,15 +227,10 @@ def _ramp_columns(samples: SlidingSamples) -> np.ndarray:
     return np.column_stack([sign, sign * (log_speed - log_speed.mean()) / max(float(np.std(log_speed)), 1e-9)])
 
 
-def _too_many(samples: SlidingSamples) -> bool:
-    """Whether a wave would have more phases than MOST_PHASES."""
-    return bool(np.count_nonzero(samples.step < 0.0) > MOST_PHASES)
-
-
 def _waves(samples: SlidingSamples, wavelength_m: float) -> np.ndarray:
     """(n, 2 records) a wave over the slipped distance, with a phase of its own in each record."""
     phase = 2.0 * np.pi * samples.slipped / wavelength_m
-    record = np.cumsum(samples.step < 0.0)[:, None] == np.arange(1, np.count_nonzero(samples.step < 0.0) + 1)
+    record = np.cumsum(samples.step < 0.0)[:, None] == np.arange(1, len(samples.records) + 1)
     return np.hstack([np.cos(phase)[:, None] * record, np.sin(phase)[:, None] * record])
 
 
@@ -254,7 +249,7 @@ def _p_value(
 
 def _searched_period(samples: SlidingSamples, columns: np.ndarray, fit: ProcessFit) -> float | None:
     """The wavelength [m] of the wave that explains most, where it is no chance among all that are tried."""
-    if _too_many(samples):
+    if len(samples.records) > MOST_PHASES:
         return None
     total = float(samples.slipped[-1])
     tried = total / np.arange(3.0, MOST_PERIODS, 0.5)

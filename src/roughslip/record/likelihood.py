@@ -53,6 +53,11 @@ class SlidingSamples:
         return np.cumsum(np.maximum(self.step, 0.0))
 
     @property
+    def records(self) -> list[np.ndarray]:
+        """Numbers of the samples of each record."""
+        return np.split(np.arange(self.step.size), np.flatnonzero(self.step < 0.0)[1:])
+
+    @property
     def elapsed(self) -> np.ndarray:
         """(n,) [s] in all."""
         return np.cumsum(np.where(self.step < 0.0, 0.0, self.seconds))

@@ -136,10 +136,15 @@ def gain(speed: float, p: Coefficients) -> float:
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)
-def total_friction(speed: float, mu_s: float, p: Coefficients) -> float:
-    """mu_D + mu_S, or mu_D (1 + mu_S), at a speed |v_rel| [m/s], never below zero."""
-    mean = friction(speed, p.law)
+def scattered(mean: float, mu_s: float, p: Coefficients) -> float:
+    """Friction mean + mu_S, or mean (1 + mu_S), never below zero."""
     return max(mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s, 0.0)
+
+
+@compiled(error_model="numpy", fastmath=CONTRACTED)
+def total_friction(speed: float, mu_s: float, p: Coefficients) -> float:
+    """Friction with its scatter at a speed |v_rel| [m/s]."""
+    return scattered(friction(speed, p.law), mu_s, p)
 
 
 @compiled(error_model="numpy", fastmath=CONTRACTED)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients
+from roughslip.oscillator.equation import Coefficients, scattered
 from roughslip.oscillator.event_loop import (
     CROSSING,
     DEPARTURE,
@@ -66,12 +66,6 @@ class MemoryState(NamedTuple):
     s: float
     w: float
     psi: float
-
-
-@compiled(forceinline=True, error_model="numpy")
-def scattered(mean: float, mu_s: float, p: Coefficients) -> float:
-    """Friction with its scatter, never below zero."""
-    return max(mean * (1.0 + mu_s) if p.multiplies is not None else mean + mu_s, 0.0)
 
 
 @compiled(forceinline=True, error_model="numpy")

@@ -13,9 +13,10 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.oscillator.equation import Coefficients, acceleration
 from roughslip.oscillator.event_loop import static_limit
+from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at
 
 HALVINGS = 20  # of the step that reaches the belt
-PAST = 1.0 + 1e-3  # of the way to a node: steps end just beyond it
+PAST = 1e-3  # of the spacing, beyond a node, at which a step ends
 STILL = 1e-9  # of the belt's velocity, below which a step does not end with a node
 SPELL, SLID, ENDS, SLIPS, BIRTHS, CROSSED, TIME = range(7)  # totals
 
@@ -45,31 +46,24 @@ def mu_of_score(z: float, scatter: Scatter) -> float:
 
 
 @compiled(error_model="numpy")
-def _between(t: float, nodes: np.ndarray) -> float:
-    """mu_S at the part t of the piece between the middle two of four nodes, as `path.piece_at` has it."""
-    rise, out, into = nodes[2] - nodes[1], 0.5 * (nodes[2] - nodes[0]), 0.5 * (nodes[3] - nodes[1])
-    return nodes[1] + t * (out + t * (3.0 * rise - 2.0 * out - into + t * (out + into - 2.0 * rise)))
-
-
-@compiled(error_model="numpy")
-def _step(x: float, u: float, s: float, h: float, nodes: np.ndarray, spacing: float, p: Coefficients) -> Any:
+def _step(x: float, u: float, s: float, h: float, piece: Piece, p: Coefficients) -> Any:
     """X and X' after a step h of tau."""
-    a = acceleration(0.0, x, u, 1.0, _between(s / spacing, nodes), p)
+    a = acceleration(0.0, x, u, 1.0, mu_s_at(piece, s), p)
     dx, du, x1, u1 = u, a, u, a
     for part, weight in ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
         x2, u2 = x + part * h * x1, u + part * h * u1
-        x1, u1 = u2, acceleration(0.0, x2, u2, 1.0, _between((s + part * h * p.V - (x2 - x)) / spacing, nodes), p)
+        x1, u1 = u2, acceleration(0.0, x2, u2, 1.0, mu_s_at(piece, s + part * h * p.V - (x2 - x)), p)
         dx, du = dx + weight * x1, du + weight * u1
     return x + h / 6.0 * dx, u + h / 6.0 * du
 
 
 @compiled(error_model="numpy")
-def _to_belt(x: float, u: float, s: float, h: float, nodes: np.ndarray, spacing: float, p: Coefficients) -> Any:
+def _to_belt(x: float, u: float, s: float, h: float, piece: Piece, p: Coefficients) -> Any:
     """The part of a step until the belt's velocity, and X there."""
     low, high, end = 0.0, h, x
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        end, velocity = _step(x, u, s, middle, nodes, spacing, p)
+        end, velocity = _step(x, u, s, middle, piece, p)
         if velocity >= p.V:
             high = middle
         else:
@@ -78,8 +72,9 @@ def _to_belt(x: float, u: float, s: float, h: float, nodes: np.ndarray, spacing:
 
 
 @compiled(error_model="numpy")
-def _next_node(z: np.ndarray, nodes: np.ndarray, scatter: Scatter, generator: np.random.Generator) -> None:
+def _next_node(z: np.ndarray, path: Path, scatter: Scatter, generator: np.random.Generator) -> None:
     """Draw the score after z, and move both rows on by a node."""
+    nodes = path.nodes
     new, last = scatter.noise * generator.standard_normal(), z.size - 1
     for k in range(z.size):
         new += scatter.weights[k] * z[last - k]
@@ -107,31 +102,32 @@ def totals_of(
     Returns (7,) by SPELL to TIME: tau in stick-slip and in sliding, ends of stick-slip, slips that slide and have
     ended, beginnings of stick-slip, passages of the belt under friction of the other sign, and tau of all.
     """
-    out, nodes = np.zeros(7), np.zeros(4)
+    out, path = np.zeros(7), Path(np.zeros(4), 0, scatter.spacing, False)
     for z in scores:
         for k in range(4):
-            nodes[k] = mu_of_score(z[z.size - 4 + k], scatter)
-        limit = static_limit(nodes[1], p)
-        x, u, s, age, backwards, slides, in_spell = limit - 2.0 * p.D * p.V, p.V, 0.0, 0.0, False, False, True
+            path.nodes[k] = mu_of_score(z[z.size - 4 + k], scatter)
+        limit, piece = static_limit(path.nodes[1], p), piece_at(path, scatter.spacing)
+        x, u, s, age, backwards, slides, in_spell = limit - 2.0 * p.D * p.V, p.V, piece.left, 0.0, False, False, True
         for _ in range(steps):
-            h = min(longest[0], (PAST * scatter.spacing - s) / max(p.V - u, STILL * p.V))
-            end, velocity = _step(x, u, s, h, nodes, scatter.spacing, p)
+            h = min(longest[0], (piece.right + PAST * scatter.spacing - s) / max(p.V - u, STILL * p.V))
+            end, velocity = _step(x, u, s, h, piece, p)
             at_belt = velocity >= p.V and age > 0.0
             if at_belt:
-                h, end = _to_belt(x, u, s, h, nodes, scatter.spacing, p)
+                h, end = _to_belt(x, u, s, h, piece, p)
             s += h * p.V - (end - x)
             x, u, age = end, p.V if at_belt else min(velocity, p.V), age + h
             out[TIME] += h
-            while s >= scatter.spacing:
+            while s >= piece.right:
                 s -= scatter.spacing
-                _next_node(z, nodes, scatter, generator)
+                _next_node(z, path, scatter, generator)
+                piece = piece_at(path, piece.left)
             backwards |= u < 0.0
             if age > longest[1] and not slides:
                 out[ENDS] += in_spell
                 slides, in_spell = True, False
             if not at_belt:
                 continue
-            limit = static_limit(_between(s / scatter.spacing, nodes), p)
+            limit = static_limit(mu_s_at(piece, s), p)
             spare = limit - (x + 2.0 * p.D * p.V)
             out[CROSSED] += spare > 2.0 * limit
             if spare >= 0.0:

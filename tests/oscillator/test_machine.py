@@ -21,7 +21,7 @@ from roughslip.oscillator import (
 )
 from roughslip.oscillator.answer_parts import Limits, Quantity
 from roughslip.oscillator.answer_runs import Runs
-from roughslip.oscillator.answers import memory_of_the_start, smallest_changes
+from roughslip.oscillator.answers import compared_starts, smallest_changes
 from roughslip.oscillator.attractors import State
 from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.machine import OF_MEMORY, PARAMETERS, FrictionOverLoad
@@ -158,13 +158,13 @@ def test_unstable_sliding_that_has_not_left_yet_is_not_decided():
     seen = {"from_rest": {State.STICK_SLIP: np.ones(72, bool)}, "from_sliding": {State.STICK_SLIP: np.zeros(72, bool)}}
     for machine, needed in ((slow, pytest.approx(400.0)), (neutral, None)):
         assert Runs(machine, 72, None, (0,)).periods(machine) == pytest.approx(400.0)
-        found = memory_of_the_start(Runs(machine, 72, 40.0, (0,)), 40.0, seen)
+        found = compared_starts(Runs(machine, 72, 40.0, (0,)), 40.0, seen)
         assert (found["decided"], found["needs"].value) == (False, needed)
     number = np.arange(72)  # ten runs stick-slip from rest alone; from sliding alone as many, or none
     for last, differ in ((30, False), (20, True)):
         sliding = (number >= 10) & (number < last)
         seen = {"from_rest": {State.STICK_SLIP: number < 20}, "from_sliding": {State.STICK_SLIP: sliding}}
-        assert memory_of_the_start(Runs(slow, 72, 40.0, (0,)), 40.0, seen)["starts_differ"] is differ
+        assert compared_starts(Runs(slow, 72, 40.0, (0,)), 40.0, seen)["starts_differ"] is differ
 
 
 def limits_at(**factors):

@@ -96,7 +96,7 @@ def answer(
         probability_from_sliding=probability(seen["from_sliding"][State.STICK_SLIP]),
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
-        **memory_of_the_start(runs, periods, seen),
+        **compared_starts(runs, periods, seen),
         durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
         durations_by_theory=None if may_vibrate or memory is not None else durations_by_theory(machine),
         **cycle,
@@ -330,7 +330,7 @@ def memory_of(machine: Machine) -> dict[str, Quantity]:
     }
 
 
-def memory_of_the_start(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:
+def compared_starts(runs: Runs, periods: float, seen: Mapping[str, Mapping[State, np.ndarray]]) -> dict[str, Any]:
     """Whether runs from rest and from sliding differ, and which run would decide.
 
     Both starts have the same friction paths. Of the runs in which they differ, as many should be in a state from one

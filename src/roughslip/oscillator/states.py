@@ -15,8 +15,9 @@ slides again; stick-slip is born at the rate `birth` in the time of sliding. So 
     share of stick-slip = birth / (birth + death)
 
 of the time in either state, whichever state the runs begin in. The friction path loses its correlation within a cycle,
-and all cycles begin at the departure point. So durations are close to exponential; the end of a run censors them.
-`rates` has the theory.
+and all cycles begin at the departure point. So durations of stick-slip are close to exponential; the end of a run
+censors them. Sliding that has just begun may end far sooner than old sliding. Means suppose one rate of its ends, so
+runs shorter than old sliding find too short a mean. `rates` has the theory.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def test_the_law_has_the_usual_limits():
 
 def test_what_has_no_meaning_with_a_memory_is_refused():
     cases = {
-        "under the slip law": lambda: replace(LAW, evolution="slip"),
+        "contacts have no age": lambda: simulate(BELT, LAW.curve, age_s=1.0),
         "MemoryLaw.rest_speed_m_per_s must be larger": lambda: replace(LAW, rest_speed_m_per_s=1e-22),
         "MemoryLaw.curve must": lambda: replace(LAW, curve=CoulombLaw(0.3, 0.4)),
         "ask static_friction": lambda: slip_flow(BELT, LAW),
@@ -79,6 +79,32 @@ def test_stick_ends_where_lambert_has_it():
     assert motion.time[0] == pytest.approx(150.0 * AGE * (since - 1.0), rel=1e-13)
 
 
+def test_a_motion_begins_with_contacts_of_a_given_age():
+    """Slide, hold, slide: break-away friction is that of the whole rest. In slip the age is that of steady sliding."""
+    age, start = LAW.memory_length_m / 1e-4, equilibrium(BELT, LAW)
+    motion = simulate(BELT, LAW, None, 1.0, 400.0, start_m=start, age_s=age + 50.0)
+    friction = LAW.static_friction(motion.time[0] / 150.0, age + 50.0)
+    assert motion.position[0] + 2.0 * 0.05 * BELT.V == pytest.approx(BELT.F * friction, rel=1e-13)
+    runs = [trajectory(BELT, LAW, None, 1.0, 9.0, start_m=(0.0, 0.0), age_s=one) for one in (None, age, 2.0 * age)]
+    usual, given, older = (run.position for run in runs)
+    assert given == pytest.approx(usual, rel=1e-12)
+    assert np.all(older[1:9] > given[1:9])
+
+
+def test_friction_without_effects_or_cut_to_zero_needs_no_short_steps():
+    """Motion is that of the curve, or of a free mass; at rest on a belt at rest nothing moves."""
+    belt = Oscillator(2.3, 2.1, 16.5, 1.9, 0.23)
+    law, start = MemoryLaw(CoulombLaw(0.4, 0.4), 0.0, 0.0, 1e-8, 0.04, 1.4, 0.08), (0.4 * belt.F, 1.02 * belt.V)
+    runs = [trajectory(belt, one, None, 1.0, 9.0, MotionOptions(1e-7), start) for one in (law, law.curve)]
+    assert runs[0].position == pytest.approx(runs[1].position, abs=1e-6 * belt.F)
+    steep = replace(LAW, curve=StribeckLaw(0.2, 0.5, 1e8, 0.0))
+    free = trajectory(BELT, steep, np.full(2000, -1.0), 0.1 * BELT.F, 9.0)
+    x = BELT.V * np.exp(-0.05 * free.time) * np.sin((wave := math.sqrt(1.0 - 0.05**2)) * free.time) / wave
+    assert free.position == pytest.approx(x, abs=1e-6 * BELT.V)
+    assert free.motion.steps < 1000
+    assert simulate(replace(BELT, belt_velocity_m_per_s=0.0), LAW, np.full(3, -1.0), 1.0).kind.size == 0
+
+
 def test_a_belt_a_million_times_faster_than_creep_costs_no_more():
     """Steps of three cycles; errors of order 4 sum up to the tolerance^(3/4). A path in pieces is that path."""
     law, belt = replace(LAW, rest_speed_m_per_s=1e-10), replace(BELT, natural_frequency_rad_per_s=50.0)
@@ -101,12 +127,10 @@ def against_radau(seed):
     mu += steady
     curve = CoulombLaw(mu, mu) if seed % 2 else StribeckLaw(0.1, mu, 10 ** rng.uniform(-1, 1) / v0, 0.0)
     rest, k = v0 * 10 ** (-6 * rng.uniform() ** 2), load * b / length * 10 ** rng.uniform(-2.5, 0.2)
-    m, law = (
-        load * a * length / v0**2 * 10 ** rng.uniform(-2, 2),
-        MemoryLaw(curve, a, b, length, v0, length / young, rest),
-    )
+    m = load * a * length / v0**2 * 10 ** rng.uniform(-2, 2)
+    law = MemoryLaw(curve, a, b, length, v0, length / young, rest)
     omega, belt = math.sqrt(k / m), Oscillator(m, math.sqrt(k / m), rng.uniform(0, 0.3), v0, load)
-    d, level, side = belt.damper_kg_per_s, law.static_friction(0.0), 0
+    d, level, side, speed, age = belt.damper_kg_per_s, law.static_friction(0.0), 0, 0.0, None
     path = np.convolve(rng.standard_normal(60_000), np.full(6, 0.02 * 6**-0.5), "valid") * (seed % 3 > 0)
     path, spacing, multiplies = path - path[0], 0.3 * belt.F * 10 ** rng.uniform(-2, -0.5), seed // 2 % 2
     mu_s = CubicHermiteSpline(spacing * np.arange(path.size), path, np.gradient(path, spacing))
@@ -126,10 +150,13 @@ def against_radau(seed):
     at_belt.terminal, at_belt.direction = True, -1.0
     periods = (0.05 * level + b * math.log1p(belt.F / (v0 * young))) * belt.F / belt.V / (2 * math.pi) + 4.0
     options = MotionOptions(1e-10, 8, ("additive", "multiplicative")[multiplies])
-    run = trajectory(belt, law, path, spacing, periods, options, 0.95 * belt.F * level - d * v0 / k)
+    if seed % 3 == 1:  # begins in slip with old or young contacts
+        side, age, speed = 1 - 2 * (seed % 2), young * 10 ** rng.uniform(-1, 4), v0 * rng.uniform(0.1, 2)
+    start = 0.95 * belt.F * level - d * v0 / k, (v0 - side * speed) / omega if side else belt.V
+    run = trajectory(belt, law, path, spacing, periods, options, start, age)
     ends = [*zip(run.motion.kind, run.motion.time, run.motion.position, strict=True)]
-    ends = [end for end in ends if end[1] < run.time[-1]] + [(None, run.time[-1], run.position[-1])]
-    worst, t, x, s, theta = 0.0, 0.0, run.position[0], 0.0, 0.0
+    ends = [end for end in ends[abs(side) :] if end[1] < run.time[-1]] + [(None, run.time[-1], run.position[-1])]
+    worst, t, x, s, theta = 0.0, 0.0, run.position[0], 0.0, age or 0.0
     for kind, tau, place in ends:
         dt = tau / omega - t
         if side == 0:
@@ -138,10 +165,10 @@ def against_radau(seed):
             worst, side = max(worst, abs(spare) if kind == DEPARTURE else -spare), 1
         else:
             options = {"rtol": 1e-9, "atol": (1e-11 * belt.F, 1e-10 * min(v0, rest / a), 1e-10), "events": at_belt}
-            span, start = (0.0, dt if kind is None else 1.01 * dt), (0.0, 0.0, math.log(theta))
+            span, start = (0.0, dt if kind is None else 1.01 * dt), (0.0, speed, math.log(theta))
             whole = solve_ivp(slip, span, start, "Radau", first_step=1e-6 / omega, **options)
             assert whole.status == (kind is not None)
-            dt, (slipped, _, log_age) = whole.t[-1], whole.y[:, -1]
+            dt, (slipped, _, log_age), speed = whole.t[-1], whole.y[:, -1], 0.0
             x, s, theta = x + v0 * dt - side * slipped, s + slipped, math.exp(log_age)
             worst, side = max(worst, abs(omega * (t + dt) - tau)), 0 if kind == REATTACHMENT else -side
         worst, t = max(worst, abs(place - x) / belt.F), t + dt

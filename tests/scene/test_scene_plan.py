@@ -13,7 +13,7 @@ from roughslip.scene import schema
 from roughslip.scene.part import as_tuples, without_nulls
 from roughslip.scene.types import get, scene_of
 from roughslip.study.graph import STAGES
-from roughslip.study.plan import SHIPPED_SCENES, slice_of
+from roughslip.study.plan import slice_of
 from roughslip.study.record import has_surface
 from tests.scene.shipped import CONFIG, SCENES, shipped_scene
 
@@ -60,10 +60,6 @@ def test_a_record_is_compared_with_a_surface_of_the_user_alone(mine, base, own, 
             "oscillator": {"windows_in_parallel": 1},
             "strip": {},
         }
-
-
-def test_the_list_of_shipped_scenes_is_that_of_the_files():
-    assert sorted(SHIPPED_SCENES) == list(SCENES)
 
 
 @pytest.mark.parametrize("name", SCENES)

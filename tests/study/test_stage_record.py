@@ -15,6 +15,7 @@ from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
 from roughslip.oscillator.answers import leaves_known_speeds
 from roughslip.record.likelihood import scatter_path
+from roughslip.scene.oscillator import Memory
 from roughslip.scene.types import scene_of
 from roughslip.study import budget, record
 from roughslip.study.from_scene.machine import friction_of, machine_of
@@ -148,6 +149,10 @@ def test_the_machine_follows_drawn_values_and_is_that_of_the_scene_at_its_own():
     tabled = inputs_of(law="table", friction_table=((0.0, 0.4), (0.5, 0.35), (1.0, 0.3)))
     assert tabled.machine({"oscillator.friction_table.0.1": 0.45}).law.static == 0.45
     assert tabled.machine({"oscillator.static_friction": 0.38}).law.values == (0.38, 0.35, 0.3)
+    numbers = dict(zip(Memory.model_fields, (0.01, 0.02, 1e-6, 0.1, 0.1, 1e-6), strict=True))
+    remembering = inputs_of(law="coulomb", static_friction=0.3, memory=numbers)
+    changed = remembering.machine({"oscillator.memory.memory_length_m": 2e-6, "friction.mean": 0.29}).memory
+    assert (changed.memory_length_m, changed.ageing_effect, changed.curve.static) == (2e-6, 0.02, 0.29)
     assert tabled.machine({"oscillator.friction_table.1.1": 0.36}).law.values == (0.4, 0.36, 0.3)
 
 

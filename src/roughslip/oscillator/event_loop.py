@@ -151,25 +151,19 @@ def side_at(tau: float, x: float, limit: float, p: Coefficients) -> int:
 
 
 @compiled()
-def start_on_belt(x: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
-    """A run that starts at X' = V and X = x [m]."""
-    y = State(0.0, x, p.V, 0.0, 0.0, 0.0)
-    limit = static_limit(mu_s_at(piece_at(path, 0.0), 0.0), p)
-    sigma = side_at(0.0, x, limit, p)
+def start(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
+    """A run that starts at X = x and X' = u [m]: on the belt, or in slip as if the mass had departed just before."""
+    piece, on_belt = piece_at(path, 0.0), u == p.V
+    limit = static_limit(mu_s_at(piece, 0.0), p)
+    sigma = side_at(0.0, x, limit, p) if on_belt else UPPER if u < p.V else LOWER
+    since, pace, y = 0.0, START, State(0.0, x, u, 0.0, 0.0, 0.0)
+    if not on_belt:
+        since, pace = -SHORTEST_SLIP, FIRST
+        y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(u, float(sigma), p).p)
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, limit, 0.0, START, False, 0, 0.0, 0), events
-
-
-@compiled()
-def start_in_slip(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
-    """A run that starts in slip at X = x and X' = u [m], u not V, as if the mass had departed just before."""
-    sigma = UPPER if u < p.V else LOWER
-    piece = piece_at(path, 0.0)
-    y = slip_state(0.0, x, u, 0.0, float(sigma), piece, branch_at(u, float(sigma), p).p)
-    events = record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, -SHORTEST_SLIP, FIRST, u < 0.0, 0, 0.0, 0), events
+    return RunState(y, sigma, limit, since, pace, u < 0.0, 0, 0.0, 0), events
 
 
 @compiled()

@@ -23,14 +23,13 @@ CONTRACTED = {"contract"}  # a product and the sum behind it are one instruction
 OPTIONS: Any = {"error_model": "numpy", "fastmath": CONTRACTED, "forceinline": False}  # of the compiled formulas
 OF_COMPILED: Any = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # of those that Python never calls
 NO_POLE = 0.5  # steps that end at the belt try speeds below 0, down to which the quotient may have its pole
-LAWS: dict[str, type[FrictionLaw]] = {}  # by the word of a scene
 _LAW_OF: dict[type, Any] = {}  # what has the formulas, by the type of the compiled parameters
 
 
 class FrictionLaw(ABC):
     """Friction against relative velocity: a limit of stick, `static`, and a sliding coefficient mu_D(|v_rel|).
 
-    A law that scenes can name has a `name` and `from_scene`. A subclass gives `parameters`, the named tuple that
+    A law that scenes can name has `from_scene` too. A subclass gives `parameters`, the named tuple that
     compiled code reads. The tuple begins with static and rest (mu_D at vanishing speed, at most static). The static
     methods take a speed |v_rel| >= 0 [m/s] and this tuple, and continue smoothly below 0. A law of any function of
     speed is a table: `friction_law`.
@@ -40,18 +39,12 @@ class FrictionLaw(ABC):
     fastest_known: float = math.inf  # [m/s] ends of the speeds at which the law was measured; all of a formula
     slowest_known: float = 0.0
 
-    def __init_subclass__(cls, name: str, parameters: type) -> None:
-        LAWS[name] = cls
+    def __init_subclass__(cls, parameters: type) -> None:
         _LAW_OF.setdefault(parameters, cls)
 
     @abstractmethod
     def parameters(self) -> Any:
         """The named tuple for compiled code; a law that uses the type of another law has the formula of that law."""
-
-    @classmethod
-    @abstractmethod
-    def from_scene(cls, section: Any, mean: float) -> Self:
-        """The law of the section `oscillator` of a scene, with the mean friction coefficient of the windows."""
 
     @abstractmethod
     def times(self, factor: float) -> Self:
@@ -135,7 +128,7 @@ class StribeckParameters(NamedTuple):
 
 @gate
 @dataclass(frozen=True)
-class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
+class StribeckLaw(FrictionLaw, parameters=StribeckParameters):
     """mu_D(v) = fit / (1 + decay |v|) + static - fit + quadratic v^2, eq. (13).
 
     fit : [-] part of the friction that decays with speed
@@ -155,12 +148,8 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
         """Eq. (13) with the mean friction coefficient as mu_fit, and a limit of stick of at least that."""
-        return cls(
-            mean,
-            max(section.static_friction, mean),
-            section.stribeck_decay_s_per_m,
-            section.stribeck_quadratic_s2_per_m2,
-        )
+        decay, quadratic = section.stribeck_decay_s_per_m, section.stribeck_quadratic_s2_per_m2
+        return cls(mean, max(section.static_friction, mean), decay, quadratic)
 
     @gate
     def times(self, factor: float) -> Self:
@@ -184,7 +173,7 @@ class StribeckLaw(FrictionLaw, name="stribeck", parameters=StribeckParameters):
 
 @gate
 @dataclass(frozen=True)
-class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
+class CoulombLaw(FrictionLaw, parameters=StribeckParameters):
     """One value at rest and one in slip: eq. (13) without decay, so compiled code needs no formula for it.
 
     kinetic : [-] mu_D at every speed
@@ -206,8 +195,9 @@ class CoulombLaw(FrictionLaw, name="coulomb", parameters=StribeckParameters):
 
     @gate
     def times(self, factor: float) -> Self:
-        """The limit of stick stays, or rises to what slip holds."""
-        return replace(self, kinetic=factor * self.kinetic, static=max(self.static, factor * self.kinetic))
+        """The limit of stick stays, or rises to what slip holds; that of slip stays that."""
+        kinetic, static = factor * self.kinetic, self.static if self.static > self.kinetic else 0.0
+        return replace(self, kinetic=kinetic, static=max(static, kinetic))
 
     def parameters(self) -> StribeckParameters:
         kinetic = float(self.kinetic)

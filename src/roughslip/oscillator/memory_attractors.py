@@ -20,11 +20,11 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError
 from roughslip.oscillator.equation import Coefficients, Oscillator, coefficients
-from roughslip.oscillator.event_loop import DEPARTURE, HELD, UPPER, Events, RunState, record
+from roughslip.oscillator.event_loop import HELD, UPPER, RunState
 from roughslip.oscillator.memory_law import MemoryLaw, steady_psi
-from roughslip.oscillator.memory_motion import FIRST_STEP, MemoryState, continue_with_memory, stick_left, stuck
+from roughslip.oscillator.memory_motion import MemoryState, continue_with_memory, start_at, stick_left, stuck
 from roughslip.oscillator.path import Path
-from roughslip.oscillator.slip import SHORTEST_SLIP, Horizon, Samples, Status
+from roughslip.oscillator.slip import Horizon, Samples, Status
 from roughslip.oscillator.slip_orbit import equilibrium, growth_rates
 
 TURN = 2.0 * math.pi
@@ -58,11 +58,9 @@ class Ending:
 
 
 class Stretch(NamedTuple):
-    """A part of a motion: its last state, side, whether it moved backwards; times, X, X' of samples; fastest [m/s]."""
+    """A part of a motion: how it ends; times, X, X' of samples; fastest [m/s]."""
 
-    y: MemoryState
-    sigma: int
-    backwards: bool
+    run: RunState
     time: np.ndarray
     x: np.ndarray
     u: np.ndarray
@@ -83,12 +81,12 @@ def ending(oscillator: Oscillator, law: MemoryLaw, from_sliding: bool = False) -
     y, tau, sigma, before = departure(AT_REST, p), TURNS * TURN + LOADINGS * level / p.V, UPPER, math.nan
     if from_sliding:
         y = MemoryState(0.0, level, 0.0, p.V * (1.0 - DISTURBED), float(steady_psi(v0, p.law)))
-    for number in range(MOST_STRETCHES):
-        part = followed(y, sigma, number > 0 or from_sliding, tau, p)
-        y, sigma = part.y, part.sigma
-        if sigma == HELD:
-            y, sigma = departure(part.y, p), UPPER
-        if part.sigma == HELD and part.backwards:
+    for _ in range(MOST_STRETCHES):
+        part = stretch(y, sigma, tau, p)
+        y, sigma, held = part.run.y, part.run.sigma, part.run.sigma == HELD
+        if held:
+            y, sigma = departure(y, p), UPPER
+        if held and part.run.backwards:
             found = _cycle(part, y, p)
             if abs(y.x - before) <= ALIKE * found.amplitude:
                 return found
@@ -116,22 +114,20 @@ def departure(y: MemoryState, p: Coefficients) -> MemoryState:
     return stuck(y, stick_left(y, NO_PATH, p), p)._replace(tau=0.0, s=0.0)
 
 
-def followed(y: MemoryState, sigma: int, goes_on: bool, tau: float, p: Coefficients) -> Stretch:
-    """Slip from y on, for a time tau, or until the mass sticks after it moved backwards. goes_on : not a departure"""
-    y, size = y._replace(tau=0.0, s=0.0), min(math.ceil(tau * PER_TURN / TURN), MOST_SAMPLES)
+def stretch(y: MemoryState, sigma: int, tau: float, p: Coefficients) -> Stretch:
+    """Slip from y on, for a time tau, or until the mass sticks after it moved backwards."""
+    size = min(math.ceil(tau * PER_TURN / TURN), MOST_SAMPLES)
     samples = Samples(tau / size, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = y.x, p.V - sigma * y.w
-    events = record(Events(np.empty(64, np.int64), np.empty((64, 4)), 0), DEPARTURE, y, False)
-    run = RunState(y, sigma, 0.0, -SHORTEST_SLIP if goes_on and y.w > 0.0 else 0.0, (FIRST_STEP, 0), False, 0, 0.0, 0)
-    horizon = Horizon(tau, MOST_STEPS, 0.0, math.inf)
-    status, run, _ = continue_with_memory(run, events, NO_PATH, p, TOLERANCE, horizon, samples)
+    run, events = start_at(y._replace(tau=0.0, s=0.0), sigma, p)
+    status, run, _ = continue_with_memory(run, events, NO_PATH, p, TOLERANCE, Horizon(tau, MOST_STEPS, 0.0), samples)
     if status in (Status.STEPS_OVER, Status.STEP_LOST):
         reason = f"slip without scatter takes more than {run.steps} steps: raise the rest speed or the memory length"
         keys = "oscillator.memory.rest_speed_m_per_s, oscillator.memory.memory_length_m"
         raise ConvergenceError(reason, scene_keys=keys, residual=run.y.tau, work=run.steps)
     time = samples.interval * np.flatnonzero(kept := np.isfinite(samples.x))
     x, u = samples.x[kept], samples.u[kept]
-    return Stretch(run.y, run.sigma, run.backwards, time, x, u, p.omega * float(np.max(np.abs(p.V - u))))
+    return Stretch(run, time, x, u, p.omega * float(np.max(np.abs(p.V - u))))
 
 
 def extremes(part: Stretch) -> tuple[np.ndarray, np.ndarray]:
@@ -145,7 +141,7 @@ def extremes(part: Stretch) -> tuple[np.ndarray, np.ndarray]:
 
 def _cycle(part: Stretch, left: MemoryState, p: Coefficients) -> Ending:
     """The cycle of a slip that sticks, up to the next departure."""
-    (_, places), end = extremes(part), part.y
+    (_, places), end = extremes(part), part.run.y
     slip, stick = end.tau, (left.x - end.x) / p.V
     low, high = float(places.min(initial=end.x)), float(places.max(initial=left.x))
     found = (left.x, end.x, slip, slip + stick, end.s)

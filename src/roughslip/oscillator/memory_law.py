@@ -38,7 +38,7 @@ class MemoryParameters(NamedTuple):
 
 @gate
 @dataclass(frozen=True)
-class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
+class MemoryLaw(FrictionLaw, parameters=MemoryParameters):
     """Rate and state friction with the ageing law, added to a mean curve; `mu` and `slope` are of steady sliding.
 
     curve : mu_D with the level of friction; its limit of stick is its value at rest
@@ -48,7 +48,6 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
     reference_speed_m_per_s : [m/s] v*, at which mu_D was measured: both effects add nothing to steady sliding there
     cutoff_speed_m_per_s : [m/s] v_c, above which contacts have no time to age; usually 1 mm/s to 1 m/s
     rest_speed_m_per_s : [m/s] v_r, below which the direct effect ends; usually 1 nm/s to 1 µm/s
-    evolution : ageing; the slip law is refused
 
     Raises ParameterError for a parameter out of range, a curve with a limit of stick of its own, or negative friction.
 
@@ -63,14 +62,10 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
     reference_speed_m_per_s: float
     cutoff_speed_m_per_s: float
     rest_speed_m_per_s: float
-    evolution: str = "ageing"
 
     def __post_init__(self) -> None:
-        for name, value in list(vars(self).items())[1:-1]:
+        for name, value in list(vars(self).items())[1:]:
             (not_negative if name.endswith("effect") else positive)(f"MemoryLaw.{name}", value)
-        if self.evolution != "ageing":
-            why = "under the slip law nothing ages at rest; ageing has the same steady curve and critical stiffness"
-            raise ParameterError(f"MemoryLaw.evolution must be ageing, not {self.evolution!r}: {why}")
         if isinstance(self.curve, MemoryLaw) or self.curve.static > self.curve.parameters().rest:
             raise ParameterError("MemoryLaw.curve must have no static friction above slow slip: the age gives it")
         if not self.static_friction(0.0) > 0.0:
@@ -94,10 +89,6 @@ class MemoryLaw(FrictionLaw, name="memory", parameters=MemoryParameters):
         """The curve and both effects are this factor larger."""
         a, b = factor * self.direct_effect, factor * self.ageing_effect
         return replace(self, curve=self.curve.times(factor), direct_effect=a, ageing_effect=b)
-
-    @classmethod
-    def from_scene(cls, section: Any, mean: float) -> Self:
-        raise ParameterError("memory is added to another law: give oscillator.memory", scene_keys="oscillator.law")
 
     def parameters(self) -> MemoryParameters:
         effects, length = (self.direct_effect, self.ageing_effect), self.memory_length_m

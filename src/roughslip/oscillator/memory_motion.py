@@ -36,6 +36,7 @@ FIRST_STEP = 1e-3  # of a slip phase, shortened until it is accurate
 MOST_TRIED = 100  # Newton steps to a departure
 ROUNDED = 1e-15  # relative, of a time
 AT_NODE = 1e-4  # of a node spacing: a step that ends so close to a node ends at it
+COARSE = 0.1  # largest error of psi in a step, however little of it friction shows: else a small b lets it run away
 GRAZING = 1e-3  # of w at the ends of a step, or of V: an extreme so close to the belt, or to X' = 0, ends a step
 
 # RODAS in the form of its authors' code: times, of their derivative, rows of stages, and of sums on the right-hand side
@@ -92,7 +93,7 @@ def rosenbrock(y: MemoryState, h: float, sigma: float, piece: Piece, p: Coeffici
     speed, fresh, mu_s, diagonal = p.omega * y.w, math.exp(-y.psi), mu_s_at(piece, y.s), 1.0 / (h * GAMMA)
     mean = friction_of(speed, y.psi, p.law)
     gain, share = (mean, 1.0 + mu_s) if p.multiplies is not None else (1.0, 1.0)
-    pull = p.F if scattered(mean, mu_s, p) > 0.0 else 0.0
+    pull = p.F if y.w == 0.0 or scattered(mean, mu_s, p) > 0.0 else 0.0  # friction that is cut at rest rises at once
     ws, wp = -1.0 - pull * gain * mu_s_slope(piece, y.s), -pull * share * p.law.ageing  # d w' / d s and d psi
     ww = -2.0 * p.D - pull * share * p.omega * direct_slope(speed, p.law)
     pw, pp = (fresh - 1.0) / p.law.length, -(speed + p.law.cutoff) * fresh / (p.law.length * p.omega)
@@ -134,7 +135,7 @@ def stick_left(y: MemoryState, path: Path, p: Coefficients) -> float:
     """The time t of stick from y, root of V t = spare + growth ln(1 + t per_time); convex, so Newton's method falls."""
     limit = limit_of(y, path, p)
     if limit == 0.0 or p.V == 0.0:
-        return 0.0 if limit == 0.0 else np.inf
+        return np.inf if p.V == 0.0 else 0.0
     spare, growth = max(limit - stick_force(y.tau, y.x, p), 0.0), p.F * p.law.ageing
     if p.multiplies is not None:
         growth *= limit / (p.F * friction_of(0.0, y.psi, p.law))
@@ -156,22 +157,42 @@ def stuck(y: MemoryState, dt: float, p: Coefficients) -> MemoryState:
 
 
 @compiled()
-def start_with_memory(x: float, u: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
-    """A run that starts at X = x and X' = u [m]: on the belt with fresh contacts, else with those of steady sliding."""
-    w, since = abs(p.V - u), 0.0 if u == p.V else -SHORTEST_SLIP
-    y = MemoryState(0.0, x, 0.0, w, steady_psi(p.omega * w, p.law) if w > 0.0 else 0.0)
-    sigma = side_at(0.0, x, limit_of(y, path, p), p) if w == 0.0 else UPPER if u < p.V else LOWER
+def start_at(y: MemoryState, sigma: int, p: Coefficients) -> tuple[RunState, Events]:
+    """A run from a state at tau = 0 on: in stick, at a departure, or in slip as if it had departed just before."""
     events = Events(np.empty(64, np.int64), np.empty((64, 4)), 0)
     if sigma != HELD:
         events = record(events, DEPARTURE, y, False)
-    return RunState(y, sigma, 0.0, since, (FIRST_STEP, 0), u < 0.0, 0, 0.0, 0), events
+    since = 0.0 if y.w == 0.0 else -SHORTEST_SLIP
+    return RunState(y, sigma, 0.0, since, (FIRST_STEP, 0), sigma * y.w > p.V, 0, 0.0, 0), events
+
+
+@compiled()
+def start_with_memory(x: float, u: float, age: float, path: Path, p: Coefficients) -> tuple[RunState, Events]:
+    """A run that starts at X = x and X' = u [m] with contacts of an age [s]; NaN for fresh ones, or in slip steady."""
+    w, usual = abs(p.V - u), math.isnan(age)
+    psi = aged(0.0, 0.0 if usual else age, p.law) if w == 0.0 or not usual else steady_psi(p.omega * w, p.law)
+    y = MemoryState(0.0, x, 0.0, w, psi)
+    sigma = side_at(0.0, x, limit_of(y, path, p), p) if w == 0.0 else UPPER if u < p.V else LOWER
+    return start_at(y, sigma, p)
 
 
 @compiled(error_model="numpy")
 def error_ratio(end: MemoryState, errors: Triple, p: Coefficients, tolerance: float) -> float:
     """Errors of a step over those allowed: of s and w in F + |X|, and of w and psi by what they change in friction."""
     of_w = errors[1] * max(1.0 / (p.F + abs(end.x)), p.law.direct / (max(end.w, 0.0) + p.law.rest / p.omega))
-    return max(errors[0] / (p.F + abs(end.x)), of_w, p.law.ageing * errors[2]) / tolerance
+    of_psi = max(p.law.ageing * errors[2] / tolerance, errors[2] / COARSE)
+    return max(max(errors[0] / (p.F + abs(end.x)), of_w) / tolerance, of_psi)
+
+
+@compiled(error_model="numpy")
+def growth_at(y: MemoryState, piece: Piece, p: Coefficients) -> float:
+    """The largest rate in tau at which small motions about y can grow, at least 1; of friction that is cut, 1."""
+    if scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0:
+        return 1.0
+    damping = p.F * p.omega * direct_slope(p.omega * y.w, p.law) + 2.0 * p.D
+    weakening = p.F * p.law.ageing / p.law.length
+    lost = max(damping, 0.0) + y.w / p.law.length
+    return max(1.0, -damping, min(math.sqrt(weakening), weakening / max(lost, ROUNDED)))
 
 
 @compiled(error_model="numpy")
@@ -180,12 +201,13 @@ def shortened(
 ) -> float:
     """The length at which a step h is tried again: up to an event that it passes; h where it passes none.
 
-    Events: the belt, by Newton's method; slip up to `right`; an extreme of w next to the belt or to X' = 0.
+    Events: the belt, by Newton's method or, if stiff, a chord; slip to `right`; an extreme of w by the belt or X' = 0.
     """
     again = h * (piece.right - y.s) / (end.s - y.s) if end.s > right else h
     out, into = rates(y, sigma, piece, p)[1], rates(end, sigma, piece, p)[1]
     if end.w < 0.0 or (first and end.w == 0.0):
-        return min(again, 0.25 * h if first or into >= 0.0 else max(h - end.w / into, 0.1 * h))
+        met = min(h - end.w / into, h * y.w / (y.w - end.w)) if into < 0.0 and not first else 0.25 * h
+        return min(again, max(met, 0.1 * h))
     t = out / (out - into) if out * into < 0.0 and not first else 0.0
     w = y.w + 0.5 * t * h * out
     near = w > p.V * (1.0 - GRAZING) and max(y.w, end.w) <= p.V if out > 0.0 else w < GRAZING * min(y.w, end.w)
@@ -207,7 +229,7 @@ def continue_with_memory(
 ) -> tuple[Status, RunState, Events]:
     """`event_loop.continue_run`, a stick or a step at a time; steps are so short that no unstable motion is damped."""
     y, sigma, limit, since, paces, backwards, steps, error, cuts = run
-    near, pace, weakening = AT_NODE * path.spacing, paces[0], p.F * p.law.ageing / p.law.length
+    near, pace = AT_NODE * path.spacing, paces[0]
     piece, status = piece_at(path, y.s + near), Status.STEPS_OVER
     while steps < horizon.steps:
         known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
@@ -217,10 +239,9 @@ def continue_with_memory(
             status = Status.TIME_OVER
             break
         if sigma == HELD:
-            stick = max(stick_left(y, path, p), SHORTEST_SLIP if pace < 0.0 else 0.0)
+            stick = max(stick_left(y, path, p), SHORTEST_SLIP)  # as slip may not begin, so that the run advances
             y = stuck(held, min(stick, left), p)
-            if samples.x.size > 0:
-                sample_stick(held.tau, held.x, y.tau, p, samples)
+            sample_stick(held.tau, held.x, y.tau, p, samples)
             if stick < left:
                 events = record(events, DEPARTURE, y, False)
                 sigma, since, pace, backwards = UPPER, y.tau, FIRST_STEP, False
@@ -233,9 +254,7 @@ def continue_with_memory(
         if not reaches(path, y.s + near):
             status = Status.NODES_OVER
             break
-        damping, sign = p.F * p.omega * direct_slope(p.omega * y.w, p.law) + 2.0 * p.D, float(sigma)
-        growth = max(1.0, -damping, min(math.sqrt(weakening), weakening / max(damping, ROUNDED)))
-        longest = min(pace, LONGEST_STEP / growth)
+        sign, longest = float(sigma), min(pace, LONGEST_STEP / growth_at(y, piece, p))
         h = min(longest, left)
         if path.nodes.size > 0:
             h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
@@ -244,8 +263,8 @@ def continue_with_memory(
             break
         end, errors = rosenbrock(y, h, sign, piece, p)
         ratio, steps = error_ratio(end, errors, p, tolerance), steps + 1
-        if first and h < SHORTEST_SLIP and end.w <= 0.0:  # stick for as long, so that the run advances
-            events, sigma, pace = record(events, REATTACHMENT, y, backwards), HELD, -1.0
+        if first and h < SHORTEST_SLIP and end.w <= 0.0:  # no slip
+            events, sigma = record(events, REATTACHMENT, y, backwards), HELD
             continue
         again = shortened(y, end, h, first, piece.right + near, sign, piece, p) if ratio <= 1.0 else next_step(h, ratio)
         if again < h:
@@ -253,8 +272,7 @@ def continue_with_memory(
             continue
         pace = next_step(h, ratio) if h == longest else pace
         y, error = end, error + max(errors[0], errors[1])
-        if samples.x.size > 0:
-            sample_step(held, y.tau, sign, piece, p, samples)
+        sample_step(held, y.tau, sign, piece, p, samples)
         backwards = backwards or sign * y.w > p.V
         cuts += scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0
         if y.w <= max(-rates(y, sign, piece, p)[1] * ROUNDED * y.tau, 0.0):  # no time is left

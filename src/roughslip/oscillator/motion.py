@@ -10,19 +10,19 @@ import numpy as np
 
 from roughslip.errors import ConvergenceError, ParameterError
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients
-from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start_in_slip, start_on_belt
+from roughslip.oscillator.event_loop import REATTACHMENT, RunState, continue_run, start
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.memory_motion import continue_with_memory, start_with_memory
 from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.slip import SHORTEST_SLIP, Horizon, Samples, Status
 from roughslip.results import described, result
-from roughslip.validation import gate, positive
+from roughslip.validation import gate, not_negative, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
 TOLERANCES = (1e-13, 1e-3)
-COARSER = "try a larger tolerance, friction that changes over more of the speeds, or a coarser path; local errors in m"
+COARSER = "try a larger tolerance, friction that changes over more speeds or slip, or a coarser path; local errors in m"
 
 
 @result
@@ -111,14 +111,10 @@ NO_SAMPLES = Samples(1.0, np.zeros(0), np.zeros(0))
 
 @gate
 def simulate(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    path: FrictionPath = None,
-    spacing_m: float = math.nan,
-    duration_periods: float = 100.0,
-    options: MotionOptions = DEFAULTS,
-    start_m: float | tuple[float, float] = 0.0,
-) -> Motion:
+    oscillator: Oscillator, law: FrictionLaw, path: FrictionPath = None, spacing_m: float = math.nan,
+    duration_periods: float = 100.0, options: MotionOptions = DEFAULTS, start_m: float | tuple[float, float] = 0.0,
+    age_s: float | None = None,
+) -> Motion:  # fmt: skip
     """The motion from the start on: stick and departure exact, slip by an embedded Runge-Kutta pair.
 
     oscillator, law : the system and its mean friction mu_D
@@ -128,38 +124,36 @@ def simulate(
     duration_periods : [-] time in natural periods 2 pi / omega
     start_m : [m] X at tau = 0 of a mass that moves with the belt, where it sticks if friction holds it; or X and X',
         the velocity over omega
+    age_s : [s] of the contacts at tau = 0, with a memory; None for fresh ones on the belt, else of steady sliding
 
     Returns the events with the local error. Raises ParameterError for input out of range and for a path that is too
     short, ConvergenceError at the step limit.
 
     Method: E. Fehlberg, NASA TR R-315 (1969); events by Newton's method on repeated steps.
     """
-    return followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m)
+    return followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m, age_s)
 
 
 def followed(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    feed: PathFeed,
-    duration_periods: float,
-    options: MotionOptions,
-    start_m: float | tuple[float, float],
-    samples: Samples = NO_SAMPLES,
+    oscillator: Oscillator, law: FrictionLaw, feed: PathFeed, duration_periods: float, options: MotionOptions,
+    start_m: float | tuple[float, float], age_s: float | None = None, samples: Samples = NO_SAMPLES,
     until: tuple[float, float] = (math.inf, math.inf),
-) -> Motion:
+) -> Motion:  # fmt: skip
     """The motion of `simulate`. samples : that receive X and X'; until : last two of `Horizon` [natural periods]"""
     positive("duration_periods", duration_periods, "natural periods")
     p = coefficients(oscillator, law, options.scatter)
     x, u = start_m if isinstance(start_m, tuple) else (start_m, p.V)
     if not (math.isfinite(x) and math.isfinite(u)):
         raise ParameterError(f"start_m must be finite, not {x} m, {u} m")
-    sticks, x, u, goes_on = u == p.V, float(x), float(u), continue_run
+    x, u, age = float(x), float(u), math.nan if age_s is None else not_negative("age_s", age_s)
     if isinstance(law, MemoryLaw):
         if p.excited:
             raise ParameterError("a law with memory takes no excitation", "oscillator.excitation_force_n")
-        (run, events), goes_on = start_with_memory(x, u, feed.path, p), continue_with_memory
+        (run, events), goes_on = start_with_memory(x, u, age, feed.path, p), continue_with_memory
+    elif age_s is not None:
+        raise ParameterError("age_s is for a law with memory: contacts have no age without one")
     else:
-        run, events = start_on_belt(x, feed.path, p) if sticks else start_in_slip(x, u, feed.path, p)
+        (run, events), goes_on = start(x, u, feed.path, p), continue_run
     status = Status.NODES_OVER
     end, after, longest = (2.0 * math.pi * periods for periods in (duration_periods, *until))
     while status == Status.NODES_OVER:
@@ -205,14 +199,10 @@ def _check_end(status: Status, run: RunState, periods: float, length: float) -> 
 
 @gate
 def trajectory(
-    oscillator: Oscillator,
-    law: FrictionLaw,
-    path: FrictionPath = None,
-    spacing_m: float = math.nan,
-    duration_periods: float = 100.0,
-    options: MotionOptions = DEFAULTS,
-    start_m: float | tuple[float, float] = 0.0,
-) -> Trajectory:
+    oscillator: Oscillator, law: FrictionLaw, path: FrictionPath = None, spacing_m: float = math.nan,
+    duration_periods: float = 100.0, options: MotionOptions = DEFAULTS, start_m: float | tuple[float, float] = 0.0,
+    age_s: float | None = None,
+) -> Trajectory:  # fmt: skip
     """The same motion as `simulate`, with X and X' at equal times from tau = 0 up to the duration, which is left out.
 
     Stick lines are exact, and samples of slip are as accurate as the steps. Arguments and errors as in `simulate`.
@@ -221,5 +211,5 @@ def trajectory(
     size = max(math.ceil(duration_periods * options.samples_per_period - 1e-9), 1) if finite else 1
     samples = Samples(2.0 * math.pi / options.samples_per_period, np.full(size, np.nan), np.full(size, np.nan))
     samples.x[0], samples.u[0] = start_m if isinstance(start_m, tuple) else (start_m, oscillator.V)
-    motion = followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m, samples)
+    motion = followed(oscillator, law, PathFeed(path, spacing_m), duration_periods, options, start_m, age_s, samples)
     return Trajectory(motion, samples.interval * np.arange(size), samples.x, samples.u)

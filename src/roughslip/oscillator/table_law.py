@@ -16,7 +16,7 @@ import scipy
 
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
-from roughslip.oscillator.laws import LAWS, OPTIONS, FrictionLaw
+from roughslip.oscillator.laws import OPTIONS, CoulombLaw, FrictionLaw, StribeckLaw
 from roughslip.validation import gate, not_negative
 
 LEFT_OUT = 1e-6  # of the largest value up to there: knots that a cubic between others meets within that end no rows
@@ -91,7 +91,7 @@ def _needed(curve: Any, slopes: np.ndarray, allowed: np.ndarray) -> list[int]:
 
 @gate
 @dataclass(frozen=True)
-class TableLaw(FrictionLaw, name="table", parameters=TableParameters):
+class TableLaw(FrictionLaw, parameters=TableParameters):
     """mu_D as measured at some speeds.
 
     speeds_m_per_s : (knots,) [m/s] from 0 on, strictly increasing, at least two
@@ -225,8 +225,9 @@ def law_from_scene(section: Any, mean: float) -> FrictionLaw:
     `my_laws.py:falling` is a function of speed in a file of the user, in place of the mean. Raises ParameterError where
     there is none.
     """
-    if section.law in LAWS:
-        return LAWS[section.law].from_scene(section, mean)
+    laws = {"stribeck": StribeckLaw.from_scene, "coulomb": CoulombLaw.from_scene, "table": TableLaw.from_scene}
+    if section.law in laws:
+        return laws[section.law](section, mean)
     file, _, name = section.law.rpartition(":")
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
     if spec is None or spec.loader is None or not Path(file).is_file():

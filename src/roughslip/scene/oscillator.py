@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from roughslip.limits import MOST_NUMBERS, PATH_NODES
 from roughslip.scene.friction import MEAN, MOST_WINDOWS, RECORD, STATISTICS
-from roughslip.scene.mistakes import Mistake, Rule, Values, fits, is_increasing, missing, refused
+from roughslip.scene.mistakes import Mistake, Rule, Values, fits, given, is_increasing, missing, refused
 from roughslip.scene.section import EachOnce, Section, key, many, word
 
 Speed = Annotated[float, key("m/s", ge=0, le=1e6)]
@@ -23,17 +23,17 @@ Range = Annotated[tuple[Value, Value], many()]
 class Memory(Section):
     """Memory of the contact: rate and state friction with ageing, added to the law."""
 
-    direct_effect: float = key(ge=0, le=0.1)
+    direct_effect: float = key(uncertain="memory", ge=0, le=0.1)
     """Direct effect a, the rise of friction at once with the logarithm of speed; usually 0.003 to 0.02."""
-    ageing_effect: float = key(ge=0, le=0.1)
+    ageing_effect: float = key(uncertain="memory", ge=0, le=0.1)
     """Ageing effect b, the rise with the logarithm of the age of the contacts; usually 0.003 to 0.03."""
-    memory_length_m: float = key("m", ge=1e-9, le=1)
+    memory_length_m: float = key("m", uncertain="memory", ge=1e-9, le=1)
     """Memory length D_c, the slip that renews the contacts; usually 0.3 to 20 µm."""
-    reference_speed_m_per_s: float = key("m/s", ge=1e-9, le=1000)
+    reference_speed_m_per_s: float = key("m/s", uncertain="memory", ge=1e-9, le=1000)
     """Speed v* at which steady friction is that of the law; usually where it was measured."""
-    cutoff_speed_m_per_s: float = key("m/s", ge=1e-9, le=1e6)
+    cutoff_speed_m_per_s: float = key("m/s", uncertain="memory", ge=1e-9, le=1e6)
     """Speed v_c above which contacts have no time to age; usually 1 mm/s to 1 m/s."""
-    rest_speed_m_per_s: float = key("m/s", ge=1e-12, le=1)
+    rest_speed_m_per_s: float = key("m/s", uncertain="memory", ge=1e-12, le=1)
     """Speed v_r below which the direct effect ends; usually 1 nm/s to 1 µm/s."""
 
 
@@ -127,6 +127,12 @@ class Changeable(Section):
     """Stiffness [N/m]."""
     load: Range | None = many(default=None)
     """Normal force [N]."""
+    memory_length: Range | None = many(default=None)
+    """With a memory: memory length D_c [m]."""
+    direct_effect: Range | None = many(default=None)
+    """With a memory: direct effect a."""
+    ageing_effect: Range | None = many(default=None)
+    """With a memory: ageing effect b."""
 
 
 class Answer(Section):
@@ -172,11 +178,6 @@ REPLACES: dict[str, tuple[str, ...]] = {
 def path_nodes(length: float, velocity: float, stiffness: float, mass: float, periods: float) -> float:
     """Nodes of the friction path on the way of the belt in a number of natural periods."""
     return PATH_NODES * velocity * periods * 2 * math.pi * math.sqrt(mass / stiffness) / length
-
-
-def _path_is_short(part: float) -> Callable[..., bool]:
-    """Whether a run takes few nodes. part : correlation length of the friction over the first value"""
-    return lambda length, *motion: path_nodes(length, *motion) <= part * MOST_NODES
 
 
 RULES = (
@@ -225,7 +226,7 @@ RULES = (
     *(
         Rule(
             (key, *_MOTION),
-            _path_is_short(part),
+            lambda length, *motion, part=part: path_nodes(length, *motion) <= part * MOST_NODES,
             f"a length that the belt, {{1}} m/s, passes at most {int(MOST_NODES / PATH_NODES * part)} times in {{4}} "
             f"natural periods of {{3}} kg on {{2}} N/m, or a run takes more than {MOST_NODES} nodes of friction",
         )
@@ -254,8 +255,10 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
                 yield missing(f"{_LAW} = coulomb needs it with {_MEMORY}", MEAN, _LAW, _MEMORY)
             for name in (name for name in needed if name not in oscillator):
                 yield missing(f"{_LAW} = {law} needs it", f"oscillator.{name}", _LAW, RECORD, TABLE)
-        yield from _memory_mistakes(oscillator, law, scene.get("friction") or {})
-    for parameter, (low, high) in _map_ranges(asked) if isinstance(asked, dict) else ():
+        yield from _memory_mistakes(scene, oscillator, law)
+    asked = asked if isinstance(asked, dict) else {}
+    parameters = asked.get("parameters", StickSlipMap.model_fields["parameters"].default)
+    for parameter, (low, high) in zip(parameters or (), asked.get("ranges") or (), strict=False):
         least, most = {"damping": (0.0, 1.0), "windows": (1.0, math.inf)}.get(parameter, (1e-15, math.inf))
         if not least <= low < high <= most:
             where = {"damping": "from 0 to 1", "windows": "from 1 on"}.get(parameter, "above 0")
@@ -263,10 +266,13 @@ def mistakes(scene: Values) -> Iterator[Mistake]:
             yield refused([low, high], allowed, "map.ranges", "map.parameters")
 
 
-def _memory_mistakes(oscillator: Values, law: str | None, friction: Values) -> Iterator[Mistake]:
+def _memory_mistakes(scene: Values, oscillator: Values, law: str | None) -> Iterator[Mistake]:
     """A memory goes with a free mass and a given curve, and stick then has no limit of its own."""
-    memory, static = oscillator.get("memory"), oscillator.get("static_friction")
+    memory, static, friction = oscillator.get("memory"), oscillator.get("static_friction"), scene.get("friction") or {}
     if not isinstance(memory, dict):
+        for key in (key for key in _CHANGES if key.endswith(("memory_length", "_effect")) and memory is None):
+            if given(scene, key) is not None:
+                yield refused(given(scene, key), f"it is of {_MEMORY}, which the scene has not", key, _MEMORY)
         return
     if "record" in friction:
         yield Mistake((_MEMORY, RECORD), "not allowed; the curve of a record has the memory of its contacts in it")
@@ -286,9 +292,3 @@ def _memory_mistakes(oscillator: Values, law: str | None, friction: Values) -> I
     elif static not in (None, level):
         allowed = "no value" if level is None else f"no value, or that of slow slip, {level}"
         yield refused(static, f"with a memory the limit of stick follows from the age: {allowed}", _STATIC, _MEMORY)
-
-
-def _map_ranges(asked: Values) -> Iterator[tuple[str, list[float]]]:
-    """Parameters of a map and their ranges, as far as they are given and not refused."""
-    parameters = asked.get("parameters", StickSlipMap.model_fields["parameters"].default)
-    return zip(parameters or (), asked.get("ranges") or (), strict=False)

@@ -229,11 +229,12 @@ def section_at(scene: Scene, values: Mapping[str, float], mean: float) -> Simple
 
     A limit of stick that is the first coefficient of the table stays that; none falls below it.
     """
-    section = SimpleNamespace(**vars(scene.oscillator))
+    section, memory = SimpleNamespace(**vars(scene.oscillator)), scene.oscillator.memory
+    section.memory = memory and SimpleNamespace(**vars(memory))
     for key, value in values.items():
-        part, _, name = key.partition(".")
-        if part == "oscillator" and hasattr(section, name):
-            setattr(section, name, value)
+        part, _, name = key.rpartition(".")
+        if part in ("oscillator", "oscillator.memory"):
+            setattr(section.memory if part == "oscillator.memory" else section, name, value)
     if (table := scene.oscillator.friction_table) is not None:
         rows = [(speed, values.get(f"{TABLE}.{row}.1", value)) for row, (speed, value) in enumerate(table)]
         if scene.oscillator.static_friction in (None, table[0][1]):

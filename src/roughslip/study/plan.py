@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from functools import cache
 
+from roughslip.scene.files import SHIPPED, scene_names
 from roughslip.scene.mistakes import Values
 from roughslip.scene.types import get, part_of
 from roughslip.study.graph import EVERY_SCENE, STAGES, Stage
 
 # The scenes that come with the project. What they give to a scene of a user is an assumption.
-_SHIPPED = """cam_follower cam_follower_long clutch clutch_long coulomb disc_brake disc_brake_long elastoplastic excited
-excited_away fractal given measured nongaussian paper quick resolved rubber_bearing rubber_bearing_long slideway
-slideway_long slideway_memory smoke tribometer"""
-SHIPPED_SCENES = frozenset(_SHIPPED.split())
+SHIPPED_SCENES = frozenset(scene_names(SHIPPED))
 
 # Sections in which no key is required by itself: a stage that reads one of their keys needs this key.
 _KEY_BY_KEY = ("roughness", "strip", "friction", "numerics")

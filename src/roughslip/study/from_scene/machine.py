@@ -20,7 +20,7 @@ from roughslip.friction.paths import Friction, Pad, Paths
 from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
-from roughslip.oscillator.laws import FrictionLaw
+from roughslip.oscillator.laws import CoulombLaw, FrictionLaw
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.oscillator.machine import FrictionOverLoad, Machine
 from roughslip.oscillator.memory_law import MemoryLaw
@@ -96,7 +96,9 @@ def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
 def scene_law(section: Any, mean: float) -> FrictionLaw:
     """The law that a section `oscillator` names, with its memory where it has one."""
     curve = law_from_scene(section, mean)
-    return curve if section.memory is None else MemoryLaw(curve, **vars(section.memory))
+    if section.memory is None:
+        return curve
+    return MemoryLaw(CoulombLaw(mean, mean) if isinstance(curve, CoulombLaw) else curve, **vars(section.memory))
 
 
 def friction_of(scene: Scene, statistics: Path | None) -> Friction:

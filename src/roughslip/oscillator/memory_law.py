@@ -19,7 +19,7 @@ from roughslip.errors import ParameterError
 from roughslip.oscillator.laws import FrictionLaw, friction, friction_slope
 from roughslip.validation import gate, not_negative, positive
 
-NO_POLE = 0.5  # of v_r: steps that end at the belt try speeds below 0, down to which the logarithm may have its pole
+NO_POLE = 0.5  # of v_r: steps that end at the belt try speeds below 0, and friction is constant from there down
 SLOWEST = 1e-300  # [m/s] in place of 0, at which steady friction has no bound
 
 
@@ -109,7 +109,8 @@ class MemoryLaw(FrictionLaw, parameters=MemoryParameters):
 @compiled()
 def friction_of(speed: float, psi: float, law: MemoryParameters) -> float:
     """mu at a speed [m/s] and psi."""
-    rate = max(speed + law.rest, NO_POLE * law.rest) / law.reference
+    speed = max(speed, -NO_POLE * law.rest)  # below it nothing is meant: a step that ends there is tried shorter
+    rate = (speed + law.rest) / law.reference
     return friction(speed, law.curve) + law.direct * np.log(rate) + law.ageing * (psi - law.level)
 
 

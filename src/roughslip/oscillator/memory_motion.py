@@ -70,12 +70,12 @@ class MemoryState(NamedTuple):
 
 
 @compiled(forceinline=True, error_model="numpy")
-def rates(y: MemoryState, sigma: float, piece: Piece, p: Coefficients) -> Triple:
-    """s', w' and psi'."""
+def rates(y: MemoryState, sigma: float, piece: Piece, p: Coefficients) -> tuple[float, float, float, float]:
+    """s', w' and psi', and friction mu."""
     speed = p.omega * y.w
     mu = scattered(friction_of(speed, y.psi, p.law), mu_s_at(piece, y.s), p)
     renewal = ((speed + p.law.cutoff) * math.exp(-y.psi) - speed) / (p.law.length * p.omega)
-    return y.w, sigma * (y.x + 2.0 * p.D * p.V) - 2.0 * p.D * y.w - p.F * mu, renewal
+    return y.w, sigma * (y.x + 2.0 * p.D * p.V) - 2.0 * p.D * y.w - p.F * mu, renewal, mu
 
 
 @compiled(forceinline=True, error_model="numpy")
@@ -185,9 +185,9 @@ def error_ratio(end: MemoryState, errors: Triple, p: Coefficients, tolerance: fl
 
 
 @compiled(error_model="numpy")
-def growth_at(y: MemoryState, piece: Piece, p: Coefficients) -> float:
+def growth_at(y: MemoryState, mu: float, p: Coefficients) -> float:
     """The largest rate in tau at which small motions about y can grow, at least 1; of friction that is cut, 1."""
-    if scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0:
+    if mu == 0.0:
         return 1.0
     damping = p.F * p.omega * direct_slope(p.omega * y.w, p.law) + 2.0 * p.D
     weakening = p.F * p.law.ageing / p.law.length
@@ -197,14 +197,13 @@ def growth_at(y: MemoryState, piece: Piece, p: Coefficients) -> float:
 
 @compiled(error_model="numpy")
 def shortened(
-    y: MemoryState, end: MemoryState, h: float, first: bool, right: float, sigma: float, piece: Piece, p: Coefficients
+    y: MemoryState, end: MemoryState, h: float, first: bool, out: float, into: float, piece: Piece, p: Coefficients
 ) -> float:
-    """The length at which a step h is tried again: up to an event that it passes; h where it passes none.
+    """The length at which a step h is tried again, from w' at its ends: up to an event; h where it passes none.
 
-    Events: the belt, by Newton's method or, if stiff, a chord; slip to `right`; an extreme of w by the belt or X' = 0.
+    Events: the belt, by Newton's method or, if stiff, a chord; slip to a node; an extreme of w by the belt or X' = 0.
     """
-    again = h * (piece.right - y.s) / (end.s - y.s) if end.s > right else h
-    out, into = rates(y, sigma, piece, p)[1], rates(end, sigma, piece, p)[1]
+    again = h * (piece.right - y.s) / (end.s - y.s) if end.s > piece.right + AT_NODE / piece.per_spacing else h
     if end.w < 0.0 or (first and end.w == 0.0):
         met = min(h - end.w / into, h * y.w / (y.w - end.w)) if into < 0.0 and not first else 0.25 * h
         return min(again, max(met, 0.1 * h))
@@ -254,19 +253,20 @@ def continue_with_memory(
         if not reaches(path, y.s + near):
             status = Status.NODES_OVER
             break
-        sign, longest = float(sigma), min(pace, LONGEST_STEP / growth_at(y, piece, p))
+        sign, here = float(sigma), rates(y, float(sigma), piece, p)
+        longest = min(pace, LONGEST_STEP / growth_at(y, here[3], p))
         h = min(longest, left)
         if path.nodes.size > 0:
-            h = step_to_node(h, piece.right - y.s, y.w, rates(y, sign, piece, p)[1], 0.0)
+            h = step_to_node(h, piece.right - y.s, y.w, here[1], 0.0)
         if not y.tau + h > y.tau:
             status = Status.STEP_LOST
             break
         end, errors = rosenbrock(y, h, sign, piece, p)
-        ratio, steps = error_ratio(end, errors, p, tolerance), steps + 1
+        ratio, steps, there = error_ratio(end, errors, p, tolerance), steps + 1, rates(end, sign, piece, p)
         if first and h < SHORTEST_SLIP and end.w <= 0.0:  # no slip
             events, sigma = record(events, REATTACHMENT, y, backwards), HELD
             continue
-        again = shortened(y, end, h, first, piece.right + near, sign, piece, p) if ratio <= 1.0 else next_step(h, ratio)
+        again = shortened(y, end, h, first, here[1], there[1], piece, p) if ratio <= 1.0 else next_step(h, ratio)
         if again < h:
             pace = again
             continue
@@ -274,8 +274,8 @@ def continue_with_memory(
         y, error = end, error + max(errors[0], errors[1])
         sample_step(held, y.tau, sign, piece, p, samples)
         backwards = backwards or sign * y.w > p.V
-        cuts += scattered(friction_of(p.omega * y.w, y.psi, p.law), mu_s_at(piece, y.s), p) == 0.0
-        if y.w <= max(-rates(y, sign, piece, p)[1] * ROUNDED * y.tau, 0.0):  # no time is left
+        cuts += there[3] == 0.0
+        if y.w <= max(-there[1] * ROUNDED * y.tau, 0.0):  # no time is left
             y = stuck(y, 0.0, p)
             side = side_at(y.tau, y.x, limit_of(y, path, p), p)
             if side != sigma:

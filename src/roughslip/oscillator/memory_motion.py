@@ -93,7 +93,7 @@ def rosenbrock(y: MemoryState, h: float, sigma: float, piece: Piece, p: Coeffici
     speed, fresh, mu_s, diagonal = p.omega * y.w, math.exp(-y.psi), mu_s_at(piece, y.s), 1.0 / (h * GAMMA)
     mean = friction_of(speed, y.psi, p.law)
     gain, share = (mean, 1.0 + mu_s) if p.multiplies is not None else (1.0, 1.0)
-    pull = p.F if y.w == 0.0 or scattered(mean, mu_s, p) > 0.0 else 0.0  # friction that is cut at rest rises at once
+    pull = p.F if y.w == 0.0 < share or scattered(mean, mu_s, p) > 0.0 else 0.0  # friction cut at rest rises at once
     ws, wp = -1.0 - pull * gain * mu_s_slope(piece, y.s), -pull * share * p.law.ageing  # d w' / d s and d psi
     ww = -2.0 * p.D - pull * share * p.omega * direct_slope(speed, p.law)
     pw, pp = (fresh - 1.0) / p.law.length, -(speed + p.law.cutoff) * fresh / (p.law.length * p.omega)

@@ -238,7 +238,7 @@ def continue_with_memory(
             status = Status.TIME_OVER
             break
         if sigma == HELD:
-            stick = max(stick_left(y, path, p), SHORTEST_SLIP)  # as slip may not begin, so that the run advances
+            stick = max(stick_left(y, path, p), SHORTEST_SLIP)  # so that the run advances where no slip begins
             y = stuck(held, min(stick, left), p)
             sample_stick(held.tau, held.x, y.tau, p, samples)
             if stick < left:

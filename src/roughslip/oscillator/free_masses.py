@@ -18,7 +18,7 @@ from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at
 HALVINGS = 20  # of the step that reaches the belt
 PAST = 1e-3  # of the spacing, beyond a node, at which a step ends
 STILL = 1e-9  # of the belt's velocity, below which a step does not end with a node
-SPELL, SLID, ENDS, SLIPS, BIRTHS, CROSSED, TIME = range(7)  # totals
+SPELL, SLID, ENDS, SLIPS, BIRTHS, CROSSED, TIME, SPELL_SQUARES, SLID_SQUARES = range(9)  # totals
 
 
 class Scatter(NamedTuple):
@@ -99,15 +99,17 @@ def totals_of(
     scores : (n, lags) of the nodes of their paths, overwritten
     longest : tau of a step, and of a slip of the cycle; a longer one is sliding from its departure on
 
-    Returns (7,) by SPELL to TIME: tau in stick-slip and in sliding, ends of stick-slip, slips that slide and have
-    ended, beginnings of stick-slip, passages of the belt under friction of the other sign, and tau of all.
+    Returns (9,) by SPELL to SLID_SQUARES: tau in stick-slip and in sliding, ends of stick-slip, slips that slide and
+    have ended, beginnings of stick-slip, passages of the belt under friction of the other sign, and tau of all.
+    The last two are sums of squares of durations in either state, also of those that have not ended.
     """
-    out, path = np.zeros(7), Path(np.zeros(4), 0, scatter.spacing, False)
+    out, path = np.zeros(9), Path(np.zeros(4), 0, scatter.spacing, False)
     for z in scores:
         for k in range(4):
             path.nodes[k] = mu_of_score(z[z.size - 4 + k], scatter)
         limit, piece = static_limit(path.nodes[1], p), piece_at(path, scatter.spacing)
         x, u, s, age, backwards, slides, in_spell = limit - 2.0 * p.D * p.V, p.V, piece.left, 0.0, False, False, True
+        lasted = 0.0
         for _ in range(steps):
             h = min(longest[0], (piece.right + PAST * scatter.spacing - s) / max(p.V - u, STILL * p.V))
             end, velocity = _step(x, u, s, h, piece, p)
@@ -124,7 +126,8 @@ def totals_of(
             backwards |= u < 0.0
             if age > longest[1] and not slides:
                 out[ENDS] += in_spell
-                slides, in_spell = True, False
+                out[SPELL_SQUARES] += lasted**2
+                slides, in_spell, lasted = True, False, 0.0
             if not at_belt:
                 continue
             limit = static_limit(mu_s_at(piece, s), p)
@@ -134,9 +137,12 @@ def totals_of(
                 out[SLIPS] += slides
                 out[BIRTHS] += backwards and not slides and not in_spell
                 in_spell |= backwards and not slides
+                lasted = (lasted + age + spare / p.V) * in_spell
+                out[SLID_SQUARES] += age**2 * slides
                 out[SLID if slides else SPELL] += age * (slides or in_spell)
                 out[SPELL] += spare / p.V * in_spell
                 out[TIME] += spare / p.V
                 x, age, backwards, slides = limit - 2.0 * p.D * p.V, 0.0, False, False
         out[SLID if slides else SPELL] += age * (slides or in_spell)
+        out[SLID_SQUARES if slides else SPELL_SQUARES] += (lasted + age) ** 2 * (slides or in_spell)
     return out

@@ -1,4 +1,4 @@
-"""Ensemble statistics: moments and intervals as in scipy. Nightly: coverage, and theory against long runs."""
+"""Ensemble statistics: moments and intervals as in scipy."""
 
 import math
 from dataclasses import replace
@@ -9,7 +9,6 @@ from scipy import stats
 
 from roughslip.oscillator.cycles import REPLICATES, count_difference, reattachment_statistics, row_of
 from roughslip.oscillator.motion import simulate
-from roughslip.oscillator.states import States, durations, exponential_mean
 from tests.oscillator.motions import LAW, STUDY, machine
 
 
@@ -89,44 +88,3 @@ def test_intervals_are_percentiles_of_resampled_runs():
     radius = np.quantile(np.max(np.reshape(moved, (-1, 2)), axis=1), 0.95)
     distance = statistics.distance_to_normal
     assert distance[1:] == pytest.approx([max(distance[0] - radius, 0.0), distance[0] + radius], rel=1e-10)
-
-
-def renewal(rng, again, end, state):
-    """States of exponential durations of means 20 and 5 up to an end; `again` : chance that sliding follows itself."""
-    time, times, ended = 0.0, ([], []), ([], [])
-    while time < end:
-        last = time + (20.0, 5.0)[state] * rng.standard_exponential()
-        times[state].append((time, min(last, end)))
-        ended[state].append(last < end)
-        time, state = last + 1e-9, int(state == 0 or rng.random() < again)
-    return States(*(np.reshape(rows, (-1, 2)) for rows in times), *(np.array(rows, dtype=bool) for rows in ended))
-
-
-def of_renewals(rng, again):
-    """Runs of 60 begin half in either state, so that their own share is nearer to 1/2."""
-    return durations([renewal(rng, again, 60.0, begin) for begin in (0, 1) for _ in range(20)], rng)
-
-
-def censored(rng):
-    """Durations of mean 40, cut off at 25."""
-    drawn = 40 * rng.standard_exponential(20)
-    return exponential_mean(np.minimum(drawn, 25).sum(), np.count_nonzero(drawn < 25))[1:]
-
-
-ROWS = {  # an interval from a generator, the truth, least and largest rate at which it holds it
-    "censored durations": (censored, 40.0, 0.95, 0.985),
-    "share of stick-slip": (lambda rng: of_renewals(rng, 0.0).share[1:], 20 / 25, 0.95, 0.95),
-    "share where sliding follows itself": (lambda rng: of_renewals(rng, 0.5).share[1:], 20 / 30, 0.95, 0.95),
-    "mean stick-slip": (lambda rng: of_renewals(rng, 0.0).stick_slip[1:], 20.0, 0.92, 1.0),
-}
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("row", ROWS)
-def test_intervals_cover_the_truth_as_often_as_they_say(row):
-    """Within four standard errors of the trials."""
-    interval, truth, least, most = ROWS[row]
-    trials = 300
-    rates = [low <= truth <= high for low, high in (interval(np.random.default_rng([2, k])) for k in range(trials))]
-    error = 4 * math.sqrt(0.95 * 0.05 / trials)
-    assert least - error <= np.mean(rates) <= most + error

@@ -21,7 +21,7 @@ from roughslip.oscillator.rates import (
     of_free_masses,
     scores_of,
 )
-from roughslip.oscillator.states import durations, run_until_known
+from roughslip.oscillator.states import durations, run_until_known, settling_ages
 from roughslip.oscillator.table_law import TableLaw
 from tests.oscillator.motions import LAW, STUDY, machine
 
@@ -142,7 +142,7 @@ def test_theory_is_within_a_factor_of_one_and_a_half_of_runs(number):
         path, periods = own.kept_path([5, number, len(runs)], 0), 1000.0 * 1.5 ** min(len(runs), 6)
         runs.append(run_until_known(own, path, own.paths.spacing, periods)[2])
         ends = min(np.sum([np.count_nonzero(getattr(run, name)) for run in runs]) for name in ENDED)
-    measured = durations(runs, np.random.default_rng(3))
+    measured = durations(runs, np.random.default_rng(3), settling_ages(own))
     for name in ("stick_slip", "sliding"):
         _, low, high = getattr(measured, name)
         assert low / 1.5 <= getattr(expected, name)[0] <= 1.5 * high, name

@@ -1,14 +1,10 @@
-"""The two states: spells by hand, the same word on the cycle from all functions, numbers that no duration changes.
-
-Durations of both states: by hand, and censored ones against textbook values.
-"""
+"""The two states: spells by hand, the same word on the cycle from all functions, numbers that no duration changes."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
 from scipy.integrate import solve_ivp
 from scipy.interpolate import PchipInterpolator
 
@@ -17,21 +13,23 @@ from roughslip.oscillator.answer_runs import whole_cycles
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import CROSSING, DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
-from roughslip.oscillator.limits import departure_point, existence_limit, limit_cycle, slip_loop
+from roughslip.oscillator.limits import departure_point, existence_limit, hopf_damping, limit_cycle, slip_loop
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import Motion, Trajectory, simulate
 from roughslip.oscillator.states import (
+    ONE_RATE,
     States,
     durations,
-    exponential_mean,
     longest_slip,
     run_until_known,
+    settling_ages,
     states_of,
     states_of_answer,
-    stationary_share,
 )
 from roughslip.oscillator.table_law import TableLaw
-from tests.oscillator.motions import LAW, STUDY
+from tests.oscillator.motions import LAW, STUDY, machine
+from tests.properties.campaign import Trial
+from tests.properties.machines import draw_law
 
 TURN = 2.0 * math.pi
 LONG = 3.0  # natural periods
@@ -147,57 +145,36 @@ def test_a_run_goes_on_until_its_state_is_known_and_the_first_loading_is_none():
 
 
 def random_case(number):
-    """An oscillator and a law, the belt at 1e-3 to 3 static deflections a radian."""
-    rng = np.random.default_rng([7, number])
-    static, omega = rng.uniform(0.1, 0.6), 10 ** rng.uniform(1, 3)
-    stiffness, force = 10 ** rng.uniform(4, 6), 10 ** rng.uniform(1, 3)
-    velocity = 10 ** rng.uniform(-3, math.log10(3)) * force / stiffness * omega
+    """An oscillator and a law, the belt at 1e-2 to 3 static deflections a radian; every tenth without damping."""
+    trial = Trial(8, number)
+    rng, omega, stiffness, force = trial.rng, *10 ** trial.rng.uniform([1, 4, 1], [3, 6, 3])
+    velocity = 10 ** rng.uniform(-2, math.log10(3)) * force / stiffness * omega
     damping = 0.0 if number % 10 == 9 else 10 ** rng.uniform(-2.5, 0.2)
-    kinetic, kind = static * rng.uniform(0.3, 1.0), number % 4
-    if number % 8 == 1:
-        damping = max(damping, 0.01)  # Coulomb's law without a step: without damping every loop grazes the belt
-    belt = Oscillator(stiffness / omega**2, omega, damping, velocity, force)
-    if kind == 0:
-        law = StribeckLaw(kinetic, static, decay_s_per_m=1 / (velocity * 10 ** rng.uniform(-1, 1)))
-    elif kind == 1:
-        law = CoulombLaw(static if number % 8 == 1 else kinetic, static)
-    else:  # lubricated: falls and rises; exponential: falls
-        speeds = velocity * np.array([0.0, 0.5, 2.0, 8.0, 40.0]) * 10 ** rng.uniform(-0.5, 0.5)
-        values = (
-            [static, 0.6 * static, kinetic, static, 2.0 * static]
-            if kind == 2
-            else [kinetic + (static - kinetic) * math.exp(-v / velocity) for v in speeds]
-        )
-        law = TableLaw(tuple(speeds), tuple(values))
-    return belt, law
+    law, _ = draw_law(trial, rng.uniform(0.1, 0.6), velocity)
+    return Oscillator(stiffness / omega**2, omega, damping, velocity, force), law
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("batch", range(2))
 def test_all_functions_say_the_same_of_random_oscillators(batch):
-    """The cycle, its limit in damping, the counts and long runs from rest, of 100 cases. A limit within
-    1e-6 of the damping is a draw."""
+    """The cycle, its limit in damping, the counts and long runs from rest. Within 1e-6 of the limit it is a draw."""
     for number in range(50 * batch, 50 * batch + 50):
         belt, law = random_case(number)
         loop = slip_loop(belt, law)
         exists = loop.cycle is not None
         try:
             limit = existence_limit(belt, law)
-        except IllPosedError:
-            limit = 0.0
-        except ConvergenceError:  # at every damping tried
-            limit = math.inf
+        except (IllPosedError, ConvergenceError) as error:  # at no damping, or at every damping tried
+            limit = 0.0 if isinstance(error, IllPosedError) else math.inf
         if abs(limit - belt.damping_ratio) > 1e-6 * max(limit, 1e-3):
             assert (limit > belt.damping_ratio) == exists, number
         loading = max(departure_point(belt, law), 0.0) / belt.V / TURN
         duration = loading + 12 * (loop.cycle.period / TURN if exists else max(loop.periods, 1.0))
         cycles = simulate(belt, law, duration_periods=duration).cycles
         assert cycles >= 11 if exists else cycles == 0, number
-        shares = []
         for periods in (20.0, 200.0):
             _, first, states = run_until_known(Machine(belt, law), None, 0.0, periods)
-            shares.append(states.share(first + 0.5 * periods, first + periods))
-        assert shares == [float(exists)] * 2, number
+            assert states.share(first + 0.5 * periods, first + periods) == float(exists), number
 
 
 def states(stick_slip, sliding, stick_slip_ended, sliding_ended):
@@ -206,12 +183,13 @@ def states(stick_slip, sliding, stick_slip_ended, sliding_ended):
 
 
 def test_means_of_runs_by_hand():
-    """Time over ends: 30 / 2 and 60 / 2. Of the latter the mass slides again after one: a birth in 60."""
+    """Time over ends of stick-slip: 30 / 2. Sliding lasts 5, and 35 + 5 + 8 past 5 and 2, with two ends and a birth."""
     slides_again = states([], [(0, 10), (12, 22)], [], [True, False])
     both = states([(0, 10), (50, 55)], [(10, 50)], [True, True], [True])
-    times = durations([both, states([(0, 15)], [], [False], []), slides_again], np.random.default_rng(1))
-    assert (times.stick_slip[0], times.sliding[0], times.birth[0]) == pytest.approx((15, 30, 1 / 60))
-    assert times.share[0] == pytest.approx((1 / 60) / (1 / 60 + 1 / 15))
+    runs = [both, states([(0, 15)], [], [False], []), slides_again]
+    times = durations(runs, np.random.default_rng(1), (5.0, 2.0))
+    assert (times.stick_slip[0], times.sliding[0], times.birth[0]) == pytest.approx((15, 29, 0.5 / 29))
+    assert times.share[0] == pytest.approx((0.5 / 29) / (0.5 / 29 + 1 / 15))
     assert times.death[:2] == pytest.approx((1 / 15, 1 / times.stick_slip[2]))
     for values in (times.stick_slip, times.sliding, times.birth, times.share):
         assert values[1] < values[0] < values[2]
@@ -220,10 +198,11 @@ def test_means_of_runs_by_hand():
 def test_times_of_sliding_are_steady_or_vibrate():
     """Of 40, cut off, the first 10 are steady, then 25 vibrate and 5 are steady; the slip of 20 vibrates as a whole."""
     slides = states([], [(0, 40), (50, 70)], [], [False, True])
-    times = durations([replace(slides, vibration=np.array([(10, 35), (50, 70)]))], np.random.default_rng(1))
+    runs = [replace(slides, vibration=np.array([(10, 35), (50, 70)]))]
+    times = durations(runs, np.random.default_rng(1), ONE_RATE)
     assert (times.sliding[0], times.vibration[0]) == pytest.approx((15 / 1, 45 / 2))
     assert times.birth[0] == 0.0
-    assert times.birth[2] == pytest.approx(1 / exponential_mean(60.0, 0)[1])
+    assert times.birth[2] == pytest.approx(-math.log(0.025) / 60, rel=0.15)  # P(no birth) = 2.5 % there
 
 
 def test_whole_cycles_by_hand():
@@ -237,7 +216,7 @@ def test_whole_cycles_by_hand():
 
 def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     times = durations([states([(0, 40)], [], [False], [])], np.random.default_rng(1))
-    assert times.share == pytest.approx([1.0, math.nan, 1.0], nan_ok=True)
+    assert times.share == pytest.approx([1.0, math.nan, math.nan], nan_ok=True)
     assert np.isnan(times.sliding).all()
     assert (times.stick_slip[0], times.stick_slip[2]) == (math.inf, math.inf)
     answer = states_of_answer(times, times, 2 * math.pi)
@@ -245,24 +224,9 @@ def test_a_state_that_was_never_seen_is_unknown_and_json_has_null():
     assert (answer["by_theory"]["share_of_time"], answer["by_theory"]["mean_sliding_s"]) == (1.0, None)
 
 
-@pytest.mark.parametrize(
-    ("death", "birth", "share"),
-    [
-        ((0.1, 0.05, 0.2), (0.1, 0.1, 0.1), (0.5, 1 / 3, 2 / 3)),  # one exact rate: the other's interval
-        ((0.1, 0.05, 0.2), (0.1, 0.05, 0.2), (0.5, 1 / (1 + 2**2**0.5), 1 / (1 + 0.5**2**0.5))),
-        ((0.0, 0.0, 1 / 60), (10.0, 5.0, 20.0), (1.0, 5 / (5 + 1 / 60), 1.0)),
-        ((0.0, 0.0, 1 / 60), (0.0, 0.0, 1 / 70), (math.nan, 0.0, 1.0)),
-    ],
-)
-def test_the_share_of_the_long_run_and_its_interval_follow_from_both_rates(death, birth, share):
-    stationary = stationary_share(np.array(death), np.array(birth))
-    assert stationary == pytest.approx(np.array(share), rel=1e-12, nan_ok=True)
-
-
-def test_the_mean_of_exponential_durations_by_hand():
-    """Two ends in 30 periods; chi-square with 6 and 4 degrees of freedom."""
-    expected = [15, 60 / stats.chi2.ppf(0.975, 6), 60 / stats.chi2.ppf(0.025, 4)]
-    assert exponential_mean(30.0, 2) == pytest.approx(expected, rel=1e-12)
-    value, low, high = exponential_mean(30.0, 0)
-    assert (value, high) == (math.inf, math.inf)
-    assert low == pytest.approx(30 / -math.log(0.025), rel=1e-12)  # P(no end) = 2.5 % there
+def test_the_age_of_settling_by_hand():
+    """Three natural periods, and four decays at D - D_Hopf or a correlation length; runs in sliding, four lengths."""
+    longest, length = longest_slip(STUDY, LAW), 1e-2 / (TURN * STUDY.V)
+    decays = 4 / (TURN * (hopf_damping(STUDY, LAW) - STUDY.damping_ratio))
+    assert settling_ages(machine(length=1e-2)) == pytest.approx((longest + decays, longest + min(4 * length, decays)))
+    assert settling_ages(machine(length=10.0)) == pytest.approx((longest + 1e3 * length,) * 2)

@@ -99,7 +99,7 @@ def judge_theory(trial: Trial, machine: Machine, theory: object) -> None:
         run_until_known(machine, machine.kept_path([number]), paths.spacing, PERIODS, number % 2 == 0)[2]
         for number in range(RUNS)
     ]
-    seen = durations(runs, np.random.default_rng(1))
+    seen = durations(runs, np.random.default_rng(1), (0.0, 0.0))  # time over ends
     stuck, slid = (sum(float(np.diff(getattr(run, name)).sum()) for run in runs) for name in ("stick_slip", "sliding"))
     birth = theory.birth[0]
     for name, time, mean, own in (

@@ -26,7 +26,7 @@ from roughslip.oscillator.machine import OF_OSCILLATOR, PARAMETERS, Machine, cyc
 from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.rates import durations_by_theory
 from roughslip.oscillator.slip_orbit import critical_stiffness
-from roughslip.oscillator.states import durations, is_within, time_scales
+from roughslip.oscillator.states import durations, is_within, settling_ages, time_scales
 from roughslip.oscillator.vibration import unsteady_at, vibrating_runs
 from roughslip.probability.estimate import wilson_interval
 from roughslip.probability.search import LevelSearch, first_change
@@ -79,7 +79,7 @@ def answer(
     drawn = [runs.cycles_of(number, run) for number, run in enumerate(of["from_rest"])]
     omega = oscillator.natural_frequency_rad_per_s
     cycle = cycle_statistics(drawn, omega, np.random.default_rng([*seed]))
-    ends = endings(machine)
+    ends, ages = endings(machine), settling_ages(machine)
     memory = memory_of(machine) if isinstance(machine.law, MemoryLaw) else None
     may_vibrate = any(one["state"] is State.VIBRATION for one in ends.values())
     limits, trials = {}, 2 * count
@@ -97,7 +97,7 @@ def answer(
         shares={name: {state: probability(among) for state, among in seen[name].items()} for name in STARTS},
         without_scatter=ends,
         **compared_starts(runs, periods, seen),
-        durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1])),
+        durations=durations([run.states for run in chain(*of.values())], np.random.default_rng([*seed, 1]), ages),
         durations_by_theory=None if may_vibrate or memory is not None else durations_by_theory(machine),
         **cycle,
         vibration=cycle_statistics(vibrations, omega, np.random.default_rng([*seed, 2])),

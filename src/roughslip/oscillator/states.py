@@ -14,10 +14,8 @@ slides again; stick-slip is born at the rate `birth` in the time of sliding. So 
 
     share of stick-slip = birth / (birth + death)
 
-of the time in either state, whichever state the runs begin in. The friction path loses its correlation within a cycle,
-and all cycles begin at the departure point. So durations of stick-slip are close to exponential; the end of a run
-censors them. Sliding that has just begun may end far sooner than old sliding. Means suppose one rate of its ends, so
-runs shorter than old sliding find too short a mean. `rates` has the theory.
+of the time in either state, whichever state the runs begin in. Sliding that has just begun may end far sooner than old
+sliding, and the end of a run cuts states off: see `ages`. `rates` has the theory.
 """
 
 from __future__ import annotations
@@ -25,13 +23,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtri
 
 from roughslip.errors import ConvergenceError, ParameterError
+from roughslip.oscillator.ages import Ages, Draws, mean_of_ages
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.laws import FrictionLaw
@@ -40,7 +39,7 @@ from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import FrictionPath, Motion, followed
 from roughslip.oscillator.path import PathFeed
 from roughslip.oscillator.slip_orbit import equilibrium
-from roughslip.probability.estimate import TAILS, interval_margin
+from roughslip.probability.estimate import TAILS
 from roughslip.results import described, result
 from roughslip.validation import gate
 
@@ -48,8 +47,10 @@ LOOPS = 3.0
 ROUNDED = 1.0 + 1e-9  # factor of a time that has to be passed
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
 NATURAL_PERIODS, CYCLES, DECAYS, GROWTHS, CORRELATIONS = 40.0, 10.0, 4.0, 20.0, 1.0  # that a run lasts
-STATES = ("stick_slip", "sliding")
-REPLICATES, FEWEST_ENDS = 400, 8
+ONE_RATE, SETTLED = (0.0, 0.0), (NATURAL_PERIODS, NATURAL_PERIODS)  # ages from which the rate of ends is constant
+
+
+_never = partial(np.empty, (0, 2))
 
 
 @result
@@ -60,12 +61,7 @@ class States:
     sliding: np.ndarray = described("beginning and end of each slip without sticking", "1", "times ends")
     stick_slip_ended: np.ndarray = described("false where the run was over before the end of stick-slip", "1", "times")
     sliding_ended: np.ndarray = described("false where the run was over before the end of sliding", "1", "times")
-    vibration: np.ndarray = described(
-        "beginning and end of each time of sliding that vibrates",
-        "1",
-        "times ends",
-        default_factory=lambda: np.empty((0, 2)),
-    )
+    vibration: np.ndarray = described("beginning and end of each vibration", "1", "times ends", default_factory=_never)
 
     @gate
     def share(self, begin: float = 0.0, end: float = math.inf) -> float:
@@ -88,14 +84,14 @@ def is_within(times: np.ndarray, periods: float) -> bool:
 
 
 def _parts_of_slip(run: States) -> tuple[np.ndarray, np.ndarray]:
-    """(times, 2) durations in steady sliding and in vibration, and whether each ended before the run was over."""
-    rows: tuple[list[tuple[float, bool]], ...] = ([], [])
+    """The spells of steady sliding and of vibration."""
+    rows: tuple[list[tuple[float, float, bool, bool]], ...] = ([], [])
     for (begin, end), ended in zip(run.sliding, run.sliding_ended, strict=True):
         inside = run.vibration[(begin <= run.vibration[:, 0]) & (run.vibration[:, 0] < end)]
         for place, (first, last) in enumerate(pairwise([begin, *inside.ravel(), end])):
             if last > first:
-                rows[place % 2].append((last - first, ended if last == end else True))
-    return np.reshape(rows[0], (-1, 2)), np.reshape(rows[1], (-1, 2))
+                rows[place % 2].append((first, last - first, ended if last == end else True, False))
+    return np.reshape(rows[0], (-1, 4)), np.reshape(rows[1], (-1, 4))
 
 
 def slip_phases(motion: Motion) -> tuple[np.ndarray, bool]:
@@ -159,11 +155,7 @@ def run_until_known(
     oscillator, law = machine.oscillator, machine.law
     longest = longest_slip(oscillator, law)
     start: float | tuple[float, float] = (equilibrium(oscillator, law), 0.0) if from_sliding else 0.0
-    turn = 2.0 * math.pi
-
-    def run(duration: float) -> Motion:
-        feed, until = PathFeed(path, spacing_m), (periods * ROUNDED, longest * ROUNDED)
-        return followed(oscillator, law, feed, duration, machine.options, start, until=until)
+    turn, until = 2.0 * math.pi, (periods * ROUNDED, longest * ROUNDED)
 
     def until_departure(position: float) -> float:
         """Natural periods of stick from X = position on, without scatter."""
@@ -171,7 +163,8 @@ def run_until_known(
 
     duration = periods + longest + (0.0 if from_sliding else until_departure(0.0) + 1.0)
     for extension in range(EXTENSIONS):
-        motion = run(duration)
+        feed = PathFeed(path, spacing_m)
+        motion = followed(oscillator, law, feed, duration, machine.options, start, until=until)
         slips, cut_off = slip_phases(motion)
         if slips.size:
             end = (first := 0.0 if from_sliding else float(slips[0, 0])) + periods
@@ -204,14 +197,13 @@ def time_scales(machine: Machine) -> dict[str, float]:
             scene_keys="oscillator.belt_velocity_m_per_s",
         )
     turn, loop = 2.0 * math.pi, slip_loop(oscillator, law)
+    length = machine.scattering.correlation_length_m / (turn * oscillator.V)
     decay = math.inf if oscillator.damping_ratio == 0.0 else 1.0 / (turn * oscillator.damping_ratio)
     scales = {
         "natural periods": NATURAL_PERIODS,
         "decays of a free vibration": DECAYS * decay,
         "slips of the cycle": CYCLES * loop.periods,
-        "correlation lengths of friction": CORRELATIONS
-        * machine.scattering.correlation_length_m
-        / (turn * oscillator.V),
+        "correlation lengths of friction": CORRELATIONS * length,
     }
     if loop.cycle is not None:
         scales["cycles"] = CYCLES * loop.cycle.period / turn
@@ -219,6 +211,20 @@ def time_scales(machine: Machine) -> dict[str, float]:
     if growth > 0.0:
         scales["growth from steady sliding"] = GROWTHS / growth
     return scales
+
+
+def settling_ages(machine: Machine) -> Ages:
+    """Natural periods after which sliding has settled and ends at one rate: after stick-slip, and of runs in sliding.
+
+    Slip is sliding after the longest slip of a cycle. Until it has settled its vibration decays, or grows, by
+    exp(DECAYS), and friction passes its correlation length. Runs in sliding begin where the mean friction pushes; the
+    longer friction is correlated, the more they vibrate.
+    """
+    oscillator, turn = machine.oscillator, 2.0 * math.pi
+    longest, rate = longest_slip(oscillator, machine.law), turn * abs(growth_of_sliding(oscillator, machine.law))
+    length = machine.scattering.correlation_length_m / (turn * oscillator.V)
+    settled = longest + max(DECAYS / rate if rate > 0.0 else math.inf, CORRELATIONS * length)
+    return settled, min(settled, longest + DECAYS * length)
 
 
 @dataclass(frozen=True)
@@ -244,83 +250,45 @@ class Durations:
 
 
 @gate
-def durations(runs: Sequence[States], generator: np.random.Generator) -> Durations:
+def durations(runs: Sequence[States], generator: np.random.Generator, settled: Ages = SETTLED) -> Durations:
     """Durations and rates of the states in long runs, with 95 % intervals.
 
-    A mean is the whole time in a state over the number of times that it ended, or that stick-slip was born in it.
-    Whole durations are resampled; with fewer than FEWEST_ENDS ends the interval is that of exponential ones
-    (`exponential_mean`). The mean of a state that no run shows is NaN.
+    settled : natural periods after which sliding ends at one rate, as `settling_ages` gives them
+
+    Stick-slip and vibration end at one rate. The mean of a state that no run shows is NaN; that of one that outlives
+    the runs has a lower bound alone, value and upper end being infinite. Method: `ages`.
     """
-    stuck, slid = (np.concatenate([np.diff(getattr(run, state))[:, 0] for run in runs]) for state in STATES)
-    stuck_ended = np.concatenate([run.stick_slip_ended for run in runs])
-    steady, vibrating = (np.concatenate(part).T for part in zip(*map(_parts_of_slip, runs), strict=True))
-    births = np.concatenate([_births(run) for run in runs])
-    stick_slip, sliding = _mean(stuck, stuck_ended, generator), _mean(steady[0], steady[1], generator)
-    until_birth, vibration = _mean(slid, births, generator), _mean(vibrating[0], vibrating[1], generator)
-    birth = 1.0 / until_birth[[0, 2, 1]]
-    return Durations(stick_slip, sliding, birth, stationary_share(1.0 / stick_slip[[0, 2, 1]], birth), vibration)
+    stuck = np.concatenate([_spells(run.stick_slip, run.stick_slip_ended) for run in runs])
+    slid = np.concatenate([_spells(run.sliding, run.sliding_ended, _births(run)) for run in runs])
+    steady, vibrating = (np.concatenate(part) for part in zip(*map(_parts_of_slip, runs), strict=True))
+    of = ((stuck, ONE_RATE), (steady, settled), (slid, settled), (vibrating, ONE_RATE))
+    (stick_slip, _), (sliding, _), (_, birth), (vibration, _) = (mean_of_ages(*pair, generator) for pair in of)
+    share = stationary_share(stick_slip, birth)
+    return Durations(_limits(*stick_slip), _limits(*sliding), _limits(*birth), share, _limits(*vibration))
+
+
+def _spells(times: np.ndarray, ended: np.ndarray, born: np.ndarray | float = 0.0) -> np.ndarray:
+    """(times, 4) beginning, duration, whether it ended in the run, and whether by a birth."""
+    return np.stack([times[:, 0], np.diff(times)[:, 0], ended, np.broadcast_to(born, ended.shape)], axis=1)
+
+
+def _limits(value: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    ends = (np.quantile(draws, tail, method="inverted_cdf") for draws, tail in zip((low, high), TAILS, strict=True))
+    return np.array([value, *ends])
 
 
 def _births(run: States) -> np.ndarray:
     """(times in sliding,) whether the next state after each one is stick-slip."""
-    following = np.append(run.sliding[1:, 0], math.inf)
-    begun = run.stick_slip[:, 0]
+    following, begun = np.append(run.sliding[1:, 0], math.inf), run.stick_slip[:, 0]
     return np.searchsorted(begun, run.sliding[:, 1]) < np.searchsorted(begun, following)
 
 
-def _mean(duration: np.ndarray, ended: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """(value, low, high) of the time over its ends."""
-    count = duration.size
-    if not duration.sum() > 0.0:
-        return np.full(3, math.nan)
-    if np.count_nonzero(ended) < FEWEST_ENDS:
-        return exponential_mean(float(duration.sum()), int(np.count_nonzero(ended)))
-    counts = np.vstack([np.ones(count), generator.multinomial(count, np.full(count, 1.0 / count), REPLICATES)])
-    time, ends = counts @ duration, counts @ ended
-    low, high = np.quantile(time[1:] / np.maximum(ends[1:], 1), TAILS)
-    middle, margin = time[0] / ends[0], float(interval_margin(count))
-    return np.array([middle, middle * (low / middle) ** margin, middle * (high / middle) ** margin])
-
-
-def exponential_mean(total: float, ended: int) -> np.ndarray:
-    """(value, low, high) of the mean of exponential durations, with its 95 % interval.
-
-    total, ended : their sum, and how many of them ended before the run was over
-
-    The likelihood of censored durations is largest at total time over ends (B. Epstein & M. Sobel, J. Am. Stat. Assoc.
-    48 (1953) 486); twice the total time over the mean is chi-square with two degrees of freedom more than twice the
-    ends below, as many above (D. R. Cox, Biometrika 40 (1953) 354). Without an end the mean has a lower bound alone,
-    and value and upper end are infinite.
-    """
-    low = 2.0 * total / float(chdtri(2 * ended + 2, TAILS[0]))
-    if ended == 0:
-        return np.array([math.inf, low, math.inf])
-    return np.array([total / ended, low, 2.0 * total / float(chdtri(2 * ended, TAILS[1]))])
-
-
-def stationary_share(death: np.ndarray, birth: np.ndarray) -> np.ndarray:
-    """(value, low, high) [-] of birth / (birth + death), NaN where both are 0 or one that counts is unknown.
-
-    death, birth : (3,) [-] value, low and high of independent rates
-
-    On the scale of log(birth / death) the half-widths of both intervals add as squares (G. Y. Zou & A. Donner, Stat.
-    Med. 27 (2008) 1693). Without a death or without a birth the ends are those of the worst rates.
-    """
-    if birth[0] > 0.0 and death[0] > 0.0:
-        odds = math.log(birth[0] / death[0])
-        low, high = (
-            math.hypot(math.log(birth[i] / birth[0]), math.log(death[j] / death[0])) for i, j in ((1, 2), (2, 1))
-        )
-        return 1.0 / (1.0 + np.exp(-np.array([odds, odds - low, odds + high])))
-    pairs = zip(birth, death[[0, 2, 1]], strict=True)
-    return np.array([_part(births, deaths) for births, deaths in pairs])
-
-
-def _part(birth: float, death: float) -> float:
-    """birth / (birth + death); NaN where both are 0."""
-    if (birth == 0.0) != (death == 0.0):
-        return float(death == 0.0)
-    return birth / (birth + death) if birth + death > 0.0 else math.nan
+def stationary_share(stick_slip: Draws, birth: Draws) -> np.ndarray:
+    """(value, low, high) [-] of birth / (birth + death), NaN where both are 0 or one that counts is unknown."""
+    (mean, shortest, longest), (rate, rarest, most) = stick_slip, birth
+    odds, is_ever = rate * mean, math.isinf(mean)
+    value = odds / (1.0 + odds) if is_ever == (rate == 0.0) else float(is_ever)
+    return _limits(value, rarest / (rarest + 1.0 / shortest), most / (most + 1.0 / longest))
 
 
 def states_of_answer(measured: Durations, theory: Durations | None, omega: float) -> dict[str, Any]:

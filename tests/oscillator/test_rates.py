@@ -78,6 +78,13 @@ def test_without_scatter_masses_go_round_the_cycle_or_slide(law, damping):
     assert squares == pytest.approx(MASSES * each**2, rel=0.01)
 
 
+def test_squares_of_durations_are_those_of_one_rate():
+    """Exponential durations have n sum(d^2) = 2 (sum d)^2; 160 ends, so the ratio errs by some 0.2."""
+    spell, slid, ends, slips, *_, spells, slides = of_free_masses(point(*POINTS[8]), (1,), 300_000)
+    assert ends * spells / spell**2 == pytest.approx(2.0, abs=0.6)
+    assert slips * slides / slid**2 == pytest.approx(2.0, abs=1.0)
+
+
 def test_steps_of_free_masses_have_the_period_of_the_cycle():
     """From one stick to the next, to the error of the steps. Time jumps by the stick behind a step."""
     own = Machine(replace(STUDY, damping_ratio=0.2), LAW, Friction(0.3, 1e-9, 1.0))

@@ -48,8 +48,6 @@ ROUNDED = 1.0 + 1e-9  # factor of a time that has to be passed
 EXTENSIONS = 50  # of a run that ends in stick; they grow, so that the last one is never reached
 NATURAL_PERIODS, CYCLES, DECAYS, GROWTHS, CORRELATIONS = 40.0, 10.0, 4.0, 20.0, 1.0  # that a run lasts
 ONE_RATE, SETTLED = (0.0, 0.0), (NATURAL_PERIODS, NATURAL_PERIODS)  # ages from which the rate of ends is constant
-
-
 _never = partial(np.empty, (0, 2))
 
 
@@ -286,7 +284,7 @@ def _births(run: States) -> np.ndarray:
 def stationary_share(stick_slip: Draws, birth: Draws) -> np.ndarray:
     """(value, low, high) [-] of birth / (birth + death), NaN where both are 0 or one that counts is unknown."""
     (mean, shortest, longest), (rate, rarest, most) = stick_slip, birth
-    odds, is_ever = rate * mean, math.isinf(mean)
+    odds, is_ever = float(rate) * float(mean), math.isinf(mean)
     value = odds / (1.0 + odds) if is_ever == (rate == 0.0) else float(is_ever)
     return _limits(value, rarest / (rarest + 1.0 / shortest), most / (most + 1.0 / longest))
 

@@ -193,12 +193,12 @@ def draw(files: dict[str, dict[str, list[list[float]]]]) -> None:
             for (name, values), wide in zip(files.items(), (5.0, 1.2), strict=True):
                 ends = np.array([values[f"k{stiffness}_v{speed}"][row] for speed in SPEEDS]).T
                 x = 1e-3 * np.array(SPEEDS) * 1.12 ** (2 * number - 2 + (name == "measured"))
-                look = {"color": f"C{number}", "alpha": 0.4 if name == "predicted" else 1.0, "ms": 4}
-                look |= {"marker": "_" if name == "predicted" else "o", "label": f"{stiffness} N/m, {name}"}
+                look = {"color": f"C{number}", "alpha": 0.4 if name == "predicted" else 1.0}
+                look |= {"marker": "_"} if name == "predicted" else {"label": f"{stiffness} N/m"}
                 draw_points(axes, x, ends, look, wide)
         axes.set(xscale="log", yscale="log", xlabel="speed of the drive [mm/s]", ylabel=label)
     grid[0].legend(fontsize="small")
-    heads(grid, "period", "amplitude")
+    heads(grid, "period: bars predicted, points measured", "amplitude")
     save(figure, KEPT / "against_measurement.svg")
 
 
@@ -215,7 +215,7 @@ def main() -> None:
             write(f"predicted_{name}", predicted(folder, np.array(kept[f"law_{name}"]["draws"])))
     elif step == "compare":
         write("measured", found := measured(folder))
-        draw(kept["predicted_with"], found)
+        draw({"predicted": kept["predicted_with"], "measured": found})
 
 
 def rounded(values: np.ndarray) -> list[Any]:

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from roughslip.oscillator.ages import mean_of_ages
-from roughslip.oscillator.states import ONE_RATE, States, durations
+from roughslip.oscillator.states import ONE_RATE, States, _limits, durations
 
 
 def intervals(spells, settled=ONE_RATE):
@@ -35,6 +35,19 @@ def test_one_rate_has_the_exact_limits_and_ends_that_bunch_count_as_fewer():
         assert intervals([[0, 1, i < ends, 0] for i in range(30)])[0] == pytest.approx(exact(30, ends), rel=1e-9)
     few = 40 / (35 / 40 * 0.9**2 + 5 / 40 * 6.3**2)
     assert intervals([[0, x, 1, 1] for x in [0.1] * 35 + [7.3] * 5])[0] == pytest.approx(exact(few, few), rel=1e-9)
+
+
+def test_limits_hold_the_value_however_few_spells_there_are():
+    """Births of starts alone; the longest spell cut off; a spell far shorter than the age of settling."""
+    few = (
+        [[7, 1, 1, 0], [0, 5.6, 1, 1], [0, 0.6, 1, 1], [26, 5.6, 1, 0]],
+        [[0, 9, 1, 1], [9, 6, 0, 0]],
+        [[0, 6, 0, 0], [9, 1e-9, 0, 0]],
+    )
+    for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=True):
+        drawn = mean_of_ages(np.array(spells, dtype=float), settled, np.random.default_rng(1))
+        for value, low, high in (_limits(*one) for one in drawn):
+            assert low <= value <= high
 
 
 def renewal(rng, slides, length, slow, early, again):

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 REPLICATES = 399  # of which the 10th from either end is at 2.5 %
+LEAST = 1e-200  # of a mean, and of what divides a time: draws of one short spell come to 0
 
 Ages = tuple[float, float]  # of spells whose beginning was seen, and of those that a run begins with
 Draws = tuple[float, np.ndarray, np.ndarray]  # value, (REPLICATES,) draws for its lower and its upper limit
@@ -51,10 +52,10 @@ def mean_of_ages(spells: np.ndarray, settled: Ages, generator: np.random.Generat
     survival, shorter, longer, lengths = survivals(duration[order], early, last, generator)
     of_births, of_others, one = (generator.standard_gamma(shape, REPLICATES) for shape in (births, ends - births, 1.0))
     places = (generator.permutation(REPLICATES) + 1.0) / (REPLICATES + 1)
-    forever = 0.0 if time == 0.0 and ended[np.argmax(duration)] else math.inf  # or what no spell outlives
+    forever = 0.0 if time == 0.0 and np.any(early[-1:]) else math.inf  # or what no spell outlives
     value = survival @ lengths + (survival[-1] and survival[-1] * (time / ends if ends else math.inf))
-    low = shorter @ lengths + shorter[:, -1] * time / gammaincinv(ends + 1.0, places)
-    high = longer @ lengths + longer[:, -1] * (time / gammaincinv(ends, places) if ends else forever)
+    low = np.maximum(shorter @ lengths + shorter[:, -1] * time / gammaincinv(ends + 1.0, places), LEAST)
+    high = longer @ lengths + longer[:, -1] * (time / np.maximum(gammaincinv(ends, places), LEAST) if ends else forever)
 
     def chance(survival: np.ndarray, share: np.ndarray | float) -> np.ndarray:
         return np.asarray(-np.diff(survival) @ spells[order, 3][early] + survival[..., -1] * share)

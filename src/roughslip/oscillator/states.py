@@ -271,8 +271,10 @@ def _spells(times: np.ndarray, ended: np.ndarray, born: np.ndarray | float = 0.0
 
 
 def _limits(value: float, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(3,) value, low and high, as wide as the value where few spells leave it outside."""
     ends = (np.quantile(draws, tail, method="inverted_cdf") for draws, tail in zip((low, high), TAILS, strict=True))
-    return np.array([value, *ends])
+    low_end, high_end = map(float, ends)
+    return np.array([value, min(low_end, value), max(high_end, value)])
 
 
 def _births(run: States) -> np.ndarray:

@@ -12,9 +12,9 @@ weights w of the Yule-Walker equations, R w = r, R and r being correlations of t
 marginal and exp(-s / L), where one score before is enough. Other correlations are right up to LAGS nodes, 3 L.
 
 Scaling: the mean of n durations d has the relative variance sum(d^2) / (sum d)^2 - 1 / n. That is 1 / n where one rate
-holds at all ages. It is more where sliding that has just begun ends sooner than old sliding. Masses take
-WORK steps in all, and LONG ones where these leave a mean unknown. A loop of slip takes STEPS_PER_LOOP at least, and one
-a node. So long states, and short lengths, have few ends.
+holds at all ages. It is more where sliding that has just begun ends sooner than old sliding. Masses take WORK steps in
+all, and LONG ones where these show ends of both states, but too few. A loop of slip takes STEPS_PER_LOOP at least, and
+one a node. So long states, and short lengths, have few ends.
 
 Limits: a mean is given with FEWEST_ENDS at least, a relative error up to ERROR, and up to 1 / TIMES of the time of a
 mass. So means beyond some 3e4 natural periods are unknown. Unknown are also those of a mass that overtakes the belt,
@@ -39,7 +39,7 @@ import scipy  # its parts when they are used
 from roughslip.errors import ConvergenceError, IllPosedError, ParameterError
 from roughslip.oscillator.attractors import State, attractors_of
 from roughslip.oscillator.equation import coefficients
-from roughslip.oscillator.free_masses import Scatter, totals_of
+from roughslip.oscillator.free_masses import ENDS, SLIPS, Scatter, totals_of
 from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.states import Durations, longest_slip
@@ -136,7 +136,9 @@ def durations_by_theory(machine: Machine, seed: Sequence[int] = (0,)) -> Duratio
         is_short = friction.correlation_length_m <= LONG_MEMORY * TURN * machine.oscillator.V
         if is_short and abs(apart) > FAR * scatter:
             return _exactly(*((math.inf, *[math.nan] * 3) if apart > 0.0 else (math.nan, math.inf, 0.0, 0.0)))
-        durations = durations_of(of_free_masses(machine, seed))
-        return durations_of(of_free_masses(machine, seed, LONG)) if math.isnan(durations.share[0]) else durations
+        durations = durations_of(totals := of_free_masses(machine, seed))
+        if math.isnan(durations.share[0]) and min(totals[ENDS], totals[SLIPS]) > 0.0:
+            return durations_of(of_free_masses(machine, seed, LONG))
+        return durations
     except (ConvergenceError, IllPosedError, ParameterError):
         return unknown

@@ -52,7 +52,7 @@ def mean_of_ages(spells: np.ndarray, settled: Ages, generator: np.random.Generat
     survival, shorter, longer, lengths = survivals(duration[order], early, last, generator)
     of_births, of_others, one = (generator.standard_gamma(shape, REPLICATES) for shape in (births, ends - births, 1.0))
     places = (generator.permutation(REPLICATES) + 1.0) / (REPLICATES + 1)
-    forever = 0.0 if time == 0.0 and np.any(early[-1:]) else math.inf  # or what no spell outlives
+    forever = 0.0 if time == 0.0 and ended[np.argmax(duration)] else math.inf  # or what no spell outlives
     value = survival @ lengths + (survival[-1] and survival[-1] * (time / ends if ends else math.inf))
     low = np.maximum(shorter @ lengths + shorter[:, -1] * time / gammaincinv(ends + 1.0, places), LEAST)
     high = longer @ lengths + longer[:, -1] * (time / np.maximum(gammaincinv(ends, places), LEAST) if ends else forever)

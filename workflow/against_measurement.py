@@ -11,6 +11,7 @@ import json
 import math
 import sys
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,7 +30,8 @@ from roughslip.probability.estimate import TAILS
 KEPT = Path("results/reference/against_measurement")
 FIRST, OTHERS = 168, (1002, 2254)  # [N/m]
 MEANS = {42: 40, 1100: 4, 4300: 1}  # samples of 2 kHz in a row of a record, by speed [um/s]
-SPEEDS, RAW_S = tuple(MEANS), 5e-4
+RECORDS = tuple(product((FIRST, *OTHERS), MEANS))  # spring and speed
+RAW_S = 5e-4  # [s]
 WIDE_M, SHARE, BLOCKS = 1e-3, 0.25, 8  # travel of the mean that is taken out; least tooth over the range; for intervals
 FIXED = {"cutoff_speed_m_per_s": 1.0, "rest_speed_m_per_s": 1e-6}
 NODES, SAMPLES, TOLERANCE = 4, 32, 1e-4  # of a path in its length; of a natural period; of the motion
@@ -78,8 +80,9 @@ class Teeth(NamedTuple):
         return np.std([self.statistics(slice(p[0], p[-1] + 1)) for p in parts], axis=0, ddof=1) / math.sqrt(BLOCKS)
 
 
-def teeth_of(interval: float, friction: np.ndarray, speed: int) -> Teeth:
+def teeth_of(friction: np.ndarray, speed: int) -> Teeth:
     """Teeth between turning points at least SHARE of the range apart, once a mean over WIDE_M of travel is out."""
+    interval = RAW_S * MEANS[speed]
     narrow = friction - scipy.ndimage.uniform_filter1d(friction, max(int(WIDE_M / (1e-6 * speed * interval)), 3))
     least = SHARE * float(np.ptp(np.quantile(narrow, [0.02, 0.98])))
     tops, feet = (scipy.signal.find_peaks(side, prominence=least)[0] for side in (narrow, -narrow))
@@ -89,9 +92,14 @@ def teeth_of(interval: float, friction: np.ndarray, speed: int) -> Teeth:
     return Teeth(time[~falls][:size], time[falls][:size], height[falls][:size])
 
 
+def name_of(stiffness: int, speed: int) -> str:
+    """The name of a record."""
+    return f"k{stiffness}_v{speed}"
+
+
 def record(folder: str, stiffness: int, speed: int) -> np.ndarray:
     """Friction over load of a record."""
-    return np.loadtxt(Path(folder) / f"k{stiffness}_v{speed}.csv", delimiter=",", skiprows=1)[:, 2]
+    return np.loadtxt(Path(folder) / f"{name_of(stiffness, speed)}.csv", delimiter=",", skiprows=1)[:, 2]
 
 
 def synthetic(law: Law, stiffness: int, speed: int, level: float, rows: int, seed: Sequence[int]) -> np.ndarray:
@@ -120,7 +128,7 @@ def misfit(law: Law, of_record: Sequence[tuple[int, float, int, np.ndarray, np.n
             made = synthetic(law, FIRST, speed, level, rows, seed)
         except RoughslipError:
             return math.inf
-        teeth = teeth_of(RAW_S * MEANS[speed], made, speed)
+        teeth = teeth_of(made, speed)
         if teeth.height.size < 2 * BLOCKS:
             return math.inf
         total += 0.5 * float(np.sum((teeth.statistics() - wanted) ** 2 / (error**2 + MODEL_ERROR**2)))
@@ -134,9 +142,9 @@ def laws(folder: str, low: Law, high: Law) -> tuple[np.ndarray, np.ndarray]:
     differences of walkers (C. J. F. ter Braak, Stat. Comput. 16 (2006) 239), of uniform logarithms.
     """
     of_record = []
-    for speed in SPEEDS:
+    for speed in MEANS:
         friction = record(folder, FIRST, speed)
-        teeth = teeth_of(RAW_S * MEANS[speed], friction, speed)
+        teeth = teeth_of(friction, speed)
         of_record.append((speed, float(friction.mean()), friction.size, teeth.statistics(), teeth.errors()))
     generator, ends = np.random.default_rng(SEED), np.log([low, high])
     places = ends[0] + np.ptp(ends, axis=0) * scipy.stats.qmc.LatinHypercube(len(low), seed=SEED).random(START)
@@ -163,25 +171,23 @@ def laws(folder: str, low: Law, high: Law) -> tuple[np.ndarray, np.ndarray]:
 def predicted(folder: str, draws: np.ndarray) -> dict[str, list[list[float]]]:
     """Of each record (2, 3): period [s] and height [-] of teeth in synthetic ones, median and ends of 95 %."""
     found = {}
-    for stiffness in (FIRST, *OTHERS):
-        for speed in SPEEDS:
-            friction = record(folder, stiffness, speed)  # its mean and its length alone
-            logs = []
-            for number, draw in enumerate(draws):
-                made = synthetic(Law(*draw), stiffness, speed, float(friction.mean()), friction.size, [SEED, number, 1])
-                logs.append(teeth_of(RAW_S * MEANS[speed], made, speed).statistics()[:2])
-            found[f"k{stiffness}_v{speed}"] = np.exp(np.quantile(logs, [0.5, *TAILS], axis=0)).T.tolist()
+    for stiffness, speed in RECORDS:
+        friction = record(folder, stiffness, speed)  # its mean and its length alone
+        logs = []
+        for number, draw in enumerate(draws):
+            made = synthetic(Law(*draw), stiffness, speed, float(friction.mean()), friction.size, [SEED, number, 1])
+            logs.append(teeth_of(made, speed).statistics()[:2])
+        found[name_of(stiffness, speed)] = np.exp(np.quantile(logs, [0.5, *TAILS], axis=0)).T.tolist()
     return found
 
 
 def measured(folder: str) -> dict[str, list[list[float]]]:
     """The same of the records themselves, with 95 % intervals."""
     found = {}
-    for stiffness in (FIRST, *OTHERS):
-        for speed in SPEEDS:
-            teeth = teeth_of(RAW_S * MEANS[speed], record(folder, stiffness, speed), speed)
-            value, error = teeth.statistics()[:2], scipy.stats.t.ppf(TAILS[1], BLOCKS - 1) * teeth.errors()[:2]
-            found[f"k{stiffness}_v{speed}"] = np.exp([value, value - error, value + error]).T.tolist()
+    for stiffness, speed in RECORDS:
+        teeth = teeth_of(record(folder, stiffness, speed), speed)
+        value, error = teeth.statistics()[:2], scipy.stats.t.ppf(TAILS[1], BLOCKS - 1) * teeth.errors()[:2]
+        found[name_of(stiffness, speed)] = np.exp([value, value - error, value + error]).T.tolist()
     return found
 
 
@@ -191,8 +197,8 @@ def draw(files: dict[str, dict[str, list[list[float]]]]) -> None:
     for axes, row, label in zip(grid, (0, 1), ("period of teeth [s]", "fall of friction in a tooth"), strict=True):
         for number, stiffness in enumerate((FIRST, *OTHERS)):
             for (name, values), wide in zip(files.items(), (5.0, 1.2), strict=True):
-                ends = np.array([values[f"k{stiffness}_v{speed}"][row] for speed in SPEEDS]).T
-                x = 1e-3 * np.array(SPEEDS) * 1.12 ** (2 * number - 2 + (name == "measured"))
+                ends = np.array([values[name_of(stiffness, speed)][row] for speed in MEANS]).T
+                x = 1e-3 * np.array(list(MEANS)) * 1.12 ** (2 * number - 2 + (name == "measured"))
                 look = {"color": f"C{number}", "alpha": 0.4 if name == "predicted" else 1.0}
                 look |= {"marker": "_"} if name == "predicted" else {"label": f"{stiffness} N/m"}
                 draw_points(axes, x, ends, look, wide)

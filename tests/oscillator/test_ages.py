@@ -71,7 +71,7 @@ def of_renewals(seed, runs, *case):
 
 
 def test_runs_shorter_than_old_sliding_bound_its_mean_from_below():
-    """Half of all sliding lasts 1e5. 30 runs pass the age of settling by 300, and none of their sliding ends."""
+    """Half of all sliding lasts 1e5. 30 runs pass the age of settling by 300, and their sliding does not end."""
     sliding = of_renewals(0, 60, 400.0, 1e5, 0.5, 0.5).sliding
     assert (sliding[0], sliding[2]) == (math.inf, math.inf)
     assert 500.0 < sliding[1] < 0.5e5

@@ -24,7 +24,7 @@ from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.laws import CoulombLaw, FrictionLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.states import durations, run_until_known
+from roughslip.oscillator.states import ONE_RATE, durations, run_until_known
 from roughslip.oscillator.table_law import TableLaw, friction_law
 from tests.properties.campaign import Trial, choose, log_uniform
 
@@ -99,7 +99,7 @@ def judge_theory(trial: Trial, machine: Machine, theory: object) -> None:
         run_until_known(machine, machine.kept_path([number]), paths.spacing, PERIODS, number % 2 == 0)[2]
         for number in range(RUNS)
     ]
-    seen = durations(runs, np.random.default_rng(1), (0.0, 0.0))  # time over ends
+    seen = durations(runs, np.random.default_rng(1), ONE_RATE)  # time over ends
     stuck, slid = (sum(float(np.diff(getattr(run, name)).sum()) for run in runs) for name in ("stick_slip", "sliding"))
     birth = theory.birth[0]
     for name, time, mean, own in (

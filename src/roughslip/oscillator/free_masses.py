@@ -99,9 +99,9 @@ def totals_of(
     scores : (n, lags) of the nodes of their paths, overwritten
     longest : tau of a step, and of a slip of the cycle; a longer one is sliding from its departure on
 
-    Returns (9,) by SPELL to SLID_SQUARES: tau in stick-slip and in sliding, ends of stick-slip, slips that slide and
-    have ended, beginnings of stick-slip, passages of the belt under friction of the other sign, and tau of all.
-    The last two are sums of squares of durations in either state, also of those that have not ended.
+    Returns (9,) by SPELL to SLID_SQUARES. SPELL and SLID are tau in stick-slip and in sliding, TIME is tau of all. ENDS
+    are those of stick-slip, SLIPS those of slips that slide, BIRTHS beginnings of stick-slip. CROSSED are passages of
+    the belt under friction of the other sign. Squares are sums over all durations in a state, ended or not.
     """
     out, path = np.zeros(9), Path(np.zeros(4), 0, scatter.spacing, False)
     for z in scores:

@@ -7,8 +7,8 @@ all masses,
     mean stick-slip = time in stick-slip / its ends,    mean sliding = time in sliding / its ends,
     birth = beginnings of stick-slip / time in sliding,    share = birth / (birth + 1 / mean stick-slip).
 
-A path has nodes as those of runs. Its normal scores z follow from the LAGS ones before, z = w . z_before + e, with the
-weights w of the Yule-Walker equations, R w = r, R and r being correlations of the scores. That is exact for a normal
+A path has nodes as those of runs. Its normal scores z follow from the LAGS ones before, z = w . z_before + e. Weights w
+solve the Yule-Walker equations R w = r, R and r being correlations of the scores. That is exact for a normal
 marginal and exp(-s / L), where one score before is enough. Other correlations are right up to LAGS nodes, 3 L.
 
 Scaling: the mean of n durations d has the relative variance sum(d^2) / (sum d)^2 - 1 / n. That is 1 / n where one rate

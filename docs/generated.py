@@ -3,8 +3,6 @@
 A comment `<!-- generated: part argument -->` on a page stands for the text that the function of that name returns.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

@@ -5,8 +5,6 @@ back the result is still there. key.json in its folder says what was hashed. Cod
 of the stage's modules, with the locked packages and the versions that are installed.
 """
 
-from __future__ import annotations
-
 import difflib
 import hashlib
 import json

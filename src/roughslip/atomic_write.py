@@ -1,7 +1,5 @@
 """Write files whole: another process reads the old file or the new one. Light, because every start imports it."""
 
-from __future__ import annotations
-
 import os
 import uuid
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Typed errors. Each message says what went wrong, how far it got and what to try."""
 
-from __future__ import annotations
-
 import numbers
 
 

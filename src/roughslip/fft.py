@@ -3,8 +3,6 @@
 Both round differently, and SciPy takes up to twice as long on padded meshes. ducc0 as a package is under the GPL.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

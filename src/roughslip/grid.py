@@ -1,9 +1,7 @@
 """Regular meshes of rectangular cells: x along the belt (first axis), y across it (second axis)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -35,7 +33,7 @@ class Grid:
 
     @classmethod
     @gate
-    def of(cls, heights: Any, dx: float | None = None, dy: float | None = None) -> Grid:
+    def of(cls, heights: Any, dx: float | None = None, dy: float | None = None) -> Self:
         """The mesh of a field.
 
         heights : (nx, ny) [m] an array, or a DataArray whose coordinates x and y [m] give the edges of cells

@@ -3,8 +3,6 @@
 Each function draws into `axes`, by default the current ones of pyplot, and returns them.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -4,8 +4,6 @@
 imports no other one, and a stage depends only on the modules that it uses (`compilation/source_hash.py`).
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Results of the library: what each number is stands next to it, for readers, for prompts and for Datasets."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from typing import Any, TypeVar, dataclass_transform

@@ -1,7 +1,5 @@
 """What is given to the package must be: the checks of single values, and the gate of public functions."""
 
-from __future__ import annotations
-
 import collections.abc
 import functools
 import inspect

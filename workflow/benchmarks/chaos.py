@@ -5,8 +5,6 @@ designs. A kept Monte Carlo reference, of other random numbers, judges each dist
 error s: sqrt(max(0, e^2 - s^2)). The seconds of a row are those of its solves at all penetrations, fit and draws.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import statistics

@@ -9,8 +9,6 @@ function of the problem, the mean pressure [Pa] at the solution, which some take
 solves from a cold start and returns the pressure (nx, ny) [Pa], zero if the method failed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import itertools

@@ -4,8 +4,6 @@ Cycles start at the departure point of the study's oscillator, without scatter a
 thread, in turns; `--peers` adds diffrax. Errors are relative to X of our reattachment at a tolerance of 1e-13.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from functools import partial

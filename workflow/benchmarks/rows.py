@@ -4,8 +4,6 @@ A file is `{machine, versions, summary, rows}`, a row `{case, method, error, sec
 our work and what else a benchmark adds. Rows of one case, `key=value` pairs, may be compared.
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import importlib.metadata

@@ -3,8 +3,6 @@
 With --shows it prints those of the last run of smoke next to the kept ones.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

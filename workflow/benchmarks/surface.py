@@ -5,8 +5,6 @@ code with what it judges. The unit of height is Sq and that of length the edge o
 mesh is not timed; rows list it as `setup_seconds`. The generators of GSTools are used as documented.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 Input functions say what a job waits for, given what is in the store and where people open it.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Sequence

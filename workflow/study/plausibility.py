@@ -4,8 +4,6 @@ A warning says what, its number, the key, and what to do. Those on surfaces stan
 Libraries of numbers are imported for scenes that need them alone, and the warnings of a checked scene are kept.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -4,8 +4,6 @@ python -m workflow.study.publish <file of the store> <where people open it>
 python -m workflow.study.publish <key file of a list> <folder of the scene>
 """
 
-from __future__ import annotations
-
 import contextlib
 import filecmp
 import json

@@ -3,8 +3,6 @@
 Options of a run are checked here: config/config.yaml, --configfile, --config, and the targets of the command line.
 """
 
-from __future__ import annotations
-
 import ast
 import difflib
 import os
@@ -23,6 +21,9 @@ from roughslip.study import plan
 from roughslip.study.graph import STAGES
 from workflow.study.plausibility import SURFACE, check_scene, inherited, motion_warnings
 
+Place = Callable[[str], str]  # of a file of the user, from the working folder
+OfSurface = Callable[[dict[str, Any], Place], tuple[list[Mistake], list[str]]]
+RADIUS = "friction.record.radius_m"
 USER_FILES = sorted({key for stage in STAGES.values() for key in stage.user_files.values()})
 KEYS = ("scenes", "scenes_folder", "memory_mb")
 LEAST_MB = 1000  # of a node: about what a stage declares
@@ -208,11 +209,6 @@ class Scenes:
         of_motion = [*inherited(name, scene), *motion_warnings(scene)] if moves else []
         found = of_motion + self._of_surface(scene, lambda file: _user_file(self._folders[name], self.root, file))[1]
         return [with_origins(text, scene["origins"], name) for text in found]
-
-
-RADIUS = "friction.record.radius_m"
-Place = Callable[[str], str]  # of a file of the user, from the working folder
-OfSurface = Callable[[dict[str, Any], Place], tuple[list[Mistake], list[str]]]
 
 
 def checked(name: str, folder: Path, root: Path, of_surface: OfSurface | None = None) -> dict[str, Any]:

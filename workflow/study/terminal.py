@@ -3,8 +3,6 @@
 The file below .snakemake/log keeps all that Snakemake says. The last lines are from the results of the scenes.
 """
 
-from __future__ import annotations
-
 import json
 import logging
 import re

@@ -8,8 +8,6 @@ does not start while such jobs are queued.
     python -m workflow.study.working_folder [folder of scenes of the caller]     removes results that no scene uses
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

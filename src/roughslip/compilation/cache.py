@@ -5,8 +5,6 @@ file. Here the folder of a module carries the hash of its import closure. So no 
 compiles nothing, and equal code has one folder.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import hashlib

@@ -1,7 +1,5 @@
 """Figure 2: distribution of the pressure at the centre of the square."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

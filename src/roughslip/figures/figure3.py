@@ -1,7 +1,5 @@
 """Figure 3, friction against penetration; on a second sheet its distribution and correlation; friction against load."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

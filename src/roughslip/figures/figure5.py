@@ -1,7 +1,5 @@
 """Figure 5, limit cycles, reattachment point and cycles lost to the scatter; and the whole chain in one picture."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

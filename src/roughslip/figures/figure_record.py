@@ -1,7 +1,5 @@
 """The figure of a friction record: its curve, the scatter about it, and synthetic records next to it."""
 
-from __future__ import annotations
-
 from textwrap import fill
 
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The figure of a scan: its statistics with their intervals, and the model fitted to it."""
 
-from __future__ import annotations
-
 from textwrap import fill
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Stick-slip over two parameters, and what part each source of uncertainty has in it and in its limits."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """What all figures share: the numbers they take, seaborn's theme, intervals, maps, and files with the same bytes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any

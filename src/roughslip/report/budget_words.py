@@ -1,7 +1,5 @@
 """A budget in words, as `words` has an answer."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The friction curve of a scene in a sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

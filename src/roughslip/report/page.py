@@ -1,7 +1,5 @@
 """One page, readable without a network, of what scenes found: figures, verdicts, costs and how to repeat the run."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -3,8 +3,6 @@
 All numbers on the page are those of claims.json; the texts here hold no number of ours.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """An answer in words, in units and digits that a reader takes in: one set for the page and the terminal."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

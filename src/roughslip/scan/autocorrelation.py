@@ -6,8 +6,6 @@ Both sums come from FFTs padded by the longest lag, so that no pair wraps around
 not count. Each sub-area gives the pairs whose first point lies in it; the sums of all sub-areas are those of the scan.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -10,8 +10,6 @@ that shape, and models are compared by both. Each sum of squares is weighted by 
 estimates: of n whose errors, from leaving out parts of the scan, have the correlation R, it is (tr R)^2 / tr R^2.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

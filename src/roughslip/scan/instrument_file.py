@@ -4,8 +4,6 @@ Each error is one InputError line that names the file. SurfaceTopography (Roettg
 and Properties 10, 2022, 035032) is imported in this module alone, where a file needs it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -10,8 +10,6 @@ and the interval reaches t_{0.975, B-1} standard errors to each side, on the log
 to 0.95 (gaussian) and 0.91 to 0.96 (exponential) of them.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from itertools import pairwise

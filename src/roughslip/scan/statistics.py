@@ -10,8 +10,6 @@ side lobes fall faster than any self-affine spectrum. Sub-areas are transformed 
 Transactions on Audio and Electroacoustics 15, 1967, without overlap), then averaged over rings of |q|.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ missing values, lines of headings. Else the error names what was met, and where.
 are left to SurfaceTopography.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass

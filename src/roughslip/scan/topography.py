@@ -10,8 +10,6 @@ weighted least squares line, as ISO 16610-28 allows. So a plane is taken off to 
 Outliers, as dust, dirt and bad pixels, are spots far from the bulk of heights and from their surroundings.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

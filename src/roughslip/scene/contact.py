@@ -1,7 +1,5 @@
 """Sections `material`, `square`, `expansion`, `strip` and `numerics` of a scene: what is pressed on a rigid plane."""
 
-from __future__ import annotations
-
 import math
 import operator
 from typing import Annotated, Literal

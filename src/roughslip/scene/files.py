@@ -1,7 +1,5 @@
 """Scene files: strict YAML, without anchors, tags, repeated keys and numbers that YAML reads oddly; and overlays."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Iterator

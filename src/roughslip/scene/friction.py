@@ -1,7 +1,5 @@
 """Sections `friction` and `load` of a scene: friction from solved pressures or given, and the load of the pad."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Literal
 

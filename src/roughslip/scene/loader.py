@@ -3,8 +3,6 @@
 A line reads `file: key: what was given and what is allowed`. No stage imports this module.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any

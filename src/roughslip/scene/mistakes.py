@@ -1,7 +1,5 @@
 """Mistakes of scenes, the rules that find them, and values in the words of a scene file."""
 
-from __future__ import annotations
-
 import difflib
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Sections `oscillator`, `ensemble`, `map` and `answer` of a scene: the mass on a belt and its runs."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Section `roughness` of a scene: a random field, a fractal or a measured surface."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from functools import cache

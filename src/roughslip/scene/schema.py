@@ -3,8 +3,6 @@
 `python -m roughslip.scene.schema` writes config/scene.schema.json, for editors, and docs/reference/keys.md.
 """
 
-from __future__ import annotations
-
 import difflib
 import json
 import re

@@ -4,8 +4,6 @@ A section is a class on `Section` with fields such as `width_m: float = key("m",
 schema, the check of scene files and the words of their mistakes follow from the fields. A new key is a field.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Annotated, Any, TypeVar
 

@@ -1,7 +1,5 @@
 """The scene: a section for each subject, read by the stages as `job.scene`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from copy import deepcopy
 from typing import Annotated, Any

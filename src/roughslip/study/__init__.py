@@ -4,8 +4,6 @@ Here is what each start needs, of Snakemake too: the end of a job with its paren
 A job ends with the process that started it, so that a killed Snakemake leaves no writer behind.
 """
 
-from __future__ import annotations
-
 import ctypes
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Stage answer: whether the scene's oscillator stick-slips, where that ceases or begins, how it moves, what decides."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 from roughslip import store

@@ -1,7 +1,5 @@
 """Stage cycles: the motion without scatter, an ensemble of friction paths at every damping, and their sums."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -5,8 +5,6 @@ scene, names of results, rules, commands and the plan of a run follow from the r
 with its work; a new figure is a row and its drawing. All figures of a scene are drawn by one job.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from string import Formatter

@@ -4,8 +4,6 @@ The key file says which stage it is, what it reads of the scene, and the files t
 record of a job comes last: a job without one has not ended.
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import json

@@ -1,7 +1,5 @@
 """Which stages a scene needs, and what these lack: all from the rows of the graph."""
 
-from __future__ import annotations
-
 from functools import cache
 
 from roughslip.scene.files import SHIPPED, scene_names

@@ -5,8 +5,6 @@ correlation length it has fallen to 1/e. Spectra are S(q) = int C(x) exp(-i q.x)
 The models stand in `roughslip.surface.models`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -169,7 +167,7 @@ class Covariance:
         return self.is_product and self.mirror_symmetric
 
     @property
-    def _unit(self) -> Covariance:
+    def _unit(self) -> Self:
         """The model of the same shape with unit variance and lengths, which is the key of the cache."""
         return replace(self, rms_height_m=1.0, correlation_length_m=1.0, correlation_length_across_m=None, lay_rad=0.0)
 

@@ -1,7 +1,5 @@
 """Exact sampling of stationary Gaussian fields on meshes by circulant embedding."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ diverges for j to -infinity. With independent uniform phases the field is statio
 distances of about M / pi wavelengths.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ through a table keep the property. With B the transform of their values at the l
 of the table times sinc^4(q/2) / B(q). Both factors are positive.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

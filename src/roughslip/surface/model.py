@@ -4,8 +4,6 @@ Expansions take their variables from a field. For a Gaussian or translated surfa
 fractal it is the heights, because its phases have no place on the mesh.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -3,8 +3,6 @@
 Where the covariance matrix of the nodes is too large to form, its modes are found by Lanczos with products by FFT.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

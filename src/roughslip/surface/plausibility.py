@@ -1,7 +1,5 @@
 """Warnings on a surface that a half-space or a mesh hardly takes: slopes, and lengths against cells and windows."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 

@@ -1,7 +1,5 @@
 """The transform of a self-affine spectrum: constant to q_r = 1, falling as q^(-2-2H) to Q, and zero beyond."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Rules on friction over penetration, its distribution, and its correlation along the path."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rules on Figure 5: the limit cycle, the reattachment point, the limits of damping; then on our own statement."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rules on Figure 2: the distribution of the pressure at the centre, sampled and by polynomial chaos."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from roughslip.verdicts.reading import Arrays, Found, Place, Rule, Stored, lies, number, row_of, rule, shown, within

@@ -9,8 +9,6 @@ Two distributions are alike where their Kolmogorov distance is below half of tha
 of equal mean and deviation, from the reference distribution. So every rule on a distribution rejects these two.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple

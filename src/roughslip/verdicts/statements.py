@@ -3,8 +3,6 @@
 To judge another statement, add a row. Its judge is a function of stored results, or `within` for a single number.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from roughslip.verdicts import friction_rules as friction

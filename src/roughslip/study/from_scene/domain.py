@@ -9,8 +9,6 @@ light loads (Bush, Gibson and Thomas, Wear 35 (1975) 87). It is at least CONTACT
 What the period itself does is measured in docs/notebook/contact.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -4,8 +4,6 @@
 of the `Machine` that every stage of the motion runs.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A copy of the project in which a tiny scene is run once a session; tests plan, edit and break copies of it."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import shutil
@@ -38,7 +36,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Project:
 @pytest.fixture
 def project(finished: Project, tmp_path: Path):
     """A copy of the finished project that a test may change."""
-    copy = finished.copy(tmp_path / "copy", "tiny")
+    copy = finished.copy(tmp_path / "copy")
     yield copy
     shutil.rmtree(copy.folder)
 

@@ -38,6 +38,8 @@ LIGHT = ("roughslip.study.graph", "roughslip.study.plan")
 MODULE_LINES = 400
 TABLES = ("statements.py",)  # rows of text
 FUNCTION_LINES = 70
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+EXTRAS = PROJECT["project"]["optional-dependencies"]
 # Import names whose packages are called otherwise.
 PACKAGES = {"yaml": "pyyaml", "netCDF4": "netcdf4", "SurfaceTopography": "surfacetopography"}
 
@@ -97,8 +99,7 @@ def test_the_root_holds_the_ground_floor_and_each_format_has_one_reader():
 
 def test_the_wheel_is_the_library():
     """It holds all but the study, and imports neither that nor a package that only the study installs."""
-    wheel = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
-    study = {Path(folder).name for folder in wheel["exclude"]}
+    study = {Path(folder).name for folder in PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["exclude"]}
     assert study == {"scene", "study", "figures", "verdicts", "report"}
     library = {module for module in MODULES if room(module) not in study}
     assert not {(module, name) for module in library for name in imported(module) if room(name) in study}
@@ -118,11 +119,13 @@ def test_imports_are_statements():
     assert hides == {"roughslip.public_names", "roughslip.study.job", "roughslip.study.figures"}
 
 
+def names(requirements: list[str]) -> set[str]:
+    """Of packages, as registries compare them (PEP 503)."""
+    return {re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", line).group()).lower() for line in requirements}
+
+
 def test_what_is_imported_is_declared():
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    extras = project["project"]["optional-dependencies"]
-    lines = project["project"]["dependencies"] + extras["study"] + extras["scans"]
-    declared = {re.match(r"[\w.-]+", line).group().lower() for line in lines}
+    declared = names(PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["scans"])
     targets = {name for module in MODULES for name in imported(module)}
     rooms = ("keys", "recovery", "study")
     targets |= {
@@ -162,30 +165,19 @@ def test_an_error_names_keys_that_a_scene_has():
     assert {key.partition(".")[0] for key in named} >= {"expansion", "roughness", "strip"}
 
 
-LOCKS = {path.name: path.read_text(encoding="utf-8") for path in sorted(ROOT.glob("requirements*.lock"))}
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-EXTRAS = PROJECT["project"]["optional-dependencies"]
-
-
-def names(requirements: list[str]) -> set[str]:
-    """Of packages, as registries compare them (PEP 503)."""
-    return {re.sub(r"[-_.]+", "-", re.match(r"[\w.-]+", line).group()).lower() for line in requirements}
-
-
 def test_locks_agree_hold_what_is_declared_and_have_no_address():
     """Else the tools for checks, or the public solvers, would change what computes."""
     run, groups = EXTRAS["study"] + EXTRAS["plot"] + EXTRAS["scans"], PROJECT["dependency-groups"]
     declared = {"": PROJECT["project"]["dependencies"] + run, "-dev": groups["dev"], "-docs": groups["docs"]}
     declared |= {f"-{name}": EXTRAS[name] for name in ("cluster", "peers")}
-    assert {f"requirements{name}.lock" for name in declared} == LOCKS.keys()
-    pin = r"(?m)^([\w.-]+)==([^\\\n]+?) \\$"
-    pins = {name: dict(re.findall(pin, LOCKS[f"requirements{name}.lock"])) for name in declared}
+    locks = {name: (ROOT / f"requirements{name}.lock").read_text(encoding="utf-8") for name in declared}
+    pins = {name: dict(re.findall(r"(?m)^([\w.-]+)==([^\\\n]+?) \\$", lock)) for name, lock in locks.items()}
     for name, needed in declared.items():
         assert names(needed) <= names(list(pins[name]))
         shared = pins[""].keys() & pins[name].keys()
         assert [pins[name][package] for package in shared] == [pins[""][package] for package in shared]
         assert name == "-dev" or shared == pins[""].keys()  # the others are complete environments
-        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", LOCKS[f"requirements{name}.lock"]) == []
+        assert re.findall(r"https?:|file:|git\+|index-url|find-links| @ ", locks[name]) == []
     assert (names(groups["dev"]) | names(EXTRAS["peers"])) & pins[""].keys() == set()
 
 

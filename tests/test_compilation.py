@@ -1,6 +1,4 @@
-"""The cache of compiled functions, named by code and shared by processes; import closures and their hashes."""
-
-from __future__ import annotations
+"""The cache of compiled functions, named by code and shared by processes; import closures of stages."""
 
 import json
 import os
@@ -13,7 +11,7 @@ import pytest
 
 import roughslip
 from roughslip.compilation import source_hash
-from roughslip.compilation.source_hash import closure, closure_hash
+from roughslip.compilation.source_hash import closure
 from roughslip.study.graph import STAGES
 
 COPIED = Path(roughslip.__file__).parent
@@ -64,68 +62,6 @@ def test_equal_code_is_compiled_once_and_an_edit_reaches_callers_in_other_files(
 
 
 SOURCE = Path(source_hash.__file__).resolve().parents[2]
-STAGE = "pkg.stages.contact"
-# A stage that reaches each module in another way; `lonely` and `two` are outside its closure.
-PACKAGE = {
-    "pkg/__init__.py": "",
-    "pkg/errors.py": "class E(Exception): pass\n",
-    "pkg/lazy.py": "import os\n",
-    "pkg/types.py": "from pkg import errors as _\n",
-    "pkg/lonely.py": "import pkg.stages.contact\n",
-    "pkg/sub/__init__.py": "from ..errors import E\n",
-    "pkg/sub/leaf.py": "import numpy\n",
-    "pkg/public/__init__.py": "",
-    "pkg/public/__init__.pyi": "from pkg.public.one import A as A\nfrom pkg.public.two import B as B\n",
-    "pkg/public/one.py": "A = 1\n",
-    "pkg/public/two.py": "B = 2\n",
-    "pkg/stages/__init__.py": "",
-    "pkg/stages/contact.py": """\
-from __future__ import annotations
-from typing import TYPE_CHECKING
-import pkg.sub.leaf as leaf
-from pkg.public import A
-if TYPE_CHECKING:
-    from pkg.types import Q
-def run(x):
-    'Solve.'
-    from pkg import lazy
-    return x + 1
-""",
-}
-OUTSIDE = {"pkg/lonely.py", "pkg/public/__init__.pyi", "pkg/public/two.py"}
-EDITS = [  # and whether they act
-    ("pkg/stages/contact.py", "Solve.", "Solve it, with care.", False),
-    ("pkg/lonely.py", "import", "import os\nimport", False),
-    ("pkg/stages/contact.py", "x + 1", "x + 1.0", True),
-    ("pkg/stages/contact.py", "from pkg import lazy", "from pkg import lazy, lonely", True),
-    ("pkg/sub/__init__.py", "from", "x = 1\nfrom", True),
-]
-
-
-def test_a_closure_is_what_an_import_can_execute_and_its_hash_changes_where_an_edit_acts(tmp_path):
-    """Also where imports run in a circle, and without a subpackage and what only that imports."""
-    for name, text in PACKAGE.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-
-    def names(**options: str) -> list[str]:
-        return [file.relative_to(tmp_path).as_posix() for file in closure(STAGE, tmp_path, **options)]
-
-    reached, before = sorted(set(PACKAGE) - OUTSIDE), closure_hash(STAGE, tmp_path)
-    assert names() == reached
-    assert names(without=("pkg.sub",)) == [name for name in reached if not name.startswith("pkg/sub/")]
-    for name, old, new, acts in EDITS:
-        assert old in PACKAGE[name]
-        (tmp_path / name).write_text(PACKAGE[name].replace(old, new, 1))
-        assert (closure_hash(STAGE, tmp_path) != before) is acts, new
-        (tmp_path / name).write_text(PACKAGE[name])
-    (tmp_path / "pkg/errors.py").write_text("import pkg.types\n")
-    assert names() == reached
-    (tmp_path / "pkg/lazy.py").write_text("import pkg.gone\n")
-    with pytest.raises(ModuleNotFoundError, match=r"lazy\.py imports pkg\.gone"):
-        closure(STAGE, tmp_path)
-
-
 OF_SCENES = set(closure("roughslip.scene.schema", SOURCE))  # which the stage of the budget asks for sources
 # Libraries are imported once, and each stage then in a child, so that no stage sees the imports of another.
 ASK = """

@@ -1,7 +1,7 @@
-"""The scenes that are shipped, texts that several tests of scenes use, and scenes at random as overlays on them."""
+"""The scenes that are shipped, texts that several tests of scenes use, and mixtures of shipped scenes."""
 
-from __future__ import annotations
-
+import math
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,8 @@ from roughslip.errors import InputError
 from roughslip.scene.files import scene_names
 from roughslip.scene.loader import load
 from roughslip.scene.roughness import COVARIANCES
-from roughslip.scene.schema import inner, keys
-from roughslip.scene.types import part_of
+from roughslip.scene.schema import keys
+from roughslip.scene.types import get, part_of
 from roughslip.study.graph import STAGES, targets
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -29,7 +29,9 @@ TABLE = "[[0, 0.4], [1, 0.3]]"
 LEAVES = {key: part for key, part in keys() if part["type"] != "object" and key != "extends"}
 
 
+@cache
 def shipped_scene(name: str) -> dict:
+    """Read once; who changes it copies it."""
     return load(name, CONFIG / "scenes")
 
 
@@ -44,51 +46,24 @@ def lines_of(call, *args, **kwargs) -> list[str]:
     return list(caught.value.lines)
 
 
-WILD = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-(10**40), 10**40),
-    st.floats(),
-    st.text(max_size=20),
-    st.sampled_from(["1e9", "best", ".inf", "0x10", "1_000", "~", "../x", "$(true)", "a\nb", "a;b", "{x}", "a.py:B"]),
-    st.lists(st.floats(), max_size=3),
-    st.dictionaries(st.text(max_size=5), st.integers(), max_size=2),
-    st.recursive(st.integers(), lambda one: st.lists(one, max_size=2), max_leaves=4),
-)
+ODD = (None, True, -1, 0, 10**40, math.inf, math.nan, "1e9", "~", "a\nb", "../x", "a.py:B", [], {"value": 1})
 
 
-def allowed(part: dict[str, Any]) -> st.SearchStrategy:
-    """Values that a part of the schema allows, its ends among them."""
-    if "enum" in part:
-        return st.sampled_from(part["enum"])
-    if part["type"] == "boolean":
-        return st.booleans()
-    if part["type"] == "string":
-        return st.text(st.characters(codec="utf-8", categories=["L", "N", "P", "S"]), min_size=1, max_size=30)
-    if part["type"] == "array":
-        most, unique = min(part.get("maxItems", 5), 5), part.get("uniqueItems", False)
-        items = st.lists(allowed(inner(part, 0)), min_size=part["minItems"], max_size=most, unique=unique)
-        return items if unique else st.one_of(items, items.map(sorted))
-    low = part.get("minimum", part.get("exclusiveMinimum"))
-    high = part.get("maximum", part.get("exclusiveMaximum", 1.0))
-    if part["type"] == "integer":
-        return st.one_of(st.integers(low, min(high, low + 300)), st.integers(low, high))
-    bounds = {"exclude_min": "exclusiveMinimum" in part, "exclude_max": "exclusiveMaximum" in part}
-    return st.floats(float(low), float(high), allow_nan=False, **bounds)
+def values(key: str) -> list[Any]:
+    """What shipped scenes give for a key, the ends of its range, and what is no such value."""
+    part, given = LEAVES[key], [get(shipped_scene(name), key) for name in SCENES]
+    ends = [part[end] for end in ("minimum", "maximum", "exclusiveMaximum") if end in part]
+    return [*(value for value in given if value is not None), *ends, *part.get("enum", ()), *ODD]
 
 
 @st.composite
-def overlays(draw: st.DrawFn, scenes: tuple[str, ...], *, valid: bool) -> dict[str, Any]:
+def overlays(draw: st.DrawFn) -> dict[str, Any]:
     """A scene that extends a shipped one and changes some of its keys."""
-    scene: dict[str, Any] = {"extends": draw(st.sampled_from(scenes))}
+    scene: dict[str, Any] = {"extends": draw(st.sampled_from(SCENES))}
     for key in draw(st.lists(st.sampled_from(sorted(LEAVES)), max_size=4, unique=True)):
-        value = draw(allowed(LEAVES[key]) if valid else st.one_of(allowed(LEAVES[key]), WILD))
         *sections, last = key.split(".")
         place = scene
         for section in sections:
             place = place.setdefault(section, {})
-        place[last] = value
-    if not valid and draw(st.booleans()):
-        place = draw(st.sampled_from([scene, *[value for value in scene.values() if isinstance(value, dict)]]))
-        place[draw(st.text(max_size=12))] = draw(WILD)
+        place[last] = draw(st.sampled_from(values(key)))
     return scene

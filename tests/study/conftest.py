@@ -3,8 +3,6 @@
 Seeds of random numbers are [seed of the scene, number of the stream, number of the sample], in tests as in stages.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from importlib import import_module

@@ -69,7 +69,8 @@ def test_blocks_and_training_columns_are_those_of_a_solve_of_each_strip(run, cha
         assert batch["number"][row] == row + batch.attributes["first"]
         for level, plane in enumerate(PLANES):
             solution = solve(Influence(geometry.strip_grid(scene_of(SCENE)), MODULUS), heights - plane, 1e-12)
-            sums = [part[FIRST : FIRST + 80].reshape(20, 4 * NY).sum(axis=1) for part in solution_parts(solution)]
+            parts = solution.pressure, solution.shares, solution.contact.astype(float)
+            sums = [part[FIRST : FIRST + 80].reshape(20, 4 * NY).sum(axis=1) for part in parts]
             force, area, nodes = CELL * np.array(sums)
             np.testing.assert_allclose(batch["force"][row, level, :, 0], force, rtol=1e-6, atol=1e-9 * force.max())
             np.testing.assert_allclose(batch["area"][row, level, :, 0], area, rtol=1e-6, atol=1e-6 * CELL)
@@ -84,10 +85,6 @@ def test_blocks_and_training_columns_are_those_of_a_solve_of_each_strip(run, cha
     np.testing.assert_allclose(nodes["area"].sum(axis=(2, 3)), nodes["area_of_nodes"], rtol=1e-12)
     np.testing.assert_array_equal(nodes["force"], late["force"][1:3])
     assert "pressure" not in nodes
-
-
-def solution_parts(solution):
-    return solution.pressure, solution.shares, solution.contact.astype(float)
 
 
 def test_what_follows_from_blocks_by_hand(chain, folder):

@@ -60,16 +60,9 @@ class Project:
         assert old in text
         self.path(name).write_text(text.replace(old, new, 1))
 
-    def copy(self, folder: Path, *scenes: str) -> Project:
-        """The project with all time stamps, the store and what these scenes published."""
-
-        def others(parent: str, names: list[str]) -> list[str]:
-            if Path(parent) == self.folder and not scenes:
-                return [name for name in names if name == "results"]
-            return [name for name in names if Path(parent) == self.path("results") and name not in ("store", *scenes)]
-
-        shutil.copytree(self.folder, folder, ignore=others)
-        return Project(folder)
+    def copy(self, folder: Path) -> Project:
+        """The project with all time stamps and results."""
+        return Project(shutil.copytree(self.folder, folder))
 
     @property
     def options(self) -> dict:
@@ -77,11 +70,8 @@ class Project:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(compiled_folder()), "PYTHONPATH": str(self.path("src"))}
         return {"cwd": self.folder, "env": environment, "text": True}
 
-    def python(self, module: str, *arguments: str) -> subprocess.CompletedProcess:
-        return subprocess.run([sys.executable, "-m", module, *arguments], capture_output=True, **self.options)
-
     def snakemake(self, *arguments: str) -> subprocess.CompletedProcess:
-        return self.python("snakemake", *arguments)
+        return subprocess.run([sys.executable, "-m", "snakemake", *arguments], capture_output=True, **self.options)
 
     def make(self, *arguments: str) -> str:
         run = self.snakemake(*arguments)

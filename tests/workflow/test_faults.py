@@ -4,8 +4,6 @@ Each fault breaks a finished or a running project as a seed chooses, and returns
 and twenty with `make faults`. A start also finds stale locks, another run at work, and jobs in the queue of Slurm.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re
@@ -126,21 +124,6 @@ def full_disk(project: Project, random: Random) -> str:
     return f"{lost}; no file above {limit} bytes, exit {run(project, largest_file=limit)[0]}"
 
 
-def read_only(project: Project, random: Random) -> str:
-    """Run while folders of results cannot be written to."""
-    lost = lose_some(project, random)
-    project.path("results/tiny").mkdir(parents=True, exist_ok=True)
-    folders = [path for path in project.path("results").rglob("*") if path.is_dir()]
-    chosen = random.choice((folders, [random.choice(folders)]))
-    for folder in chosen:
-        folder.chmod(0o555)
-    status, said = run(project)
-    for folder in chosen:
-        folder.chmod(0o755)
-    assert "Traceback" not in said, said[-2000:]
-    return f"{lost}; {len(chosen)} folders read-only, exit {status}"
-
-
 def disorder(project: Project, random: Random) -> str:
     """Set random times, within years, of results and sources, and delete Snakemake's own records, after damage."""
     done = random.choice([lose_some, damage])(project, random)
@@ -153,7 +136,7 @@ def disorder(project: Project, random: Random) -> str:
 
 FAULTS: Sequence[Callable[[Project, Random], str]] = (
     *(kill, edit_during_a_run, disorder, full_disk),
-    *(save_over, kill, read_only, damage),
+    *(save_over, kill, damage),
 )
 
 

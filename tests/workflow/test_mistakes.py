@@ -1,7 +1,5 @@
 """Mistakes of the user end before any job, in one line each."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import signal
@@ -37,19 +35,23 @@ def test_each_mistake_of_the_configuration_or_a_target_is_one_line(tmp_path, mon
     check_targets(["-j2", "smoke", "all", "--config", "scenes=papr"], ["paper", "smoke"], {"all"})
 
 
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """The folder of scenes, with the shipped ones, of the working folder."""
+    monkeypatch.chdir(tmp_path)
+    return shutil.copytree(ROOT / "config/scenes", Path("config/scenes"))
+
+
 def scenes_with(folder: Path, scan: str, **scenes: str) -> None:
-    """Scenes after a scan, next to the shipped ones that they extend. scan : what all of them say of it"""
-    shutil.copytree(ROOT / "config/scenes", folder)
+    """Scenes after a scan. scan : what all of them say of it"""
     for name, more in scenes.items():
         text = f"extends: resolved\ntargets: [figure3]\nroughness: {{scan: {{{scan}, {more}}}}}\n"
         (folder / f"{name}.yaml").write_text(text)
 
 
-def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
+def test_mistakes_of_scans_come_with_those_of_scenes(folder, tmp_path):
     """A scan that is a plane and nothing else, none, and a wrong value."""
-    monkeypatch.chdir(tmp_path)
-    folder, stated = Path("config/scenes"), "spacing_m: [1.0e-6, 1.0e-6], height_unit: um"
-    words = "covariance: best, marginal: gaussian, form: plane"
+    stated, words = "spacing_m: [1.0e-6, 1.0e-6], height_unit: um", "covariance: best, marginal: gaussian, form: plane"
     scenes_with(folder, words, flat=f"file: plane.txt, {stated}", gone=f"file: gone.al3d, {stated}")
     np.savetxt(folder / "plane.txt", 1e-3 * np.add.outer(np.arange(40.0), 2 * np.arange(40.0)))
     (folder / "wrong.yaml").write_text("extends: resolved\nseed: -1\n")
@@ -66,12 +68,9 @@ def test_mistakes_of_scans_come_with_those_of_scenes(tmp_path, monkeypatch):
         Scenes(tmp_path, ["flat"], marks=tmp_path / "marks")
 
 
-def test_files_of_the_user_and_the_surface_come_in_the_wave_of_the_other_mistakes(tmp_path, monkeypatch):
+def test_files_of_the_user_and_the_surface_come_in_the_wave_of_the_other_mistakes(folder, tmp_path):
     """The head of a record is read, and a load is judged, next to a mass that is refused. A radius that is refused
     hides no unit, and what a load would need is not missed."""
-    monkeypatch.chdir(tmp_path)
-    folder = Path("config/scenes")
-    shutil.copytree(ROOT / "config/scenes", folder)
     (folder / "unit.csv").write_text("time [s];speed [rpm];friction [1]\n")
 
     def said(text):
@@ -124,11 +123,8 @@ MODEL = "from numpy import exp\nfrom roughslip.surface import Covariance\n\nclas
 MODEL += "    def profile(self, u):\n        return (1 + u) * exp(-u)\n"
 
 
-def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp_path, monkeypatch):
+def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(folder, tmp_path):
     """The path is that from the folder of the scene; stages that do not read the key keep their names."""
-    monkeypatch.chdir(tmp_path)
-    folder = tmp_path / "config/scenes"
-    shutil.copytree(ROOT / "config/scenes", folder)
     own = "oscillator: {law: my_laws.py:bo_pavelescu}\nroughness: {covariance: my_models.py:Mine}\n"
     (folder / "mine.yaml").write_text(f"extends: quick\n{own}", encoding="utf-8")
     (folder / "my_models.py").write_text(MODEL, encoding="utf-8")
@@ -157,13 +153,12 @@ def test_a_law_and_a_covariance_of_the_user_are_part_of_the_name_of_a_result(tmp
     assert (after["contact"], after["answer"] == before["answer"]) == (before["contact"], False)
 
 
-def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(tmp_path, monkeypatch):
+def test_a_scan_in_a_wrong_unit_is_warned_of_before_the_first_job(folder, tmp_path):
     """A wave of 0.05 µm on points 1 µm apart, 20 a period: differences have 2 sin(pi / 20) of its rms: slope 0.0111.
 
     A prefix more or less changes it by a thousand, to both sides of what is plausible. Read again from its mark.
     """
-    monkeypatch.chdir(tmp_path)
-    folder, words = Path("config/scenes"), "covariance: best, marginal: gaussian, form: mean, file: wave.txt"
+    words = "covariance: best, marginal: gaussian, form: mean, file: wave.txt"
     units = {unit: f"spacing_m: [1.0e-6, 1.0e-6], height_unit: {unit}" for unit in ("um", "mm", "nm")}
     scenes_with(folder, f"{words}, endless_lay: y", **units)
     np.savetxt(folder / "wave.txt", np.tile(0.05 * np.cos(2 * np.pi * np.arange(41) / 20), (41, 1)))

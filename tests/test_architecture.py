@@ -127,10 +127,8 @@ def names(requirements: list[str]) -> set[str]:
 def test_what_is_imported_is_declared():
     declared = names(PROJECT["project"]["dependencies"] + EXTRAS["study"] + EXTRAS["scans"])
     targets = {name for module in MODULES for name in imported(module)}
-    rooms = ("keys", "recovery", "study")
-    targets |= {
-        name for file in WORKFLOW if file.parent.name in rooms for name, _ in absolute_imports(file, "workflow")
-    }
+    run = (file for file in WORKFLOW if file.parent.name in ("workflow", "study"))
+    targets |= {name for file in run for name, _ in absolute_imports(file, "workflow")}
     tops = {name.partition(".")[0] for name in targets} - {"roughslip", "workflow"} - sys.stdlib_module_names
     assert {PACKAGES.get(name, name) for name in tops} - declared == set()
 

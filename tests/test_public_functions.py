@@ -30,7 +30,7 @@ from roughslip.surface import covariance_of
 
 MODULES = ("", "surface", "scan", "contact", "chaos", "friction", "oscillator", "probability", "plot")
 GRID = Grid(8, 6, 1e-6, 1e-6)
-INFLUENCE, FIELD = Influence(GRID, 1e11), np.ones(GRID.shape)
+INFLUENCE = Influence(GRID, 1e11)
 MU = np.random.default_rng(4).normal(0.3, 0.03, (12, 9))
 WEIGHTS = strip_weights(12, 50, np.random.default_rng(3))
 BELT = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0)

@@ -36,7 +36,7 @@ NX, NY, FIRST, CELL = 100, 5, 10, 25e-12  # nodes of a strip, first of the 80 co
 COLUMNS = np.arange(FIRST + 4, FIRST + 80, 8)  # whose pressure and gap train the expansion
 PLANES = -SQ * ndtri(LEVELS / 100)
 WINDOW_AREA = 1e-4 * 2.5e-5
-STRIP, CELL_STREAM = 4, 19
+STRIP = 4  # stream of random numbers
 
 
 def strip(number: int, scene: dict = SCENE) -> np.ndarray:

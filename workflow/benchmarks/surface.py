@@ -1,8 +1,8 @@
-"""Measure surfaces: leading modes and exact samples of large meshes, and samples against public generators.
+"""Measure samples of surfaces against those of public generators.
 
-One process, one thread, in turns. The residual judges modes and the sample covariance judges samples; neither shares
-code with what it judges. The unit of height is Sq and that of length the edge of the mesh. What is set up once for a
-mesh is not timed; rows list it as `setup_seconds`. The generators of GSTools are used as documented.
+One process, one thread, in turns. The sample covariance judges, which shares no code with what it judges. The unit of
+height is Sq and that of length the edge of the mesh. What is set up once for a mesh is timed once; rows list it as
+`setup_seconds`. The generators of GSTools are used as documented.
 """
 
 import itertools
@@ -13,64 +13,22 @@ from typing import Any
 
 import numpy as np
 from scipy import fft
-from scipy.signal import fftconvolve
 
-from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
-from roughslip.surface import models
-from roughslip.surface.covariance import StationaryCovariance
-from roughslip.surface.embedding import Embedding, embed
-from roughslip.surface.modes import KarhunenLoeve, karhunen_loeve
+from roughslip.surface.covariance import Covariance
+from roughslip.surface.embedding import embed
+from roughslip.surface.models import covariance_of
 from workflow.benchmarks.rows import OURS, Row, case, make_row, race, timed, write
 
-COVARIANCES = ("gaussian", "exponential", "matern", "rotated", "self_affine")
+COVARIANCES = ("gaussian", "exponential")
 LENGTH = 0.1
-RESIDUAL = "1e-9"
 LAGS, LAGS_A_SIDE = 0.3, 32  # sample covariances: up to three correlation lengths, the same lags on every mesh
 SEED = 20260
 # Waves of the randomization, and waves on an axis of the Fourier method.
 PEERS = {"gstools/randomization": (100, 1000), "gstools/fourier": (16, 32, 64)}
 PERIOD = 1.5  # period of the Fourier method over the edge; images are at least half an edge away
-EDGE, MODES = 512, 101  # nodes on an edge and number of leading modes
-LARGE, COMPARED = 2048, 256  # nodes on an edge of exact samples, and of the comparison with peers
+NODES = 256  # on an edge of the mesh
 MOST_SAMPLES, BUDGET_S = 4096, 10.0  # for the error of a method
-
-
-def square(n: int) -> Grid:
-    """Return a square mesh of n x n nodes."""
-    return Grid(n, n, 1 / n, 1 / n)
-
-
-def covariance_of(name: str, grid: Grid) -> StationaryCovariance:
-    """Return the covariance of that name; the self-affine spectrum ends at the shortest waves of the mesh."""
-    if name == "matern":
-        return models.covariance_of("matern", 1.0, LENGTH, smoothness=1.5)
-    if name == "rotated":
-        return models.covariance_of("exponential", 1.0, 2 * LENGTH, LENGTH / 2, 0.5)
-    if name == "self_affine":
-        return models.self_affine(1.0, 0.8, 0.5, 2 * max(grid.dx, grid.dy))
-    return models.covariance_of(name, 1.0, LENGTH)  # type: ignore[arg-type]
-
-
-def residual(covariance: StationaryCovariance, expansion: KarhunenLoeve) -> float:
-    """Return the largest |C phi - lambda phi| / lambda_1 of the modes, with phi of unit norm."""
-    n, cell, worst = expansion.grid.nx, expansion.grid.dx, 0.0
-    lags = np.arange(1 - n, n) * cell
-    kernel = covariance(lags[:, None], lags)
-    for eigenvalue, mode in zip(expansion.eigenvalues, expansion.modes, strict=True):
-        difference = fftconvolve(kernel, mode, mode="valid") - eigenvalue * mode
-        worst = max(worst, float(np.linalg.norm(difference) / np.linalg.norm(mode) / expansion.eigenvalues[0]))
-    return worst
-
-
-def ensemble_error(covariance: StationaryCovariance, embedding: Embedding) -> float:
-    """Return the RMS difference, over Sq^2 and all lags of the mesh, of the torus's covariance from the model's."""
-    torus, squares = np.fft.irfft2(embedding.root**2, embedding.torus), 0.0
-    n, cell = embedding.grid.nx, embedding.grid.dx
-    lags = np.arange(1 - n, n)
-    for i in range(n):  # by rows: all lags of 2048 x 2048 nodes at once would take several arrays of 64 MB
-        squares += float(np.sum((torus[i, lags] - covariance(i * cell, lags * cell)) ** 2))
-    return math.sqrt(squares / (n * lags.size)) / covariance.rms_height_m**2
 
 
 def lags_of(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +46,7 @@ def sample_covariance(heights: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.n
     return sums[i, j] / ((nx - i) * (ny - np.abs(j)))
 
 
-def sampler(covariance: StationaryCovariance, grid: Grid, method: str, waves: int) -> Callable[[int], np.ndarray]:
+def sampler(covariance: Covariance, grid: Grid, method: str, waves: int) -> Callable[[int], np.ndarray]:
     """Set up a generator of the sample of a number: circulant embedding, ours, or one of GSTools on one thread.
 
     Randomization takes plane waves of random wave vectors from the spectrum, redrawn for each sample (F. Hesse et al.,
@@ -117,8 +75,8 @@ def compare_samplers(name: str, peers: bool) -> list[Row]:
 
     The error is the RMS over the lags, and over all available sets of so many samples, of covariance minus model.
     """
-    grid, rows, (i, j) = square(COMPARED), [], lags_of(COMPARED)
-    covariance, label = covariance_of(name, grid), case(n=COMPARED, covariance=name, quantity="covariance")
+    grid, rows, (i, j) = Grid(NODES, NODES, 1 / NODES, 1 / NODES), [], lags_of(NODES)
+    covariance, label = covariance_of(name, 1.0, LENGTH), case(n=NODES, covariance=name, quantity="covariance")
     asked = covariance(i * grid.dx, j * grid.dy)
     keys = [(OURS, 0), *((peer, waves) for peer in PEERS for waves in PEERS[peer] if peers)]
     made = {key: timed(partial(sampler, covariance, grid, *key)) for key in keys}
@@ -136,33 +94,10 @@ def compare_samplers(name: str, peers: bool) -> list[Row]:
 
 
 def measure(peers: bool) -> dict[str, object]:
-    """Return the summary, why covariances were refused, and the rows.
-
-    Errors: of leading modes the residual of the worst, of exact samples the covariance of the ensemble at all lags.
-    """
+    """Return the rows."""
     if peers:
         import gstools  # noqa: F401  takes a second, which is not set-up of a sampler
-    rows: list[Row] = []
-    refused = {}
-    for name in COVARIANCES:
-        covariance = covariance_of(name, square(EDGE))
-        seconds, results = race({OURS: partial(karhunen_loeve, covariance, square(EDGE), MODES)}, least=3)
-        label = case(n=EDGE, covariance=name, modes=MODES, tolerance=RESIDUAL)
-        rows.append(make_row(label, OURS, residual(covariance, results[OURS]), seconds[OURS], MODES))
-    for name in COVARIANCES:
-        covariance, label = covariance_of(name, square(LARGE)), case(n=LARGE, covariance=name, quantity="sample")
-        try:
-            setup, embedding = timed(partial(embed, covariance, square(LARGE)))
-        except IllPosedError as error:
-            refused[label] = str(error)
-            continue
-        turns = race({OURS: partial(embedding.sample, np.random.default_rng([SEED, LARGE]))})[0][OURS]
-        more = {"setup_seconds": setup, "torus": list(embedding.torus)}
-        rows.append(make_row(label, OURS, ensemble_error(covariance, embedding), turns, 1, **more))
-        del embedding  # a quarter of a gigabyte
-    for name in ("gaussian", "exponential"):
-        rows += compare_samplers(name, peers)
-    return {"summary": {"refused": refused}, "rows": rows}
+    return {"rows": [row for name in COVARIANCES for row in compare_samplers(name, peers)]}
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import inspect
 import re
 from pathlib import Path
 
-import api_pages
+from api_pages import packages  # noqa: F401  a part of the manual too
 from sphinx.application import Sphinx
 
 from roughslip import errors
@@ -65,11 +65,6 @@ def scene_messages() -> str:
     blocks = [block for block in text.split("\n\n") if "\n-> " in block or block.startswith("-> ")]
     cases = (block.strip().replace("\n-> ", "\n\n→ ", 1).replace("\n-> ", "\n→ ") for block in blocks)
     return "\n".join(f"```text\n{case}\n```\n" for case in cases)
-
-
-def packages() -> str:
-    """The table of the library's packages."""
-    return api_pages.packages()
 
 
 def examples() -> str:

@@ -76,7 +76,8 @@ class Names:
     @cache  # noqa: B019 (one instance lives as long as the run)
     def entry(self, scene: str, stage: str) -> Entry:
         """What the results of a stage of a scene are made of."""
-        row, before, whole = self._row(scene, stage), self._before(scene, stage), self.scenes[scene]
+        row, whole, stages = self._row(scene, stage), self.scenes[scene], self.scenes.stages(scene)
+        before = sorted(stages - {stage}) if stage == "page" else plan.makers(row, stages)  # the page takes all
         configuration, awaited, files = plan.slice_of(whole, row, scene), self._records(scene, before), {}
         user = {name: self.scenes.user_files(scene, key) for name, key in row.user_files.items()}
         words = {**row.takes, **row.collects}
@@ -173,11 +174,6 @@ class Names:
 
     def _row(self, scene: str, stage: str) -> Stage:
         return drawing(plan.figures(self.scenes[scene])) if stage == "figures" else STAGES[stage]
-
-    def _before(self, scene: str, stage: str) -> list[str]:
-        """The stages of a scene whose results a stage takes; the page takes all."""
-        stages = self.scenes.stages(scene)
-        return sorted(stages - {stage}) if stage == "page" else plan.makers(self._row(scene, stage), stages)
 
     def _records(self, scene: str, stages: Iterable[str]) -> list[str]:
         """The records of cost of the jobs of some stages."""

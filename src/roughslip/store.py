@@ -170,7 +170,9 @@ def write(
     The same arrays and key give the same bytes. Raises StoreError where a floating-point array holds an infinity, or
     where the file cannot be written. NaN marks a value that does not exist and is allowed.
     """
-    whole = {**_coordinates(variables), **variables}
+    dimensions = {dimension for variable in variables.values() for dimension in variable.dimensions}
+    of = {one: variables[name] for one, name in COORDINATES.items() if one in dimensions and name in variables}
+    whole = {**of, **variables}
     stored = {name: _storable(path, name, variable) for name, variable in sorted(whole.items())}
     described = {
         **dict(attributes or {}),
@@ -196,7 +198,10 @@ def read(path: Path | str) -> Result:
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_maskandscale(False)
-            variables = {name: _variable(variable) for name, variable in file.variables.items()}
+            variables = {
+                name: Variable(one.dimensions, _shortest(np.asarray(one[...])), one.units, one.long_name)
+                for name, one in file.variables.items()
+            }
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, MemoryError) as error:
         raise StoreError(f"{path}: truncated or not a result ({error}); {rebuild(path)}") from error
@@ -256,12 +261,6 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
-def _coordinates(variables: Mapping[str, Variable]) -> dict[str, Variable]:
-    """Of each dimension that COORDINATES names its variable, if that is there."""
-    dimensions = {dimension for variable in variables.values() for dimension in variable.dimensions}
-    return {one: variables[name] for one, name in COORDINATES.items() if one in dimensions and name in variables}
-
-
 def _storable(path: Path, name: str, variable: Variable) -> Variable:
     values = np.asarray(variable.values)
     if values.dtype.kind == "f" and np.any(np.isinf(values)):
@@ -290,10 +289,6 @@ def _fill(file: netCDF4.Dataset, variables: Mapping[str, Variable]) -> None:
         )
         target.setncatts({"units": units, "long_name": long_name})
         target[...] = values.astype(object) if text else values
-
-
-def _variable(stored: netCDF4.Variable) -> Variable:
-    return Variable(stored.dimensions, _shortest(np.asarray(stored[...])), stored.units, stored.long_name)
 
 
 def _checksum(variables: Mapping[str, Variable], attributes: Mapping[Any, Any]) -> str:

@@ -64,16 +64,13 @@ def _check(hint: Any) -> Check:
     if kind in (tuple, collections.abc.Sequence):
         is_fixed = kind is tuple and Ellipsis not in parts
         return functools.partial(_items, is_fixed, [_check(part) for part in parts if part is not Ellipsis])
-    if kind is collections.abc.Mapping:
-        return functools.partial(_instance, collections.abc.Mapping, "a mapping")
     if kind is collections.abc.Iterable:
         return _rows
-    if kind is collections.abc.Callable:
-        return functools.partial(_instance, collections.abc.Callable, "a function")
     if getattr(hint, "_is_protocol", False):
         return functools.partial(_follows, hint)
-    if isinstance(hint, type) and hint is not Any:
-        return functools.partial(_instance, (bool, np.bool_) if hint is bool else hint, _article(hint))
+    plain = kind or hint
+    if isinstance(plain, type) and plain is not Any:
+        return functools.partial(_instance, (bool, np.bool_) if plain is bool else plain, _article(plain))
     return lambda name, value: value
 
 
@@ -113,10 +110,6 @@ def _rows(name: str, values: Any) -> Any:
     return values
 
 
-def _not_finite(name: str, values: np.ndarray) -> str:
-    return f"{name} must be finite, not {np.count_nonzero(~np.isfinite(values))} of its {values.size} numbers"
-
-
 def _instance(accepted: type | tuple[type, ...], wanted: str, name: str, value: Any) -> Any:
     if not isinstance(value, accepted):
         raise ParameterError(f"{name} must be {wanted}, not {_named(value)}")
@@ -138,8 +131,9 @@ def _follows(protocol: type, name: str, value: Any) -> Any:
 
 
 def _article(kind: type) -> str:
-    name = {"str": "text", "bool": "True or False"}.get(kind.__name__, kind.__name__)
-    return name if name != kind.__name__ else f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+    name = kind.__name__
+    words = {"str": "text", "bool": "True or False", "Mapping": "a mapping", "Callable": "a function"}
+    return words.get(name, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
 
 
 def _named(value: Any) -> str:
@@ -185,8 +179,8 @@ def finite(name: str, values: Any, dimensions: int | None = None) -> np.ndarray:
     numbers = reals(name, values)
     if dimensions is not None and numbers.ndim != dimensions:
         raise ParameterError(f"{name} must have {dimensions} dimensions, not the shape {numbers.shape}")
-    if not np.isfinite(numbers).all():
-        raise ParameterError(_not_finite(name, numbers))
+    if wrong := np.count_nonzero(~np.isfinite(numbers)):
+        raise ParameterError(f"{name} must be finite, not {wrong} of its {numbers.size} numbers")
     return numbers
 
 

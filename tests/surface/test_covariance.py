@@ -20,7 +20,7 @@ from roughslip.surface.models import MODELS, covariance_of, self_affine
 from roughslip.surface.modes import karhunen_loeve
 from roughslip.surface.plausibility import rms_slope
 
-MONOTONE = [kind for kind, model in MODELS.items() if not model.has_cutoff]
+MONOTONE = [kind for kind, model in MODELS.items() if kind != "self_affine"]
 
 
 def model_of(kind, *arguments, **others):

@@ -8,6 +8,7 @@ error s: sqrt(max(0, e^2 - s^2)). The seconds of a row are those of its solves a
 import itertools
 import math
 import statistics
+import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
@@ -150,12 +151,11 @@ def draw_pressures(method: str, square: Square, solved: Solved, level: int, stre
 
 
 def measure(_: bool) -> dict[str, Any]:
-    """Return a row for each scene, penetration, method and number of solves, and why designs were refused.
+    """Return a row for each scene, penetration, method and number of solves.
 
-    The error of a row is the median net distance of its designs from the reference; `errors` has that of each.
+    The error of a row is the median net distance of its designs from the reference, without those that were refused.
     """
     results_of: dict[tuple[str, int, str, int], list[tuple[float, float]]] = defaultdict(list)
-    refused = {}
     for scene, plan in PLANS.items():
         kept, square = store.read(KEPT_RESULTS / scene / "pressure.nc"), Square(scene)
         for kind, number, solved in square.designs(plan):
@@ -165,16 +165,15 @@ def measure(_: bool) -> dict[str, Any]:
                 try:
                     seconds, pressure = timed(partial(draw_pressures, method, square, solved, level, number))
                 except IllPosedError as error:
-                    refused[f"{case_of(scene, level)} {method} {samples} {number}"] = str(error)
+                    print(f"{case_of(scene, level)} {method} {samples} {number}: {error}", file=sys.stderr)
                     continue
                 time_and_distance = samples * solved.seconds + seconds, distance(kept, level, pressure)
                 results_of[scene, level, method, samples].append(time_and_distance)
     rows = []
     for (scene, level, method, samples), results in sorted(results_of.items()):
-        turns, distances = (list(column) for column in zip(*results, strict=True))
-        errors, name = {"distance": distances}, case_of(scene, level)
-        rows.append(make_row(name, method, statistics.median(distances), turns, samples, errors=errors))
-    return {"summary": {"refused": refused}, "rows": rows}
+        turns, distances = zip(*results, strict=True)
+        rows.append(make_row(case_of(scene, level), method, statistics.median(distances), turns, samples))
+    return {"rows": rows}
 
 
 def case_of(scene: str, level: int) -> str:

@@ -1,10 +1,12 @@
 """Figure 3, friction against penetration; on a second sheet its distribution and correlation; friction against load."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
-from scipy.special import betaln, ndtri
+from scipy import stats
 
 from roughslip.figures.style import (
     Shown,
@@ -21,8 +23,8 @@ SOURCES = {"solved": ("solved contact", "C0", "o"), "expansion": ("expansion", "
 BY_SOURCE = ("mean", "std")
 MEDIAN = 50.0  # penetration
 PAPER_LENGTH = 250e-6  # m
-PAPER_BETA, PAPER_LABEL = (2.1, 5.0), "paper, Beta(2.1, 5)"
-PAPER_MOMENTS = {"skewness": 0.560, "kurtosis": -0.171}  # of this Beta
+PAPER, PAPER_LABEL = stats.beta(2.1, 5.0), "paper, Beta(2.1, 5)"
+MOMENTS = {"skewness": "s", "kurtosis": "k"}  # in the words of scipy.stats
 PENETRATION = "penetration [percentile of heights]"
 PANELS = {"mean": "mean of $\\mu$", "std": "standard deviation of $\\mu$", "variation": "standard deviation over mean"}
 OVER_LOAD = {
@@ -103,16 +105,15 @@ def _nearest(axes: Axes, result: Shown) -> None:
     label = f"at {percentile:g} %, distance {distance:.3f}"
     axes.stairs(result["standard_histogram"][level], edges, fill=True, color="C0", alpha=0.35, label=label)
     axes.stairs(result["standard_histogram"].sel(level=MEDIAN), edges, color="0.15", lw=1.0, label="at the median")
-    axes.plot(*_paper_density(np.linspace(1e-4, 1 - 1e-4, 400)), "C2-.", label=PAPER_LABEL)
+    axes.plot(*_density(PAPER, PAPER.mean(), PAPER.std()), "C2-.", label=PAPER_LABEL)
     axes.set(xlabel="standardised friction coefficient", ylabel="density", xlim=(-3.0, 4.5), ylim=(0, None))
     legend_above(axes)
 
 
-def _paper_density(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The paper's Beta, standardised: places and density at u in (0, 1)."""
-    a, b = PAPER_BETA
-    mean, std = a / (a + b), np.sqrt(a * b / ((a + b) ** 2 * (a + b + 1)))
-    return (u - mean) / std, _beta_density(u, a, b) * std
+def _density(law: Any, mean: float, std: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places and density of a law of scipy.stats, less the mean, over the standard deviation."""
+    x = law.ppf(np.linspace(1e-4, 1 - 1e-4, 400))
+    return (x - mean) / std, std * law.pdf(x)
 
 
 def _marginal(axes: Axes, result: Shown) -> None:
@@ -121,15 +122,11 @@ def _marginal(axes: Axes, result: Shown) -> None:
     edges, density = result["standard_edge"], result["standard_histogram"].sel(level=MEDIAN)
     axes.stairs(density, edges, fill=True, color="C0", alpha=0.35, label="solved contact")
     a, b, lower, upper = (float(result[f"beta_{name}"].sel(level=MEDIAN)) for name in ("a", "b", "lower", "upper"))
-    u = np.linspace(1e-4, 1 - 1e-4, 400)
     label = "fitted Beta at bound" if result["beta_at_bound"].sel(level=MEDIAN) else f"fitted Beta({a:.3g}, {b:.3g})"
-    fitted = (lower + (upper - lower) * u - mean) / std, _beta_density(u, a, b) * std / (upper - lower)
-    axes.plot(*fitted, "k-", lw=1.2, label=label)
-    axes.plot(*_paper_density(u), "C2-.", label=PAPER_LABEL)
-    normal = ndtri(u)
-    axes.plot(normal, np.exp(-(normal**2) / 2) / np.sqrt(2 * np.pi), color="C3", lw=1.2, ls=":", label="normal")
-    axes.set(xlabel="standardised friction coefficient", ylabel="density", ylim=(0, None))
-    axes.set_xlim(-3.0, 4.5)
+    axes.plot(*_density(stats.beta(a, b, lower, upper - lower), mean, std), "k-", lw=1.2, label=label)
+    axes.plot(*_density(PAPER, PAPER.mean(), PAPER.std()), "C2-.", label=PAPER_LABEL)
+    axes.plot(*_density(stats.norm, 0.0, 1.0), color="C3", lw=1.2, ls=":", label="normal")
+    axes.set(xlabel="standardised friction coefficient", ylabel="density", xlim=(-3.0, 4.5), ylim=(0, None))
     legend_above(axes)
 
 
@@ -138,15 +135,11 @@ def _moment(axes: Axes, result: Shown, name: str, title: str) -> None:
     value, low, high = with_ends(result, f"combined_{name}")
     draw_points(axes, result["percentile"], (value, low, high), {"color": "C0", "label": "rough surfaces"})
     axes.axhline(0, color="C3", ls=":", lw=1.2, label="normal")
-    axes.axhline(PAPER_MOMENTS[name], color="C2", ls="-.", lw=1, label=PAPER_LABEL)
+    axes.axhline(float(PAPER.stats(MOMENTS[name])), color="C2", ls="-.", lw=1, label=PAPER_LABEL)
     if np.max(np.abs(high)) > 2:
         axes.set_yscale("symlog", linthresh=1.0)
     axes.set(xlabel=PENETRATION, ylabel=title)
     legend_above(axes)
-
-
-def _beta_density(u: np.ndarray, a: float, b: float) -> np.ndarray:
-    return np.exp((a - 1) * np.log(u) + (b - 1) * np.log1p(-u) - betaln(a, b))
 
 
 def friction_against_load(result: Shown) -> Figure:

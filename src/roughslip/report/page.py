@@ -14,7 +14,6 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from roughslip.report import budget_words, words
-from roughslip.report.curve_words import friction_curve
 from roughslip.report.sections import (
     MARKS,
     SECTIONS,
@@ -153,6 +152,24 @@ def numbers(scene: SceneReport) -> str:
     rows = ((key, json.dumps(value, ensure_ascii=False)) for key, value in _leaves(json.loads(scene.configuration)))
     origins = {key: f"scene {origin}" for key, origin in scene.origins.items()}
     return "\n".join(f"{f'{key}: {value}':<60}  # {origins.get(key, 'default, or follows')}" for key, value in rows)
+
+
+def friction_curve(scene: Mapping[str, Any], origins: Mapping[str, str], name: str) -> str:
+    """The friction curve of a scene of that name in a sentence. origins : the scene of each value, by dotted key"""
+    oscillator, record = scene["oscillator"], (scene.get("friction") or {}).get("record")
+    if record:
+        several = len(record["file"]) > 1
+        return f"The curve is that of the record{'s' if several else ''} {', '.join(record['file'])}."
+    law, static, table = (oscillator.get(name) for name in ("law", "static_friction", "friction_table"))
+    key = {"table": "friction_table", "stribeck": "stribeck_decay_s_per_m", "coulomb": "static_friction"}.get(
+        law, "law"
+    )
+    of = f"scene {base}" if (base := origins.get(f"oscillator.{key}", name)) != name else "the scene"
+    if law == "table":
+        static, (speed, last) = table[0][1] if static is None else static, table[-1]
+        ends = f"{words.digits(static)} at rest, {words.digits(last)} at {words.amount(speed, 'm s-1')}"
+        return f"The curve is the friction_table of {of}: {ends}."
+    return f"The curve is the law {law} of {of}{'' if static is None else f': {words.digits(static)} at rest'}."
 
 
 def _leaves(values: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

@@ -120,8 +120,7 @@ def fit_covariance(
             least, most = model.shapes[model.fitted_shape.name]
             value = math.exp(parameters[3]) if model.fitted_shape.logarithmic else float(parameters[3])
             shape = min(max(value, least), most)  # the exponential of a bound may round past it
-        cutoff = cutoff_wavelength_m if model.has_cutoff else None
-        return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff)
+        return model.of_fit(rms_height_m, math.exp(mean + e), math.exp(mean - e), lay, shape, cutoff_wavelength_m)
 
     def of_lags(parameters: np.ndarray) -> np.ndarray:
         return math.sqrt(lags.number / n) * lags.distance(build(parameters))

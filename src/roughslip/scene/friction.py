@@ -152,8 +152,3 @@ def with_load(scene: Values) -> Values:
     if isinstance(scene.get("friction"), dict):
         scene = {**scene, "friction": {"scatter": "multiplicative", **scene["friction"]}}
     return {**scene, "oscillator": oscillator}
-
-
-def targets_under_load(targets: list[str]) -> list[str]:
-    """Targets of a scene with a load: friction over penetration is that over loads."""
-    return list(dict.fromkeys("friction_against_load" if target == "figure3" else target for target in targets))

@@ -51,7 +51,8 @@ def load(name: str, scenes_folder: Path, more: Check | None = None) -> Values:
     if merged.file_of(("targets",)) != chain[0] and isinstance(values.get("targets"), list):
         values["targets"] = plan.default_targets(values, bool(uncertainties))
     if values.get("load") is not None and isinstance(values.get("targets"), list):
-        values["targets"] = friction.targets_under_load(values["targets"])
+        renamed = ("friction_against_load" if target == "figure3" else target for target in values["targets"])
+        values["targets"] = list(dict.fromkeys(renamed))
     in_yaml = {dotted(path) for _, path, _ in merged.wrong if path}
     found = [*(Refusal(path, text) for path, text in wrong), *_refusals(values)]
     faulty = {one.key for one in found if one.key} | in_yaml

@@ -11,7 +11,7 @@ from roughslip.chaos.strip import (
     on_all_rows,
     turned_to_half,
 )
-from roughslip.chaos.variables import NAMES, Stencil, local_functionals
+from roughslip.chaos.variables import MIRRORED, NAMES, NO_SYMMETRY, Stencil, local_functionals
 from roughslip.errors import IllPosedError
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene import elastic, expansion, geometry, surface_model
@@ -34,7 +34,8 @@ def work(scene: Scene, job: Job) -> None:
     values = target.values(pressure, gap).transpose(0, 2, 3, 1).reshape(-1, grid.ny, pressure.shape[1])
     training, values = turned_to_half(functionals, values)
     strip = np.tile(np.repeat(np.arange(len(pressure)), len(columns)), 2)
-    mirrored, levels = expansion.mirrored_along(model), pressure.shape[1]
+    mirrored = MIRRORED[:, :1] if model.mirror_symmetric else NO_SYMMETRY  # along its length, which keeps every row
+    levels = pressure.shape[1]
     try:
         half, missed, predicted = fit_strip(training, values, degree, stencil, target, strip, mirrored)
         means = conditional_means(predicted.reshape(levels, -1), values.transpose(2, 0, 1).reshape(levels, -1), target)

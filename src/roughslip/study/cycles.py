@@ -35,7 +35,7 @@ Variables = dict[str, store.Variable]
 def work(scene: Scene, job: Job) -> None:
     """Write all three. Names of the motion without scatter begin with `deterministic_`."""
     plain = without_scatter(scene, job)
-    runs = with_scatter(scene, job, range(scene.ensemble.realisations))
+    runs = with_scatter(scene, job)
     kept = ("friction_", "load_response_")
     of_plain = {
         name if name in BOTH or name.startswith(kept) else f"deterministic_{name}": variable
@@ -44,7 +44,7 @@ def work(scene: Scene, job: Job) -> None:
     store.write(job.output, of_plain | runs | summed_up(scene, job, plain, runs), job.key)
 
 
-def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
+def with_scatter(scene: Scene, job: Job) -> Variables:
     """Return counts of each run at every damping, and at the scene's own its reattachments and a few trajectories."""
     ensemble, statistics = scene.ensemble, job.optional("friction")
     friction, own = friction_of(scene, statistics), machine_of(scene, statistics)
@@ -52,8 +52,8 @@ def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
     dampings = np.array(damping_ratios(scene, own, friction))
     machines = [own.changed({"damping": ratio}) for ratio in dampings.tolist()]
     rows: list[Row] = []
-    places, last, drawn = [], [], []
-    for row, number in enumerate(taken):
+    places, last, drawn, taken = [], [], [], range(ensemble.realisations)
+    for number in taken:
         path = KeptPath(paths.realisation([scene.seed, Stream.PROCESS, number]))
 
         def motion_of(machine: Machine, path: KeptPath = path) -> Motion:
@@ -67,7 +67,7 @@ def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
         if number < DRAWN:
             until = DISCARDED_PERIODS + DRAWN_PERIODS
             drawn.append(trajectory(own.oscillator, own.law, path, paths.spacing, until, own.options))
-        job.progress(row + 1, len(taken))
+        job.progress(number + 1, len(taken))
     whole = counts_of(rows, (len(taken), dampings.size), {"damping": dampings})
     job.count(
         runs=whole.cycles.size, cycles=whole.cycles.sum(), steps=whole.steps, negative_friction_cut=whole.cuts.sum()
@@ -85,8 +85,6 @@ def with_scatter(scene: Scene, job: Job, taken: range) -> Variables:
 
 def trajectories(drawn: list[Trajectory]) -> Variables:
     """Those that are drawn, without the periods that are discarded."""
-    if not drawn:
-        return {}
     shown = drawn[0].time >= 2 * np.pi * DISCARDED_PERIODS
     variables = {"time": store.Variable(("time",), drawn[0].time[shown], "1", "tau = omega t")}
     for name, title in (("position", "X"), ("velocity", "X' = dX/dtau")):

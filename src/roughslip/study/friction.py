@@ -29,7 +29,6 @@ TITLES: dict[str, tuple[tuple[str, ...], str, str]] = {  # a pad is a square of 
     "pad_std": (("level", "pad"), "1", "standard deviation of the friction coefficient of a pad"),
     "pad_parts": (("level", "part"), *PARTS),
 }
-Table = dict[str, list[Estimate]]  # by name the estimates of all levels
 
 
 def work(scene: Scene, job: Job) -> None:
@@ -48,7 +47,7 @@ def work(scene: Scene, job: Job) -> None:
 def blocks_of(scene: Scene, batches: list[store.Result], size: str = "") -> list[Blocks]:
     """The blocks of all samples at each level. size : at the end of names"""
     area, force = (store.join(batches, name + size) for name in ("area", "force"))
-    sizes, periodic = geometry.block_sizes(scene), scene.load is not None
+    sizes, periodic = (scene.strip.window_spacing_m, scene.strip.width_m, scene.strip.window_m), scene.load is not None
     return [Blocks(area[:, level], force[:, level], *sizes, periodic) for level in range(area.shape[1])]
 
 
@@ -82,7 +81,7 @@ def over_penetration(
     job.warn(*(f"the penetration of {level:g} % is left out: {reason}" for level, reason in table.missing.items()))
     job.warn(*missing_warnings(table.solved["missing_share"], known))
     job.count(windows=sums[0][0].size, expanded_windows=others[0][0].size if others else 0)
-    variables = table_variables(table) | load_variables(loads)
+    variables = table_variables(table) | loads
     variables |= correlation_variables(scene, job.optional("scan"))
     return variables, summary(variables)
 
@@ -100,14 +99,14 @@ def unresolved(sums: list[Windows], generator: np.random.Generator) -> list[Wind
     return noisy
 
 
-def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table:
+def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> dict[str, store.Variable]:
     """Load of windows and scatter of pads at every penetration. blocks : of the solved strips, by level
 
     A pad has what the solved strips show of it, times what the other strips change of a window.
     """
     scene, strip, weights, solved = job.scene, job.scene.strip, friction.weights, friction.solved
     surface = correlated(scene, job.optional("scan"))
-    table: Table = {}
+    table: dict[str, list[Estimate]] = {}  # by name the estimates of all levels
     for level, of_level in enumerate(blocks):
         force = of_level.windows[1]
         totals = resampled(weights, np.stack((force.sum(axis=1), np.ones(len(force))), axis=1)).T
@@ -132,7 +131,11 @@ def load_table(job: Job, blocks: list[Blocks], friction: FrictionTable) -> Table
         for name, rows in columns.items():
             kind = "std" if name.endswith("std") else "mean"
             table.setdefault(name, []).append(estimate_of(kind, rows, weights.shape[1]))
-    return table
+    variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
+    for name, estimates in table.items():
+        dimensions, unit, title = TITLES[name]
+        variables |= store.with_interval(name, dimensions, columns_of(estimates), unit, title)
+    return variables
 
 
 def of_all(name: str, level: int, friction: FrictionTable) -> np.ndarray:
@@ -147,12 +150,3 @@ def of_all(name: str, level: int, friction: FrictionTable) -> np.ndarray:
     if full == level:
         return best[name][level].rows
     return solved[name][level].rows * best[name][full].rows / solved[name][full].rows
-
-
-def load_variables(table: Table) -> dict[str, store.Variable]:
-    """Load tables with their units."""
-    variables = {"pad_windows": store.Variable(("pad",), WINDOWS, "1", "windows of a pad")}
-    for name, estimates in table.items():
-        dimensions, unit, title = TITLES[name]
-        variables |= store.with_interval(name, dimensions, columns_of(estimates), unit, title)
-    return variables

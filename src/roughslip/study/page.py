@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from roughslip import store
-from roughslip.errors import StoreError
 from roughslip.report.page import SceneReport, page
 from roughslip.scene.mistakes import with_origins
 from roughslip.scene.part import Scene, without_nulls
@@ -31,14 +30,6 @@ def merged(configurations: list[dict[str, Any]]) -> dict[str, Any]:
             elif value is not None or name not in whole:  # absent for one stage, and read by another
                 whole[name] = value
     return whole
-
-
-def picture(path: Path) -> bytes:
-    """A picture. Raises StoreError where it is missing."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise StoreError(f"{path}: missing ({error}); rebuild it with: snakemake -j2 {path}") from error
 
 
 def represented(files: Files, stages: list[str], targets: list[str]) -> dict[str, list[str]]:
@@ -86,7 +77,7 @@ def read_scene(name: str, files: Files, captions: dict[str, str], page_folder: P
     return SceneReport(
         name=name,
         description=configuration["description"],
-        figures={figure: picture(files[f"{figure}.svg"]) for figure in drawn},
+        figures={figure: files[f"{figure}.svg"].read_bytes() for figure in drawn},
         captions=captions,
         surfaces=represented(files, stages, configuration["targets"]),
         answer=store.read_json(files["answer.json"]) if "answer" in stages else None,

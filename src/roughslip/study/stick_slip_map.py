@@ -39,7 +39,7 @@ def work(scene: Scene, job: Job) -> None:
     asked, own = scene.map, machine_of(scene, job.optional("friction"))
     ranges = box(own, asked)
     names = tuple(ranges)
-    axes = [spaced(*ranges[name], asked.points) for name in names]
+    axes = [(np.geomspace if ends[0] > 0.0 else np.linspace)(*ends, asked.points) for ends in ranges.values()]
     kept: dict[tuple[float, ...], tuple[list[KeptPath], float]] = {}
 
     def probability(i: int, j: int) -> float:
@@ -139,8 +139,3 @@ def box(own: Machine, asked: "StickSlipMap") -> dict[str, tuple[float, float]]:
     else:
         ranges = dict(zip(asked.parameters, asked.ranges, strict=True))
     return {name: (float(ranges[name][0]), float(ranges[name][1])) for name in PARAMETERS if name in ranges}
-
-
-def spaced(first: float, last: float, points: int) -> np.ndarray:
-    """Values from first to last, evenly in their logarithm, or evenly from zero."""
-    return np.geomspace(first, last, points) if first > 0.0 else np.linspace(first, last, points)

@@ -70,7 +70,6 @@ class Covariance:
     kind: ClassVar[str]  # the name of the model in a scene
     shapes: ClassVar[Mapping[str, tuple[float, float]]] = {}  # range of each shape parameter, a field of the model
     is_product: ClassVar[bool] = False  # whether the correlation is a product of functions of a and of b
-    has_cutoff: ClassVar[bool] = False  # whether its spectrum ends at a cut-off; then `reach` is infinite
     # What fits need. First the power p for which (-ln C)^p is nearly a quadratic form of the lag: 1 is exact for the
     # Gaussian and 2 for the exponential. The first guess of lengths and lay is read from that form.
     quadratic_power: ClassVar[float] = 1.4
@@ -195,9 +194,9 @@ class Covariance:
 
     @classmethod
     def of_fit(
-        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
+        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float
     ) -> Self:
-        """The model of fitted lengths and shape. cutoff : wavelength [m] of a model that ends, geometric mean."""
+        """The model of fitted lengths and shape. cutoff : wavelength [m] of one that ends, geometric mean."""
         shapes = {} if cls.fitted_shape is None else {cls.fitted_shape.name: shape}
         return cls(rms_height_m, along, across, lay_rad, **shapes)  # type: ignore[arg-type]
 

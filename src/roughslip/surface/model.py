@@ -15,7 +15,7 @@ from roughslip.grid import Grid
 from roughslip.probability import translate
 from roughslip.probability.translation import Distribution, Translation
 from roughslip.surface.covariance import StationaryCovariance, plane_height
-from roughslip.surface.embedding import circulant_lags, embed, embed_cell
+from roughslip.surface.embedding import circulant_lags, embed
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.measured_covariance import measured_covariance, tapered
 from roughslip.validation import finite, gate
@@ -137,11 +137,6 @@ class GaussianModel:
     def sampler(self, grid: Grid) -> Sampler:
         """Exact sampling by circulant embedding."""
         return embed(self.covariance, grid).sample
-
-    @gate
-    def cell_sampler(self, grid: Grid) -> Sampler:
-        """The same of a periodic cell, which the mesh is; raises as `embed_cell`."""
-        return embed_cell(self.covariance, grid).sample
 
     @gate
     def heights(self, field: np.ndarray) -> np.ndarray:

@@ -102,7 +102,6 @@ class SelfAffine(Covariance):
 
     kind = "self_affine"
     shapes: ClassVar = {"hurst": (0.01, 1.0), "bandwidth": (1.000001, 1e9)}
-    has_cutoff = True
     fitted_shape = FittedShape("hurst", 0.7, logarithmic=False)
     fitted_ratio = 4.0  # of the roll-off wavelength
     reach = math.inf
@@ -151,11 +150,10 @@ class SelfAffine(Covariance):
 
     @classmethod
     def of_fit(
-        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float | None
+        cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float
     ) -> SelfAffine:
         """The model of roll-off wavelengths, a Hurst exponent and a cut-off, the geometric mean along both axes."""
-        if shape is None or cutoff is None:
-            raise ParameterError("a self_affine model needs a Hurst exponent and a cut-off wavelength")
+        assert shape is not None  # `fitted_shape` is
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
         return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)
 

@@ -10,7 +10,7 @@ What the period itself does is measured in docs/notebook/contact.md.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -26,8 +26,9 @@ from roughslip.errors import IllPosedError
 from roughslip.grid import Grid
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic, geometry
-from roughslip.study.from_scene.surface_model import fitted_covariance, gaussian_model, scan_warnings, surface_model
+from roughslip.study.from_scene.surface_model import fitted_covariance, gaussian_model, surface_model
 from roughslip.study.job import Job
+from roughslip.surface.embedding import embed_cell
 from roughslip.surface.model import GaussianModel, SurfaceModel
 from roughslip.surface.plausibility import (
     CELL_CONTACT,
@@ -37,6 +38,7 @@ from roughslip.surface.plausibility import (
     plasticity_index,
     rms_slope,
     slope_mistake,
+    warnings,
     yield_warning,
 )
 
@@ -114,8 +116,9 @@ def domains(job: Job) -> list[Domain]:
     """The strips of the scene; or its cells under the load, and then those under the pressures about it."""
     scene, scan = job.scene, job.optional("scan")
     model = surface_model(scene, scan)
-    if scan is not None:
-        job.warn(*scan_warnings(scene, model))
+    if scan is not None and isinstance(model, GaussianModel):  # its surface is known from here on
+        cells, window = {"strip.cell_m": scene.strip.cell_m}, scene.strip.window_m
+        job.warn(*warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window))
     if scene.load is not None and scene.load.nominal_pressure_pa is not None:
         return _under_load(job)
     levels, grid = tuple(map(float, scene.strip.penetration_percentiles)), geometry.strip_grid(scene)
@@ -136,7 +139,9 @@ def _under_load(job: Job) -> list[Domain]:
     """Cells under the load, and for each size of cells those that bear two decades of pressure about it."""
     scene, scan = job.scene, job.optional("scan")
     own, model, left_out = own_cells(scene, scan), gaussian_model(scene, scan), {}
-    job.warn(*cell_warnings(scene, model, scan))
+    young, is_elastic = scene.material.young_modulus_pa, scene.material.hardness_pa is None
+    if scan is not None and is_elastic and (text := yield_warning(young, *_stiffness(scene, model))):
+        job.warn(text)
     meshes: dict[float, Grid] = {}
     for pressure in (own.levels[0] * float(factor) for factor in FACTORS):
         grid, mistake = mesh_under(scene, model, pressure)
@@ -157,7 +162,7 @@ def _cells(
     """Cells that have SAMPLE windows a sample together, and at least the fewest."""
     windows = grid.size * grid.cell_area / (scene.strip.window_m * scene.strip.width_m)
     count = max(round(samples * SAMPLE / windows), fewest)
-    return Domain(scene, model, grid, pressures_pa, count, model.cell_sampler(grid), periodic=True)
+    return Domain(scene, model, grid, pressures_pa, count, embed_cell(model.covariance, grid).sample, periodic=True)
 
 
 def mesh_of(scene: Scene, lengths_m: tuple[float, float], light_area: float) -> Grid:
@@ -209,14 +214,6 @@ def check_slope(scan: Path | None) -> None:
     fitted = None if scan is None else fitted_covariance(store.read(scan))
     if fitted is not None and (text := slope_mistake(fitted)):
         raise IllPosedError(f"roughness.scan.covariance: {text}. Of a scan, measured ends at its spacing")
-
-
-def cell_warnings(scene: Scene, model: GaussianModel, scan: Path | None) -> Iterator[str]:
-    """That the surface of a scan would yield where the scene gives no hardness."""
-    if scan is None or scene.material.hardness_pa is not None:
-        return
-    if text := yield_warning(scene.material.young_modulus_pa, *_stiffness(scene, model)):
-        yield text
 
 
 def _stiffness(scene: Scene, model: GaussianModel) -> tuple[float, float]:

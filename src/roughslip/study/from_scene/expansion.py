@@ -7,7 +7,6 @@ import numpy as np
 from roughslip.chaos.pressure import PressureTarget, pressure_target
 from roughslip.chaos.variables import (
     MIRRORED,
-    NO_SYMMETRY,
     Stencil,
     local_functionals,
     orthonormal_directions,
@@ -32,19 +31,8 @@ def directions(
     """
     functionals = local_functionals(modes, stencil(surface, grid))[:count, :, nodes.x, nodes.y]
     chosen = np.stack([orthonormal_directions(functionals[:, :, node]) for node in range(len(nodes.x))])
-    return chosen, symmetries(surface)[:count]
-
-
-def symmetries(surface: GaussianModel) -> np.ndarray:
-    """Which functionals change sign under each symmetry of the law of the surface : (8, 2) mirrors, or (8, 1) half a
-    turn, under which every covariance stays."""
-    return MIRRORED if surface.mirror_symmetric else MIRRORED.sum(axis=1, keepdims=True) % 2
-
-
-def mirrored_along(surface: SurfaceModel) -> np.ndarray:
-    """Which functionals change sign where a strip is mirrored along its length, which keeps every row : (8, 1); (8, 0)
-    where the law of the surface does not stay as it is."""
-    return MIRRORED[:, :1] if surface.mirror_symmetric else NO_SYMMETRY
+    odd = MIRRORED if surface.mirror_symmetric else MIRRORED.sum(axis=1, keepdims=True) % 2  # half a turn keeps any law
+    return chosen, odd[:count]
 
 
 def target(scene: Scene, surface: SurfaceModel, grid: Grid) -> PressureTarget:

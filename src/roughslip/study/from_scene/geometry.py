@@ -80,11 +80,6 @@ def least_contact_area(scene: Scene) -> float:
     return LEAST_CONTACT * (scene.strip.window_m * scene.strip.width_m)
 
 
-def block_sizes(scene: Scene) -> tuple[float, float, float]:
-    """[m] length and width of a block, and length of a window."""
-    return scene.strip.window_spacing_m, scene.strip.width_m, scene.strip.window_m
-
-
 def training_columns(middle: slice) -> np.ndarray:
     """Columns of a strip whose pressure and gap train the expansion, all of them on its stationary middle."""
     return np.arange(middle.start + TRAINING_SPACING // 2, middle.stop, TRAINING_SPACING)

@@ -212,20 +212,15 @@ def response_of_limit(machine: Machine, friction: Friction) -> tuple[GrazingResp
     return response, response.scatter(friction.autocorrelation) / friction.unit
 
 
-def path_length(belt: Oscillator, duration_periods: float) -> float:
-    """[m] length of a friction path that is enough for a run: the travel of the belt.
-
-    It has a margin of ten spans of the friction force, for slip that changes its sign. A run that needs more
-    takes the path again.
-    """
-    return belt.V * 2 * np.pi * duration_periods + 10 * belt.F
-
-
 def friction_paths(scene: Scene, friction: Friction) -> Paths:
-    """Realisations of the friction process, long enough for every run of the ensemble."""
-    ensemble = scene.ensemble
+    """Realisations of the friction process, as long as the travel of the belt in any run of the ensemble.
+
+    A margin of ten spans of the friction force is for slip that changes its sign. A run that needs more takes the path
+    again.
+    """
+    ensemble, belt = scene.ensemble, oscillator_of(scene.oscillator)
     periods = max(ensemble.duration_periods, DISCARDED_PERIODS + DRAWN_PERIODS)
-    length = path_length(oscillator_of(scene.oscillator), periods)
+    length = belt.V * 2 * np.pi * periods + 10 * belt.F
     return friction.paths(ensemble.nodes_per_correlation_length, length, ensemble.process)
 
 

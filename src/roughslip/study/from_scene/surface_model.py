@@ -16,7 +16,6 @@ from roughslip.probability.distributions import EmpiricalDistribution
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream
 from roughslip.surface import model as surface
-from roughslip.surface import plausibility
 from roughslip.surface.covariance import Covariance
 from roughslip.surface.fractal import WeierstrassMandelbrot
 from roughslip.surface.model import GaussianModel, SurfaceModel, endless_lay
@@ -64,13 +63,6 @@ def strip_fields(scene: Scene, model: SurfaceModel, grid: Grid) -> Callable[[int
     """A function that gives the field (nx, ny) [m] of a strip on a mesh by the number of the strip."""
     sample = model.sampler(grid)
     return lambda number: sample(np.random.default_rng([scene.seed, Stream.STRIP, number]))
-
-
-def scan_warnings(scene: Scene, model: SurfaceModel) -> list[str]:
-    """Warnings on strips with the surface of a scan, which is known from here on."""
-    assert isinstance(model, GaussianModel)  # as those of scans are
-    cells, window_m = {"strip.cell_m": scene.strip.cell_m}, scene.strip.window_m
-    return list(plausibility.warnings(model.covariance, model.lengths_m, "roughness.scan", cells, window_m))
 
 
 def with_lay(model: GaussianModel, endless: int | None, length_m: float) -> GaussianModel:

@@ -4,8 +4,6 @@ A page begins with the docstring of the package and a table of its functions. Ea
 to the source, and lines of `snippets.md`, which tests run.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import re
@@ -74,7 +72,7 @@ def snippets() -> dict[str, str]:
     return dict(SNIPPETS.findall((ROOT / "docs/reference/snippets.md").read_text(encoding="utf-8")))
 
 
-def as_restructured_text(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+def as_restructured_text(app: "Sphinx", what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
     """Docstrings of the project as reStructuredText: `name : (shape) [unit] what it is` becomes an item of a list."""
     made: list[str] = []
     text = re.sub(r"(?<=\.)\s+(?=Raises )", "\n\n", "\n".join(lines))

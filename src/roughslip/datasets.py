@@ -1,7 +1,5 @@
 """Results of the package as xarray Datasets, for users; no stage imports this."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @gate
-def read(path: Path | str) -> xr.Dataset:
+def read(path: Path | str) -> "xr.Dataset":
     """A result of the study with named dimensions, units, titles and what made it.
 
     Raises StoreError where the file is missing, cut short or altered, with the command that makes it again.
@@ -26,7 +24,7 @@ def read(path: Path | str) -> xr.Dataset:
 
 
 @gate
-def to_xarray(result: Any, grid: Grid | None = None) -> xr.Dataset:
+def to_xarray(result: Any, grid: Grid | None = None) -> "xr.Dataset":
     """Numbers and arrays of a result with named dimensions, units and titles.
 
     result : of this package, such as ContactSolution, Motion or WindowStatistics

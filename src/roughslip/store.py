@@ -4,8 +4,6 @@ The only module that uses netCDF and xarray. Arrays are written and read as nump
 also available as an xarray Dataset. Stages do not use that, because importing xarray takes half of their start.
 """
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import hashlib
@@ -126,7 +124,7 @@ class Result(Mapping[str, np.ndarray]):
             raise StoreError(f"{self.path}: holds no variable {name!r}; {rebuild(self.path)}")
         return self.variables[name]
 
-    def dataset(self) -> xr.Dataset:
+    def dataset(self) -> "xr.Dataset":
         """The result with named dimensions, for work of one's own."""
         return dataset(self.variables, self.attributes)
 
@@ -140,7 +138,7 @@ class Result(Mapping[str, np.ndarray]):
         return len(self.variables)
 
 
-def dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> xr.Dataset:
+def dataset(variables: Mapping[str, Variable], attributes: Mapping[str, Any]) -> "xr.Dataset":
     """Variables and attributes as an xarray Dataset."""
     import xarray as xr
 

@@ -199,13 +199,13 @@ def test_a_stage_whose_code_or_scan_changes_while_it_runs_fails(tmp_path, monkey
 def test_a_stage_that_fails_late_leaves_no_result(project):
     """Nor a temporary file; its message is shown once, without a traceback. What was made before is there to open."""
     last = "store.write(job.output, variables"
-    project.edit("src/roughslip/study/chaos_strip.py", last, f'raise store.StoreError("no luck")\n    {last}')
-    run = project.snakemake("-j1", "results/tiny/chaos/strip.nc")
+    project.edit("src/roughslip/study/expansion_strip.py", last, f'raise store.StoreError("no luck")\n    {last}')
+    run = project.snakemake("-j1", "results/tiny/friction/expansion.nc")
     said = run.stdout + run.stderr
     assert run.returncode == 1
-    (folder,) = re.findall(r"\[(results/store/chaos_strip/\w+)/logs", said)
+    (folder,) = re.findall(r"\[(results/store/expansion_strip/\w+)/logs", said)
     lines = [line for line in said.splitlines() if "no luck" in line]
-    assert lines == [f"tiny: chaos_strip: no luck [{folder}/logs/chaos_strip.log]"]
+    assert lines == [f"tiny: expansion_strip: no luck [{folder}/logs/expansion_strip.log]"]
     assert "Traceback" not in said
     assert sorted(path.name for path in project.path(folder).iterdir()) == ["key.json", "logs"]
 

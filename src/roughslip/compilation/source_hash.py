@@ -4,8 +4,6 @@ Key files of stages and the cache of compiled functions use it. Parsing takes mo
 remembered under the hash of its bytes.
 """
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import hashlib

@@ -3,8 +3,6 @@
 Keys are checked when a study is planned. So jobs need no pydantic, whose import takes longer than that of numpy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any

@@ -28,20 +28,13 @@ DRAWN = 12  # trajectories at most, a bundle that the eye can still part
 HISTOGRAM_BINS = 48
 CLOSING_PERIODS = 10.0
 SHARE = "share of the time in stick-slip, of all that is stick-slip or sliding"
-BOTH = ("damping_ratio", "time")  # the same with and without scatter
 Variables = dict[str, store.Variable]
 
 
 def work(scene: Scene, job: Job) -> None:
     """Write all three. Names of the motion without scatter begin with `deterministic_`."""
-    plain = without_scatter(scene, job)
-    runs = with_scatter(scene, job)
-    kept = ("friction_", "load_response_")
-    of_plain = {
-        name if name in BOTH or name.startswith(kept) else f"deterministic_{name}": variable
-        for name, variable in plain.items()
-    }
-    store.write(job.output, of_plain | runs | summed_up(scene, job, plain, runs), job.key)
+    plain, runs = without_scatter(scene, job), with_scatter(scene, job)
+    store.write(job.output, plain | runs | summed_up(scene, job, plain, runs), job.key)
 
 
 def with_scatter(scene: Scene, job: Job) -> Variables:
@@ -96,7 +89,7 @@ def trajectories(drawn: list[Trajectory]) -> Variables:
 def summed_up(scene: Scene, job: Job, plain: Variables, runs: Variables) -> Variables:
     """Return M_d - E[M_S], time in stick-slip, moments and histogram of the reattachment point."""
     cycles, micro_slips, place, cuts = (runs[name].values for name in ("cycles", "micro_slips", "reattachment", "cuts"))
-    counts = count_difference(plain["cycles"].values, cycles)
+    counts = count_difference(plain["deterministic_cycles"].values, cycles)
     returns = count_difference(np.zeros(cycles.shape[1]), -(cycles + micro_slips))
     if np.any(cuts):
         job.warn(
@@ -116,7 +109,10 @@ def summed_up(scene: Scene, job: Job, plain: Variables, runs: Variables) -> Vari
         "histogram": store.Variable(("bin",), density, "m-1", "density of the reattachment point"),
         "histogram_edge": store.Variable(("edge",), edges, "m", "edges of its bins"),
     }
-    duration, period = scene.ensemble.duration_periods, float(plain["period"].values)  # in tau, NaN without one
+    duration, period = (
+        scene.ensemble.duration_periods,
+        float(plain["deterministic_period"].values),
+    )  # in tau, NaN without one
     closing = float(np.nanmax([CLOSING_PERIODS, 2 * period / (2 * np.pi)]))
     still = np.array([cycling_share(column, duration, closing) for column in runs["last_cycle"].values.T]).T
     closed = f"share of runs with a cycle in the last {closing:g} natural periods"

@@ -81,17 +81,17 @@ def of_motion(
 ) -> dict[str, store.Variable]:
     """Limits, cycle and counts, and the trajectory without the periods that are discarded."""
     variables = {
-        name: store.Variable((), np.nan if value is None else value, *title)
+        f"deterministic_{name}": store.Variable((), np.nan if value is None else value, *title)
         for (name, title), value in zip(LIMITS.items(), limits, strict=True)
     }
-    variables |= store.variables_of(cycle or LimitCycle(*[np.nan] * 5))
+    variables |= store.variables_of(cycle or LimitCycle(*[np.nan] * 5), "deterministic_")
     shown = drawn.time >= 2 * np.pi * DISCARDED_PERIODS
     return variables | {
         "damping_ratio": store.Variable(("damping",), counts.over["damping"], "1", "damping ratio D"),
-        "cycles": store.Variable(("damping",), counts.cycles[0], "1", "cycles M_d"),
+        "deterministic_cycles": store.Variable(("damping",), counts.cycles[0], "1", "cycles M_d"),
         "time": store.Variable(("time",), drawn.time[shown], "1", "tau = omega t"),
-        "position": store.Variable(("time",), drawn.position[shown], "m", "X without scatter"),
-        "velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau without scatter"),
+        "deterministic_position": store.Variable(("time",), drawn.position[shown], "m", "X without scatter"),
+        "deterministic_velocity": store.Variable(("time",), drawn.velocity[shown], "m", "X' = dX/dtau without scatter"),
     }
 
 

@@ -111,7 +111,6 @@ MACHINE = "seed oscillator ensemble.marginal? friction.mean? friction.statistics
 SURFACE = "seed material roughness"
 STRIP = f"{SURFACE} strip.window_m strip.width_m strip.cell_m strip.penetration_percentiles"
 SQUARE = "square.edge_m square.nodes"
-EXPANSION = "expansion.degree expansion.target strip.expansion_spacing_m?"
 
 _ROWS = (
     Stage(
@@ -167,16 +166,10 @@ _ROWS = (
         memory_mb=900,
     ),
     Stage(
-        name="chaos_strip",
-        reads=f"{STRIP} numerics.contact_area strip.training_samples {EXPANSION}",
-        takes={"contact": "contact", "scan": "scan?"},
-        makes="chaos/strip.nc",
-        runs_if="not load",
-    ),
-    Stage(
         name="expansion_strip",
-        reads=f"{STRIP} strip.window_spacing_m strip.samples strip.expansion_samples {EXPANSION}",
-        takes={"expansion": "chaos_strip", "scan": "scan?"},
+        reads=f"{STRIP} numerics.contact_area strip.window_spacing_m strip.samples strip.training_samples "
+        "strip.expansion_samples expansion.degree expansion.target strip.expansion_spacing_m?",
+        takes={"contact": "contact", "scan": "scan?"},
         makes="friction/expansion.nc",
         runs_if="not load",
     ),

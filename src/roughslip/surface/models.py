@@ -1,7 +1,5 @@
 """The covariance models, a class each, and their registry, MODELS. The base classes describe what a model gives."""
 
-from __future__ import annotations
-
 import math
 import runpy
 from dataclasses import dataclass, field
@@ -151,7 +149,7 @@ class SelfAffine(Covariance):
     @classmethod
     def of_fit(
         cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float
-    ) -> SelfAffine:
+    ) -> "SelfAffine":
         """The model of roll-off wavelengths, a Hurst exponent and a cut-off, the geometric mean along both axes."""
         assert shape is not None  # `fitted_shape` is
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))

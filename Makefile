@@ -28,6 +28,9 @@ compile = echo "Compiling, half a minute" && mkdir -p .cache && { \
 	$(RUN) workflow.study.compile coarse fine strips 2> .cache/contact.log & \
 	$(RUN) workflow.study.compile motion 2> .cache/motion.log && wait $$! || { cat .cache/contact.log .cache/motion.log; false; }; }
 
+# Of the results of a scene, what git keeps
+KEPT := figure_chain.png figure2.png figure3.png figure5.png claims.json costs.json summary.csv
+
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: FORCE help setup reproduce smoke test test-all nightly lint benchmark stress verify schema faults fuzz cluster reference docs package clean
@@ -92,7 +95,7 @@ cluster: $(VENV)/cluster.stamp ## run the study on Slurm, see docs/cluster.md
 	$(RUN) snakemake --profile profiles/slurm $(SCENE)
 
 reference: $(VENV)/run.stamp ## write results/reference, which git keeps, again
-	$(RUN) snakemake -j$(JOBS) reference
+	$(RUN) snakemake -j$(JOBS) && for scene in paper resolved; do (cd results/$$scene && cp $(KEPT) ../reference/$$scene) || exit 1; done
 	@for file in results/benchmarks/*.json results/benchmarks/*.svg; do [ ! -f "$$file" ] || cp "$$file" results/reference/evidence/; done
 
 docs: $(DOCS_VENV)/run.stamp ## build the manual in docs/_build/html: notebooks are run, warnings and broken links are errors

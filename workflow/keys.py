@@ -106,11 +106,11 @@ class Names:
         files = {name: self.published(name) for name in names}
         return self._known(row, Entry(self._code(row) | made_of, {}, awaited, files))
 
-    def over_published(self, stage: str, scenes: list[str], **inputs: list[str]) -> Entry:
-        """A stage that reads and writes published files of these scenes: `verify` and `reference`."""
-        row = STAGES[stage]
+    def comparison(self, scenes: list[str], kept: Path) -> Entry:
+        """That of the published files of these scenes with those that git keeps."""
+        row = STAGES["verify"]
         outputs = {name: f"results/{file}" for name, file in row.results.items()}
-        inputs["scenes"] = [f"results/{name}" for name in scenes]
+        inputs = {"scenes": [f"results/{name}" for name in scenes], "reference": [str(kept)]}
         return self._known(row, Entry(self._code(row) | {"configuration": {}}, inputs, outputs=outputs))
 
     def results(self, scene: str, words: str) -> list[str]:

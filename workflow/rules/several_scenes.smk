@@ -1,8 +1,7 @@
 # What takes several scenes together; each is asked for by name.
 # In:  results of the default scenes; the kept results.
-# Out: results/report.html; results/verify.json|txt; results/reference, the small results that git keeps;
-#      results/scatter_law/law.json|png|svg, the law of scatter against solved cells. `clean_unused` removes what no
-#      scene uses.
+# Out: results/report.html; results/verify.json|txt; results/scatter_law/law.json, the law of scatter against solved
+#      cells. `clean_unused` removes what no scene uses.
 KEPT = ROOT / "results" / "reference"
 PUBLISHED = [f"results/{name}/{LISTED}" for name in scenes.default]
 
@@ -21,22 +20,18 @@ rule page_of_scenes:
         'exec "$ROUGHSLIP_PYTHON" -m workflow.study.publish {params.source} {output:q} 2> {log:q}'
 
 
-for each in ("verify", "reference"):
-
-    rule:
-        name:
-            each
-        input:
-            PUBLISHED,
-        output:  # none of a folder with what else git keeps: Snakemake would remove it before the job
-            **{name: f"results/{file}" for name, file in STAGES[each].results.items() if file and each == "verify"},
-        log:
-            f"results/logs/{each}.log",
-        localrule: True
-        params:
-            folder=lambda _, stage=each: names.over_published(stage, scenes.default, reference=[str(KEPT)]).folder,
-        shell:
-            'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
+rule verify:
+    input:
+        PUBLISHED,
+    output:
+        **{name: f"results/{file}" for name, file in STAGES["verify"].results.items()},
+    log:
+        "results/logs/verify.log",
+    localrule: True
+    params:
+        folder=lambda _: names.comparison(scenes.default, KEPT).folder,
+    shell:
+        'exec "$ROUGHSLIP_PYTHON" -m roughslip.study --key {params.folder}/key.json 2> {log:q}'
 
 
 rule scatter_law:

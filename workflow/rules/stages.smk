@@ -2,7 +2,7 @@
 # In:  results/store/<stage>/<key>/key.json; the records of the jobs before it, as long as it has not ended.
 # Out: results/store/<stage>/<key>/<result of the stage>, usage/<job>.json; results/<scene>/..., published from these.
 ASKED = frozenset().union(*map(scenes.stages, scenes.asked))
-JOBS = [row for row in STAGES.values() if not row.caption and row.name not in ("verify", "reference")]
+JOBS = [row for row in STAGES.values() if not row.caption and row.name != "verify"]
 
 
 for row in JOBS:

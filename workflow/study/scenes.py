@@ -104,7 +104,7 @@ def scene_of(word: str) -> str:
 # A scene is a target of its own name, as these are already.
 OF_SEVERAL = ("page_of_scenes", "publish", "one_file", "clean_unused", "store", "scatter_law", "report", "scene_report")
 RULES = frozenset({*STAGES, *OF_SEVERAL})
-DEFAULT_TARGETS = frozenset({"all", "reference", "verify", "results/report.html"})
+DEFAULT_TARGETS = frozenset({"all", "verify", "results/report.html"})
 
 
 class Scenes:

@@ -314,7 +314,6 @@ _ROWS = (
     ),
     Stage(name="joint_page", module="page", makes="report.html"),
     Stage(name="verify", makes="verify.json", also={"text": "verify.txt"}),
-    Stage(name="reference", module="verify", makes="reference"),
 )
 STAGES = {stage.name: stage for stage in _ROWS}
 

@@ -1,23 +1,20 @@
-"""Stages verify and reference: compare a run with what git keeps, and its files with their checksums; or keep it.
+"""Stage verify: compare a run with what git keeps, and its files with their checksums.
 
 A run of the same code gives the same numbers. With other code, packages or processors the numbers may differ: they
 agree within the 95 % interval of the kept ones.
 """
 
 import math
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from roughslip import store
-from roughslip.atomic_write import replacing
 from roughslip.errors import StoreError
 from roughslip.scene.part import Scene
 from roughslip.study import checksum
 from roughslip.study.job import Job
 
-KEPT = (*("figure_chain.png", "figure2.png", "figure3.png", "figure5.png"), "claims.json", "costs.json", "summary.csv")
 ROUNDING = 1e-5  # relative: a number of six digits may lie outside its own interval by that
 
 
@@ -81,26 +78,7 @@ def recorded(folder: Path) -> dict[Path, str]:
     return {folder / name: file["sha256"] for record in records for name, file in record["made"].items()}
 
 
-def keep(results: Path, reference: Path) -> None:
-    """Copy the kept files of a scene's results. Raises StoreError where one is missing: the scene is not complete."""
-    missing = [name for name in KEPT if not (results / name).is_file()]
-    if missing:
-        raise StoreError(f"{results}: lacks {', '.join(missing)}; only scenes with every target can be kept")
-    for name in KEPT:
-        with replacing(reference / name) as temporary:
-            shutil.copyfile(results / name, temporary)
-
-
 def work(scene: Scene, job: Job) -> None:
-    """Compare, or copy the kept files of each scene below the output folder."""
-    if job.stage == "verify":
-        verify(job)
-    else:
-        for folder in job.paths("scenes"):
-            keep(folder, job.output / folder.name)
-
-
-def verify(job: Job) -> None:
     """Write what was compared, and in words what moved; raise StoreError with a line for all that disagrees."""
     lines: list[str] = []
     moved: list[str] = []

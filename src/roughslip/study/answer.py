@@ -15,6 +15,8 @@ from roughslip.study.from_scene import Stream
 from roughslip.study.from_scene.machine import friction_of, machine_of
 from roughslip.study.job import Job
 
+VARIED = OF_OSCILLATOR
+
 
 def work(scene: Scene, job: Job) -> None:
     """Write answer.json."""
@@ -34,7 +36,7 @@ def work(scene: Scene, job: Job) -> None:
         return
     asked = scene.answer.can_change
     ranges = None if asked is None else {name: ends for name, ends in vars(asked).items() if ends is not None}
-    varied = (*OF_OSCILLATOR, *OF_MEMORY) if remembers else OF_OSCILLATOR
+    varied = (*VARIED, *OF_MEMORY) if remembers else VARIED
     answered = answer(machine, runs, periods, varied, seed, job.progress, ranges)
     job.count(runs=answered.trials)
     shown_friction = {

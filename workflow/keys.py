@@ -108,9 +108,8 @@ class Names:
 
     def comparison(self, scenes: list[str], kept: Path) -> Entry:
         """That of the published files of these scenes with those that git keeps."""
-        row = STAGES["verify"]
-        outputs = {name: f"results/{file}" for name, file in row.results.items()}
-        inputs = {"scenes": [f"results/{name}" for name in scenes], "reference": [str(kept)]}
+        row, inputs = STAGES["verify"], {"scenes": [f"results/{name}" for name in scenes], "reference": [str(kept)]}
+        outputs = {"output": f"results/{row.makes}"}
         return self._known(row, Entry(self._code(row) | {"configuration": {}}, inputs, outputs=outputs))
 
     def results(self, scene: str, words: str) -> list[str]:

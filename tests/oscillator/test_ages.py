@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from roughslip.oscillator.ages import mean_of_ages
-from roughslip.oscillator.states import ONE_RATE, States, _limits, durations
+from roughslip.oscillator.states import ONE_RATE, States, durations
 
 
 def intervals(spells, settled=ONE_RATE):
@@ -40,13 +40,22 @@ def test_one_rate_has_the_exact_limits_and_ends_that_bunch_count_as_fewer():
 def test_limits_hold_the_value_however_few_spells_there_are():
     """Births of starts alone; the longest spell cut off; a spell far shorter than the age of settling."""
     few = (
-        [[7, 1, 1, 0], [0, 5.6, 1, 1], [0, 0.6, 1, 1], [26, 5.6, 1, 0]],
-        [[0, 9, 1, 1], [9, 6, 0, 0]],
-        [[0, 6, 0, 0], [9, 1e-9, 0, 0]],
+        [[7, 8, True, False], [0, 5.6, True, True], [0, 0.6, True, True], [26, 31.6, True, False]],
+        [[0, 9, True, True], [9, 15, False, False]],
+        [[0, 6, False, False], [9, 9 + 1e-9, False, False]],
     )
     for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=True):
-        drawn = mean_of_ages(np.array(spells, dtype=float), settled, np.random.default_rng(1))
-        for value, low, high in (_limits(*one) for one in drawn):
+        runs = [
+            States(
+                np.reshape([[end, end + 1.0]] * born, (-1, 2)),
+                np.array([[begin, end]]),
+                np.ones(born, bool),
+                np.array([ended]),
+            )
+            for begin, end, ended, born in spells
+        ]
+        found = durations(runs, np.random.default_rng(1), settled)
+        for value, low, high in (found.sliding, found.birth):
             assert low <= value <= high
 
 

@@ -145,8 +145,21 @@ def test_a_law_of_a_function_is_that_function():
     assert own.time == pytest.approx(known.time, rel=1e-6)
 
 
+def test_a_function_is_met_closer_where_it_turns_fast():
+    """A hump of a tenth of its speed, on which 100 speeds a decade err by 4e-6, and a kink. A jump is refused."""
+
+    def hump(v):
+        return 0.3 + 0.1 * math.exp(-(((v - 0.1) / 0.01) ** 2)) + max(v - 0.2, 0.0) / (0.3 + v)
+
+    law, speeds = friction_law(hump), np.linspace(0.05, 0.3, 3001)
+    assert law.mu(speeds) == pytest.approx([hump(v) for v in speeds], abs=2e-8)
+    assert len(law.parameters().table) < 500
+    with pytest.raises(ParameterError, match=r"jumps or is rough near 0\.1 m/s: give a TableLaw"):
+        friction_law(lambda v: 0.4 if v < 0.1 else 0.3)
+
+
 def section(law):
-    return SimpleNamespace(law=law, static_friction=0.4, stribeck_decay_s_per_m=1.42)
+    return SimpleNamespace(law=law, static_friction=0.4, stribeck_decay_s_per_m=1.42, memory=None)
 
 
 def test_a_law_in_a_file_of_the_user(tmp_path):

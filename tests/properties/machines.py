@@ -24,14 +24,15 @@ from roughslip.oscillator.grazing import grazing_response
 from roughslip.oscillator.laws import CoulombLaw, FrictionLaw, StribeckLaw
 from roughslip.oscillator.limits import existence_limit, hopf_damping, slip_loop
 from roughslip.oscillator.machine import Machine
-from roughslip.oscillator.states import ONE_RATE, durations, run_until_known
+from roughslip.oscillator.states import Durations, run_until_known
 from roughslip.oscillator.table_law import TableLaw, friction_law
 from tests.properties.campaign import Trial, choose, log_uniform
 
 KINDS = ("stribeck", "coulomb", "table", "hump", "fall")
 PLACES = ("hopf", "existence", "hopf-nearly", "existence-nearly", "any")
 NEARLY, LEAST = 1e-6, 1e-9  # relative distance from a limit at which both sides are known; absolute
-RUNS, PERIODS = 10, 60.0  # that show the ends of states
+OF_FUNCTIONS = 2e-8  # of static friction, by which the table of a law that is a function errs
+RUNS, PERIODS = 3, 1000.0  # that show the ends of states, from rest: a start in sliding would count as one that begins
 FACTOR = 12.0  # of a rate by theory: at most 3 where it was compared with splitting
 ENOUGH = 25.0  # ends
 
@@ -55,9 +56,10 @@ def attempt(trial: Trial) -> None:
     except IllPosedError:
         limit = 0.0
         trial.check("no cycle without damping", first_peak(oscillator, law, mu, NEARLY), 1.0 + NEARLY)
+    of_law = 2.0 * math.pi * OF_FUNCTIONS * static * per_belt * (trial.case["law"] in ("hump", "fall"))
     for side in (-1.0, 1.0) if limit > LEAST else ():
         peak = first_peak(oscillator, law, mu, limit + side * max(NEARLY * limit, LEAST))
-        trial.check(f"loop beyond the limit, {side:+g}", side * (peak - 1.0), 0.0)
+        trial.check(f"loop beyond the limit, {side:+g}", side * (peak - 1.0), of_law)
     place = choose(rng, PLACES)
     near = max(hopf if place.startswith("hopf") else limit, 0.0) if place != "any" else 0.0
     factor = 1.0 + (NEARLY if place.endswith("nearly") else 0.1) * rng.uniform(-1, 1)
@@ -92,27 +94,17 @@ def judge_scatter(trial: Trial, machine: Machine, limit: float, hopf: float) -> 
         judge_theory(trial, machine, theory)
 
 
-def judge_theory(trial: Trial, machine: Machine, theory: object) -> None:
-    """Check rates by theory against the ends of states in runs, as far as these are many or should be."""
-    paths = machine.paths
-    runs = [
-        run_until_known(machine, machine.kept_path([number]), paths.spacing, PERIODS, number % 2 == 0)[2]
-        for number in range(RUNS)
-    ]
-    seen = durations(runs, np.random.default_rng(1), ONE_RATE)  # time over ends
-    stuck, slid = (sum(float(np.diff(getattr(run, name)).sum()) for run in runs) for name in ("stick_slip", "sliding"))
-    birth = theory.birth[0]
-    for name, time, mean, own in (
-        ("death", stuck, theory.stick_slip[0], seen.stick_slip[0]),
-        ("birth", slid, math.inf if birth == 0.0 else 1.0 / birth, 1.0 / max(seen.birth[0], 1e-9)),
-    ):
+def judge_theory(trial: Trial, machine: Machine, theory: Durations) -> None:
+    """Check mean durations by theory against the ends of states in runs, as far as these are many or should be."""
+    paths = [machine.kept_path([number]) for number in range(RUNS)]
+    runs = [run_until_known(machine, path, machine.paths.spacing, PERIODS)[2] for path in paths]
+    for name, mean in (("stick_slip", theory.stick_slip[0]), ("sliding", theory.sliding[0])):
         if math.isnan(mean):
             continue
-        expected, ends = (time / one if one > 0.0 else 0.0 for one in (mean, own))
-        trial.check(f"{name}: more than by theory", ends - ENOUGH, FACTOR * expected if expected == expected else ends)
-        trial.check(
-            f"{name}: less than by theory", expected / FACTOR - ENOUGH if expected == expected else 0.0, ends + 1.0
-        )
+        expected = sum(float(np.diff(getattr(run, name)).sum()) for run in runs) / mean
+        ends = sum(np.count_nonzero(getattr(run, f"{name}_ended")) for run in runs)
+        trial.check(f"{name}: ends more often than by theory", ends - ENOUGH, FACTOR * expected)
+        trial.check(f"{name}: ends less often than by theory", expected / FACTOR - ENOUGH, ends)
 
 
 def draw_law(trial: Trial, static: float, speed: float) -> tuple[FrictionLaw, Callable[[float], float]]:
@@ -131,7 +123,8 @@ def draw_law(trial: Trial, static: float, speed: float) -> tuple[FrictionLaw, Ca
         values = static * np.append(rng.uniform(0.8, 1.0), rng.uniform(0.3, 1.0, 6))
         curve = PchipInterpolator(knots, values)
         return TableLaw(tuple(knots), tuple(values), static), lambda v: float(curve(min(abs(v), knots[-1])))
-    height, width = (static - kinetic) * rng.uniform(-0.6, 0.9) * (kind == "hump"), rng.uniform(0.3, 1.0)
+    height, width = (static - kinetic) * rng.uniform(-0.6, 0.9), rng.uniform(0.3, 1.0)
+    height = max(height, -0.5 * kinetic) * (kind == "hump")  # the hump is at most 1.7 high
 
     def mu(v: float) -> float:
         x = abs(v) / knee
@@ -141,7 +134,7 @@ def draw_law(trial: Trial, static: float, speed: float) -> tuple[FrictionLaw, Ca
 
 
 def first_peak(oscillator: Oscillator, law: FrictionLaw, mu: Callable[[float], float], ratio: float) -> float:
-    """X' / V at the first peak of slip from the departure point, 2 where that is the belt's or more."""
+    """X' / V at the first peak of slip from the departure point, where friction beyond the belt is mu(|v|); else 0."""
     per_belt, v0 = oscillator.F / oscillator.V, oscillator.belt_velocity_m_per_s
 
     def rate(_: float, z: np.ndarray) -> tuple[float, float]:
@@ -150,10 +143,10 @@ def first_peak(oscillator: Oscillator, law: FrictionLaw, mu: Callable[[float], f
     def turns(tau: float, z: np.ndarray) -> float:
         return rate(tau, z)[1]
 
-    def meets(_: float, z: np.ndarray) -> float:
-        return z[1] - 1.0
-
-    turns.direction, turns.terminal, meets.direction, meets.terminal = -1.0, True, 1.0, True
-    start = (per_belt * law.static - 2.0 * ratio, 1.0)
-    end = solve_ivp(rate, (0.0, 1e3), start, "LSODA", rtol=1e-12, atol=1e-13, events=(turns, meets), first_step=1e-3)
-    return 2.0 if end.t_events[1].size else float(end.y_events[0][0][1]) if end.t_events[0].size else 0.0
+    turns.terminal, state = True, (per_belt * law.static - 2.0 * ratio, 1.0)
+    for turns.direction in (1.0, -1.0):  # from the trough on
+        end = solve_ivp(rate, (0.0, 1e3), state, "LSODA", rtol=1e-12, atol=1e-13, events=turns, first_step=1e-3)
+        if not end.t_events[0].size:
+            return 0.0
+        state = end.y_events[0][0]
+    return float(state[1])

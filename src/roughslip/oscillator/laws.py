@@ -190,8 +190,9 @@ class CoulombLaw(FrictionLaw, parameters=StribeckParameters):
 
     @classmethod
     def from_scene(cls, section: Any, mean: float) -> Self:
-        """The mean friction coefficient in slip, and a limit of stick of at least that."""
-        return cls(kinetic=mean, static=max(section.static_friction or 0.0, mean))
+        """The mean friction coefficient in slip, and a limit of stick of at least that; with a memory, just that."""
+        given = None if section.memory else section.static_friction
+        return cls(kinetic=mean, static=max(given or 0.0, mean))
 
     @gate
     def times(self, factor: float) -> Self:

@@ -17,12 +17,14 @@ import scipy
 from roughslip.compilation.cache import compiled
 from roughslip.errors import ParameterError, real
 from roughslip.oscillator.laws import OPTIONS, CoulombLaw, FrictionLaw, StribeckLaw
+from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.validation import gate, not_negative
 
 LEFT_OUT = 1e-6  # of the largest value up to there: knots that a cubic between others meets within that end no rows
 LEFT_OUT_SMOOTH = 1e-8  # the same of a function
 NEAR = 0.1  # relative distance of a speed from a knot, within which the lines on both sides of it are compared
 SPEEDS = np.append(0.0, np.geomspace(1e-9, 1e4, 1301))  # [m/s] at which a function is a table: 100 a decade
+HALVINGS = 24  # at most, of an interval of speeds in whose middle the spline errs: enough for a kink
 
 
 class TableParameters(NamedTuple):
@@ -200,12 +202,27 @@ def friction_law(function: Callable[[float], float], *, static: float | None = N
     function : mu_D [-] at a speed |v_rel| >= 0 [m/s], a number, smooth
     static : [-] limit of stick, at least the function at 0, which it is where not given
 
-    The law is the table of its values at SPEEDS, right to 1e-8 of the largest value up to there. A motion takes two to
-    three times as long as with the formula of `StribeckLaw`. Raises ParameterError for a function that fails or is not
-    finite at a speed from 0 to 1e4 m/s, is negative, or exceeds static at 0.
+    The law is the table of its values at SPEEDS, and closer where its spline errs by more than 1e-8 of the largest
+    value up to there. A motion takes two to three times as long as with the formula of `StribeckLaw`. Raises
+    ParameterError for a function that fails or is not finite at a speed from 0 to 1e4 m/s, is negative, jumps, or
+    exceeds static at 0.
     """
-    values = tuple(_tried(function, float(speed)) for speed in SPEEDS)
-    return TableLaw(tuple(SPEEDS.tolist()), values, math.nan if static is None else static, is_smooth=True)
+    speeds, middles = np.zeros(0), SPEEDS
+    for _ in range(HALVINGS):
+        speeds = np.union1d(speeds, middles)
+        values = np.array([_tried(function, speed) for speed in speeds.tolist()])
+        middles = 0.5 * (speeds[1:] + speeds[:-1])
+        error = scipy.interpolate.CubicSpline(speeds, values)(middles)
+        error -= [_tried(function, speed) for speed in middles.tolist()]
+        middles = middles[np.abs(error) > LEFT_OUT_SMOOTH * np.maximum.accumulate(values)[1:]]
+        if not 0 < middles.size < SPEEDS.size:
+            break
+    if middles.size > 0:
+        raise ParameterError(
+            f"the friction law jumps or is rough near {middles[0]:g} m/s: give a TableLaw of its values"
+        )
+    limit = math.nan if static is None else static
+    return TableLaw(tuple(speeds.tolist()), tuple(values.tolist()), limit, is_smooth=True)
 
 
 def _tried(function: Callable[[float], float], speed: float) -> float:
@@ -220,14 +237,17 @@ def _tried(function: Callable[[float], float], speed: float) -> float:
 
 
 def law_from_scene(section: Any, mean: float) -> FrictionLaw:
-    """The friction law that the section `oscillator` of a scene names, with the mean friction coefficient.
+    """The law that the section `oscillator` of a scene names, with the mean friction coefficient and with its memory.
 
     `my_laws.py:falling` is a function of speed in a file of the user, in place of the mean. Raises ParameterError where
     there is none.
     """
     laws = {"stribeck": StribeckLaw.from_scene, "coulomb": CoulombLaw.from_scene, "table": TableLaw.from_scene}
-    if section.law in laws:
-        return laws[section.law](section, mean)
+    curve = laws.get(section.law, _law_of_a_file)(section, mean)
+    return curve if section.memory is None else MemoryLaw(curve, **vars(section.memory))
+
+
+def _law_of_a_file(section: Any, _: float) -> FrictionLaw:
     file, _, name = section.law.rpartition(":")
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
     if spec is None or spec.loader is None or not Path(file).is_file():

@@ -23,14 +23,14 @@ from roughslip.friction.scatter_law import Covariance, scatter_by_law
 from roughslip.oscillator.budget import VIBRATION, Budget, uncertainty_budget
 from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.machine import PARAMETERS, Machine
-from roughslip.oscillator.table_law import TableLaw
+from roughslip.oscillator.table_law import TableLaw, law_from_scene
 from roughslip.probability import Source
 from roughslip.probability.estimate import NORMAL_95
 from roughslip.report.budget_words import budget_summary
 from roughslip.scene.part import Scene
 from roughslip.scene.schema import source_of
 from roughslip.study.from_scene import Stream, elastic
-from roughslip.study.from_scene.machine import friction_of, machine_of, oscillator_of, own_windows, scene_law
+from roughslip.study.from_scene.machine import friction_of, machine_of, oscillator_of, own_windows
 from roughslip.study.from_scene.surface_model import gaussian_model
 from roughslip.study.job import Job
 
@@ -121,7 +121,7 @@ def uncertain_inputs(scene: Scene, statistics: Path | None, scan: Path | None = 
         section = section_at(scene, values, mean)
         made = Machine(
             oscillator_of(section),
-            law_of_record(own.law, values) if recorded else scene_law(section, mean),
+            law_of_record(own.law, values) if recorded else law_from_scene(section, mean),
             replace(friction, mean=mean, deviation=deviation, length_m=length * friction.length_m),
             own.options,
             own.over_load,

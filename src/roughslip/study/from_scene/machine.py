@@ -18,7 +18,7 @@ from roughslip.friction.paths import Friction, Pad, Paths
 from roughslip.friction.process import PAPER_SHAPES, CorrelationShape
 from roughslip.oscillator.equation import Oscillator
 from roughslip.oscillator.grazing import GrazingResponse, grazing_response
-from roughslip.oscillator.laws import CoulombLaw, FrictionLaw
+from roughslip.oscillator.laws import FrictionLaw
 from roughslip.oscillator.limits import hopf_damping, limits_or_nan
 from roughslip.oscillator.machine import FrictionOverLoad, Machine
 from roughslip.oscillator.memory_law import MemoryLaw
@@ -84,19 +84,11 @@ def law_of(scene: Scene, statistics: Path | None, mean: float) -> FrictionLaw:
     """
     result = statistics_of(scene, statistics)
     if result is None or not is_record(result):
-        return scene_law(scene.oscillator, mean)
+        return law_from_scene(scene.oscillator, mean)
     speeds, values = result["curve_speed"], result["curve"]
     static = max(scene.oscillator.static_friction or 0.0, values[0])
     at_rest = min(float(result["curve_at_rest"]), static)
     return TableLaw((0.0, *speeds), (at_rest, *values), static, measured_from_m_per_s=float(speeds[0]))
-
-
-def scene_law(section: Any, mean: float) -> FrictionLaw:
-    """The law that a section `oscillator` names, with its memory where it has one."""
-    curve = law_from_scene(section, mean)
-    if section.memory is None:
-        return curve
-    return MemoryLaw(CoulombLaw(mean, mean) if isinstance(curve, CoulombLaw) else curve, **vars(section.memory))
 
 
 def friction_of(scene: Scene, statistics: Path | None) -> Friction:

@@ -97,18 +97,6 @@ def test_what_samples_do_not_determine_is_refused():
             least_squares(case, values, weights, group)
 
 
-@pytest.mark.parametrize(("variables", "degree"), [(8, 3), (1, 7), (5, 0), (101, 1)])
-def test_terms_are_all_exponents_up_to_the_degree(variables, degree):
-    """Ordered by total degree and then by high powers of early variables, so that lower degrees lead."""
-    indices = multi_indices(variables, degree)
-    assert indices.shape == (math.comb(variables + degree, degree), variables)
-    assert len(np.unique(indices, axis=0)) == len(indices)
-    assert indices.min() == 0
-    assert indices.sum(axis=1).max() == degree
-    rows = indices.tolist()
-    assert rows == sorted(rows, key=lambda row: (sum(row), [-a for a in row]))
-
-
 def test_basis_is_orthonormal():
     """Products of two terms have degree 14 in a variable at most, for which 8 Gauss points are exact. Rounding: sums of
     512 terms up to 100. Cubes have a positive sign."""

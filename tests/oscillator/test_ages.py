@@ -40,17 +40,17 @@ def test_one_rate_has_the_exact_limits_and_ends_that_bunch_count_as_fewer():
 def test_limits_hold_the_value_however_few_spells_there_are():
     """Births of starts alone; the longest spell cut off; a spell far shorter than the age of settling."""
     few = (
-        [[7, 8, True, False], [0, 5.6, True, True], [0, 0.6, True, True], [26, 31.6, True, False]],
-        [[0, 9, True, True], [9, 15, False, False]],
-        [[0, 6, False, False], [9, 9 + 1e-9, False, False]],
+        [[7, 8, 1, 0], [0, 5.6, 1, 1], [0, 0.6, 1, 1], [26, 31.6, 1, 0]],
+        [[0, 9, 1, 1], [9, 15, 0, 0]],
+        [[0, 6, 0, 0], [9, 9 + 1e-9, 0, 0]],
     )
-    for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=True):
+    for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=1):
         runs = [
             States(
                 np.reshape([[end, end + 1.0]] * born, (-1, 2)),
                 np.array([[begin, end]]),
                 np.ones(born, bool),
-                np.array([ended]),
+                np.array([ended], bool),
             )
             for begin, end, ended, born in spells
         ]

@@ -40,17 +40,6 @@ def next_peak(flow, y, w):
 TABLE = TableLaw((0.0, 0.4, 1.0, 2.0, 4.0), (0.4, 0.3, 0.24, 0.25, 0.27))
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.02, 0.4, 0.9])
-@pytest.mark.parametrize("peak", [1e-3, 1.0])
-def test_constant_friction_is_a_damped_oscillation(damping, peak):
-    """X' falls by exp(-2 pi D / sqrt(1 - D^2)) a turn, in the damped period."""
-    flow = slip_flow(replace(STUDY, damping_ratio=damping), CoulombLaw(0.3, 0.3))
-    following, duration = next_peak(flow, flow.at_peak(peak), peak)
-    root = math.sqrt(1 - damping**2)
-    assert following == pytest.approx(peak * math.exp(-2 * math.pi * damping / root), rel=1e-10)  # 60 steps of 1e-12
-    assert duration == pytest.approx(2 * math.pi / root, rel=1e-9)  # roots of w' lose a digit to its own error
-
-
 @pytest.mark.parametrize("law", [LAW, CoulombLaw(0.3, 0.4), TABLE, StribeckLaw(0.6)])
 def test_the_flow_is_the_motion_s_right_hand_side(law):
     """X'' of the compiled motion, in units of V, on a grid of states; rounding of X / V, some 4, alone.

@@ -70,56 +70,23 @@ def test_friction_follows_the_load_as_its_contacts():
         assert found == pytest.approx(wanted, rel=1e-8)
 
 
-CHANGES = {
-    "damping": {"d": 2},
-    "belt_velocity": {"v0": 2},
-    "mass": {"mass_kg": 2},
-    "stiffness": {"k": 2},
-    "load": {"N": 2},
-    "windows": {"n": 2},
-    "correlation_length": {"L": 2},
-    "mean_friction": {"fit": 1.2, "mean": 1.2, "std": 1.2},
-}
-
-
-def parts(one):
-    belt, friction = one.oscillator, one.friction
-    return {
-        "mass_kg": belt.mass_kg,
-        "k": belt.stiffness_n_per_m,
-        "d": 2.0 * belt.damping_ratio * belt.mass_kg * belt.natural_frequency_rad_per_s,
-        "v0": belt.belt_velocity_m_per_s,
-        "N": belt.normal_force_n,
-        "n": friction.windows,
-        "fit": one.law.fit,
-        "mean": friction.mean,
-        "std": friction.deviation,
-        "L": friction.length_m,
-        "static": one.law.static,
-    }
-
-
 @pytest.mark.parametrize("name", [name for name in PARAMETERS if name not in OF_MEMORY])
 def test_a_change_leaves_all_other_parts_of_the_machine_alone(name):
-    factor = max(CHANGES[name].values())
-    other = OWN.changed({name: factor * OWN.value(name)})
-    assert other.value(name) == pytest.approx(factor * OWN.value(name), rel=1e-14)
-    expected = {part: value * CHANGES[name].get(part, 1) for part, value in parts(OWN).items()}
-    assert parts(other) == pytest.approx(expected, rel=1e-14)
+    """The damper among them, not the damping ratio. The mean takes scatter and law with it."""
+    by, factor = (1.2, 1.2) if name == "mean_friction" else (2.0, 1.0)
+    other = OWN.changed({name: by * OWN.value(name)})
+    for part in PARAMETERS.keys() - {*OF_MEMORY, "damping"}:
+        assert other.value(part) == pytest.approx((by if part == name else 1.0) * OWN.value(part), rel=1e-14)
+    damper = (by if name == "damping" else 1.0) * BELT.damper_kg_per_s
+    assert other.oscillator.damper_kg_per_s == pytest.approx(damper, rel=1e-14)
+    assert other.friction.deviation == pytest.approx(factor * OWN.friction.deviation, rel=1e-14)
+    assert (other.law.fit, other.law.static) == (pytest.approx(factor * LAW.fit), LAW.static)
 
 
-def test_friction_of_a_pad_and_of_kinds_of_scatter():
-    """n windows scatter less by sqrt(n); scatter that multiplies is over the mean, and the motion knows its kind."""
-    window = Machine(BELT, LAW, Friction(0.3, 0.06, LENGTH)).changed({"windows": 16.2})
-    assert window.friction.pad_deviation == window.friction.path_deviation == pytest.approx(0.015, rel=1e-14)
-    marginal = window.friction.process.marginal
-    assert (marginal.mean, marginal.standard_deviation) == (pytest.approx(0.3), pytest.approx(0.015, rel=1e-9))
+def test_a_machine_knows_its_kind_of_scatter_and_its_paths():
+    """Nodes of a path are a quarter of the length apart: E d^2 = 2 sigma^2 (1 - exp(-1 / 4)), sigma over the mean."""
     relative = Machine(BELT, LAW, Friction(0.3, 0.06, LENGTH, multiplies=True))
-    assert (relative.options.scatter, relative.friction.path_deviation) == ("multiplicative", pytest.approx(0.2))
-    assert relative.friction.process.marginal.mean == pytest.approx(1.0)
-    lag = np.array([0.0, LENGTH, 3 * LENGTH])
-    assert relative.friction.autocorrelation(lag) == pytest.approx(np.exp(-lag / LENGTH))
-    assert relative.paths.spacing == LENGTH / 4
+    assert (relative.options.scatter, relative.paths.spacing) == ("multiplicative", LENGTH / 4)
     steps = np.diff([next(iter(relative.kept_path([1, n]))) for n in range(40)], axis=1)
     assert np.mean(steps**2) == pytest.approx(2 * 0.2**2 * (1 - np.exp(-0.25)), rel=0.1)
 

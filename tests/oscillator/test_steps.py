@@ -10,7 +10,6 @@ from scipy.interpolate import CubicHermiteSpline
 
 from roughslip.oscillator import runge_kutta
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients, jerk, slip_state
-from roughslip.oscillator.laws import CoulombLaw
 from roughslip.oscillator.path import AHEAD, KeptPath, Path, PathFeed, mu_s_at, mu_s_slope, piece_at, reaches
 from roughslip.oscillator.runge_kutta import first_zero, lowest, quintic, sign_changes, slope, stationary, step, value
 from tests.oscillator.motions import LAW, equal_steps
@@ -34,19 +33,6 @@ BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of th
 BUMPY = Path(BUMP, 0, 0.02, True)
 EXCITED = Oscillator(1.0, 316.0, 0.17, 0.948, 2500.0, 80.0, 500.0)
 DRIVEN = coefficients(EXCITED, LAW)
-LINEAR = coefficients(Oscillator(1.0, 316.0, 0.1, 0.948, 2500.0), CoulombLaw(0.4, 0.4))
-
-
-def test_closed_form_of_constant_friction():
-    """X - F mu is a damped harmonic: 1e-12 of F is the fifth order's error at h = 1/200."""
-    y = equal_steps(LINEAR, NONE, 0.012, LINEAR.V, 3.0, 600)
-    w, centre = math.sqrt(1 - 0.1**2), 0.4 * LINEAR.F
-    amplitude, quadrature = 0.012 - centre, (LINEAR.V + 0.1 * (0.012 - centre)) / w
-    decay, c, s = math.exp(-0.3), math.cos(3 * w), math.sin(3 * w)
-    assert y.x - centre == pytest.approx(decay * (amplitude * c + quadrature * s), abs=1e-12 * LINEAR.F)
-    velocity = decay * ((w * quadrature - 0.1 * amplitude) * c - (w * amplitude + 0.1 * quadrature) * s)
-    assert y.u == pytest.approx(velocity, abs=1e-12 * LINEAR.F)
-    assert y.s == pytest.approx(LINEAR.V * 3.0 - (y.x - 0.012), rel=1e-12)
 
 
 @pytest.mark.parametrize("path", [BUMPY, NONE])

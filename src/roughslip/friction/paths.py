@@ -155,11 +155,6 @@ def sample_path(
 Pad = tuple[float, float, CorrelationShape | None]
 
 
-def independent_pad(windows: float, length_m: float) -> Pad:
-    """A pad of windows that do not depend on each other."""
-    return float(windows), length_m, None
-
-
 @gate
 @dataclass(frozen=True, eq=False)
 class Friction:
@@ -194,7 +189,8 @@ class Friction:
 
     @cached_property
     def _of_pad(self) -> Pad:
-        return (self.pad or independent_pad)(self.windows, self.length_m)
+        one = float(self.windows), self.length_m, None
+        return one if self.pad is None else self.pad(self.windows, self.length_m)
 
     @property
     def pad_deviation(self) -> float:

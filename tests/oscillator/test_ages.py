@@ -44,7 +44,7 @@ def test_limits_hold_the_value_however_few_spells_there_are():
         [[0, 9, 1, 1], [9, 15, 0, 0]],
         [[0, 6, 0, 0], [9, 9 + 1e-9, 0, 0]],
     )
-    for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=1):
+    for spells, settled in zip(few, ((40.0, 0.0), (40.0, math.inf), (0.5, 0.5)), strict=True):
         runs = [
             States(
                 np.reshape([[end, end + 1.0]] * born, (-1, 2)),

@@ -142,6 +142,10 @@ def test_a_run_goes_on_until_its_state_is_known_and_the_first_loading_is_none():
     run, first, states = run_until_known(Machine(SLOW, LUBRICATED), None, 0.0, 15.0)
     assert states.is_stick_slip(first + 15.0)
     assert run.duration / TURN > first + limit_cycle(SLOW, LUBRICATED).period / TURN
+    damped = replace(STUDY, damping_ratio=0.5)  # slides on, for longer than asked and than any slip of a cycle
+    run, first, states = run_until_known(Machine(damped, LAW), None, 0.0, 0.1, from_sliding=True)
+    assert (first, states.sliding.tolist()) == (0.0, [[0.0, pytest.approx(longest_slip(damped, LAW), rel=1e-8)]])
+    assert simulate(replace(STUDY, belt_velocity_m_per_s=0.0), LAW, duration_periods=1e300).kind.size == 0
 
 
 def random_case(number):

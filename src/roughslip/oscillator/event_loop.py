@@ -188,7 +188,7 @@ def continue_run(
             events = record(events, DEPARTURE, y, False)
             sigma, since, pace, backwards = side, y.tau, START, False
             continue
-        left = Horizon(min(horizon.tau, max(known, since + horizon.longest)), horizon.steps - steps)
+        left = Horizon(min(horizon.tau, max(known, max(since, 0.0) + horizon.longest)), horizon.steps - steps)
         phase = slip(y, since, pace, backwards, float(sigma), path, p, tolerance, left, samples)
         y, pace, backwards = phase.y, phase.pace, phase.backwards
         steps += phase.steps

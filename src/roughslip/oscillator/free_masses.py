@@ -47,12 +47,12 @@ def mu_of_score(z: float, scatter: Scatter) -> float:
 
 @compiled(error_model="numpy")
 def _step(x: float, u: float, s: float, h: float, piece: Piece, p: Coefficients) -> Any:
-    """X and X' after a step h of tau."""
+    """X and X' after a step h of tau; beyond the belt friction stays, as no step needs it and tables go anywhere there."""
     a = acceleration(0.0, x, u, 1.0, mu_s_at(piece, s), p)
     dx, du, x1, u1 = u, a, u, a
     for part, weight in ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):
         x2, u2 = x + part * h * x1, u + part * h * u1
-        x1, u1 = u2, acceleration(0.0, x2, u2, 1.0, mu_s_at(piece, s + part * h * p.V - (x2 - x)), p)
+        x1, u1 = u2, acceleration(0.0, x2, min(u2, p.V), 1.0, mu_s_at(piece, s + part * h * p.V - (x2 - x)), p)
         dx, du = dx + weight * x1, du + weight * u1
     return x + h / 6.0 * dx, u + h / 6.0 * du
 

@@ -232,7 +232,7 @@ def continue_with_memory(
     piece, status = piece_at(path, y.s + near), Status.STEPS_OVER
     while steps < horizon.steps:
         known = events.rows[0, 0] + horizon.after if events.filled > 0 else math.inf
-        until = horizon.tau if sigma == HELD else min(horizon.tau, max(known, since + horizon.longest))
+        until = horizon.tau if sigma == HELD else min(horizon.tau, max(known, max(since, 0.0) + horizon.longest))
         left, held, first = until - y.tau, y, y.tau == since
         if left <= SHORTEST_SLIP or (sigma == HELD and backwards and y.tau > known):
             status = Status.TIME_OVER

@@ -21,6 +21,7 @@ from roughslip.validation import gate, not_negative, positive
 
 FrictionPath = np.ndarray | Iterable[np.ndarray] | None
 STEPS_PER_PERIOD = 20_000  # and four a node of the path: far above any need, a limit that ends every run
+MOST_STEPS = 1e18  # a machine integer
 TOLERANCES = (1e-13, 1e-3)
 COARSER = "try a larger tolerance, friction that changes over more speeds or slip, or a coarser path; local errors in m"
 
@@ -157,7 +158,7 @@ def followed(
     status = Status.NODES_OVER
     end, after, longest = (2.0 * math.pi * periods for periods in (duration_periods, *until))
     while status == Status.NODES_OVER:
-        step_limit = math.ceil(STEPS_PER_PERIOD * (1.0 + duration_periods)) + 4 * feed.received
+        step_limit = int(min(STEPS_PER_PERIOD * (1.0 + duration_periods), MOST_STEPS)) + 4 * feed.received
         horizon = Horizon(end, step_limit, after, longest)
         status, run, events = goes_on(run, events, feed.path, p, float(options.tolerance), horizon, samples)
         if status == Status.NODES_OVER:

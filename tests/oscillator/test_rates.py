@@ -105,6 +105,15 @@ def test_scores_of_a_path_are_those_of_its_correlation():
         assert np.mean(scores[:, -1] * scores[:, -1 - lag]) == pytest.approx(near**lag, abs=0.03)
 
 
+def test_masses_take_no_table_beyond_the_belt():
+    """Friction is 1e-4 more at 1 mm/s alone, and its cubic goes to -25 at 0.5 m/s beyond, as far as stages reach."""
+    belt, bump = replace(STUDY, damping_ratio=0.04), TableLaw((0.0, 0.001, 0.002, 9.0), (0.3, 0.3001, 0.3, 0.3), 0.4)
+    totals, level = (
+        of_free_masses(machine(0.01, 3e-4, belt, law), (1,), 200_000) for law in (bump, CoulombLaw(0.3, 0.4))
+    )
+    assert totals == pytest.approx(level, rel=1e-6)
+
+
 def test_durations_of_totals_by_hand():
     """40 ends in 600 natural periods and 60 in 300, after 50 of which stick-slip begins; exponential durations. A mean
     of few ends, longer than a third of the time of a mass, or mostly of one duration, is unknown, and so are all where

@@ -47,7 +47,7 @@ def mu_of_score(z: float, scatter: Scatter) -> float:
 
 @compiled(error_model="numpy")
 def _step(x: float, u: float, s: float, h: float, piece: Piece, p: Coefficients) -> Any:
-    """X and X' after a step h of tau; beyond the belt friction stays, as no step needs it and tables go anywhere there."""
+    """X and X' after a step h of tau. Friction is constant beyond the belt, as the cubic of a table goes anywhere."""
     a = acceleration(0.0, x, u, 1.0, mu_s_at(piece, s), p)
     dx, du, x1, u1 = u, a, u, a
     for part, weight in ((0.5, 2.0), (0.5, 2.0), (1.0, 1.0)):

@@ -16,6 +16,7 @@ from roughslip.oscillator.laws import CoulombLaw, StribeckLaw
 from roughslip.oscillator.memory_law import MemoryLaw
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.oscillator.slip_orbit import critical_stiffness, equilibrium, growth_rates, slip_flow
+from roughslip.oscillator.table_law import TableLaw
 
 LAW = MemoryLaw(StribeckLaw(0.1, 0.4 + 0.015 * math.log(101), 20.0, 0.0), 0.01, 0.015, 2e-6, 1e-4, 1e-2, 1e-7)
 BELT = Oscillator(0.2, 150.0, 0.05, 1e-4, 10.0)
@@ -103,6 +104,45 @@ def test_friction_without_effects_or_cut_to_zero_needs_no_short_steps():
     assert free.position == pytest.approx(x, abs=1e-6 * BELT.V)
     assert free.motion.steps < 1000
     assert simulate(replace(BELT, belt_velocity_m_per_s=0.0), LAW, np.full(3, -1.0), 1.0).kind.size == 0
+
+
+CREEP = MemoryLaw(StribeckLaw(0.2, 0.5, 2.2e5, 0.0), 0.015, 0.029, 1e-6, 2.1e-6, 4.4e-7, 2.2e-10)
+STEEP = TableLaw((0.0, 2.2e-8, 7.2e-8, 2.2e-7), (0.4, 0.35, 0.3, 0.32))
+LANDINGS = {
+    "stiff": (CREEP, Oscillator(320.0, 0.54, 0.58, 4.8e-6, 1100.0), 1.0),
+    "steep": (
+        MemoryLaw(TABLE, 0.0, 3.4e-4, 4.7e-4, 4.5e-6, 1.1e-9, 8.3e-12),
+        Oscillator(0.56, 27, 0.033, 7.2e-8, 1e3),
+        0.1,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LANDINGS)
+def test_slip_lands_where_radau_has_it(name):
+    """Of creep with F / V = 1e6, where a step that ends beyond the belt has a w' of another size than one before it;
+    and of a curve whose cubic, beyond the belt, is friction of hundreds. In units of V."""
+    law, belt, u = LANDINGS[name]
+    scale, v0, force, level = belt.F / belt.V, belt.belt_velocity_m_per_s, 0.4 * belt.F / belt.V, law.parameters().level
+    v_r, v_c, D = law.rest_speed_m_per_s, law.cutoff_speed_m_per_s, belt.damping_ratio
+
+    def rate(tau, y):
+        v, renewed = max(v0 * y[1], -0.5 * v_r), law.memory_length_m * belt.natural_frequency_rad_per_s
+        mu = float(law.curve.mu(max(v, 0.0))) + law.direct_effect * math.log((v + v_r) / law.reference_speed_m_per_s)
+        pull = scale * max(mu + law.ageing_effect * (y[2] - level), 0.0)
+        return y[1], force + tau - y[0] + 2 * D * (1 - y[1]) - pull, ((v + v_c) * math.exp(-y[2]) - v) / renewed
+
+    def at_belt(tau, y):
+        return y[1]
+
+    at_belt.terminal, at_belt.direction = True, -1.0
+    start = (0.0, 1.0 - u, math.log1p(v_c / (v0 * (1.0 - u))) if u < 1.0 else 0.0)
+    run = solve_ivp(rate, (0, 9), start, "Radau", rtol=1e-9, atol=(1e-3, 1e-9, 1e-9), first_step=1e-9, events=at_belt)
+    place = 0.4 * belt.F if u == 1.0 else (0.4 * belt.F, u * belt.V)
+    motion = simulate(belt, law, None, 1.0, 1.2, MotionOptions(1e-6), place)
+    assert (motion.kind[1], motion.time[1]) == (REATTACHMENT, pytest.approx(run.t[-1], rel=1e-5))
+    assert motion.position[1] == pytest.approx((force + run.t[-1] - run.y[0, -1]) * belt.V, abs=1e-6 * belt.F)
+    assert motion.steps < 200
 
 
 def test_a_belt_a_million_times_faster_than_creep_costs_no_more():

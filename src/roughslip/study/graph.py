@@ -172,6 +172,7 @@ _ROWS = (
         takes={"contact": "contact", "scan": "scan?"},
         makes="friction/expansion.nc",
         runs_if="not load",
+        memory_mb=460,
     ),
     Stage(
         name="friction",

@@ -5,12 +5,11 @@ from itertools import chain
 import numpy as np
 
 from roughslip import store
-from roughslip.contact.solve import solve
 from roughslip.figures.figure5 import CYCLE
 from roughslip.grid import Grid
 from roughslip.scene.part import Scene
-from roughslip.study.from_scene import Stream, elastic, surface_model
-from roughslip.study.from_scene.domain import own_cells
+from roughslip.study.from_scene import Stream, surface_model
+from roughslip.study.from_scene.domain import Domain, own_cells
 from roughslip.study.from_scene.machine import MEDIAN, friction_of, friction_paths
 from roughslip.study.job import Job
 
@@ -19,39 +18,27 @@ PATHS = 4
 LENGTHS = 10  # correlation lengths of a path that are drawn
 
 
-def under_a_plane(job: Job) -> tuple[np.ndarray, np.ndarray]:
-    """Heights [m] and pressure [Pa] of the middle of a square of the surface, on the cells of the strips."""
-    scene, cell = job.scene, job.scene.strip.cell_m
-    grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, job.optional("scan"))
-    heights = model.heights(model.sampler(grid)(np.random.default_rng([scene.seed, Stream.STRIP, 0])))
-    tolerance, hardness = scene.numerics.contact_tolerance, elastic.hardness_pa(scene)
-    rough = heights - float(model.plane_height(np.array([MEDIAN]))[0])
-    solution = solve(elastic.influence(scene, grid), rough, tolerance, hardness_pa=hardness)
-    middle = slice((SOLVED - SHOWN) // 2, (SOLVED + SHOWN) // 2)  # the ends of a contact carry more pressure
-    return heights[middle, middle], solution.pressure[middle, middle]
-
-
-def under_the_load(job: Job) -> tuple[np.ndarray, np.ndarray]:
-    """The same around the highest summit of a periodic cell under its load."""
-    cells = own_cells(job.scene, job.optional("scan"))
-    heights = cells.heights(0)
-    (solution,) = cells.solutions(heights)
-    summit = np.unravel_index(heights.argmax(), heights.shape)
-    turned = (np.roll(part, [SHOWN // 2 - place for place in summit], (0, 1)) for part in (heights, solution.pressure))
-    heights, pressure = (np.tile(part, [-(-SHOWN // n) for n in part.shape])[:SHOWN, :SHOWN] for part in turned)
-    return heights, pressure
-
-
 def surface_and_pressure(job: Job) -> dict[str, store.Variable]:
-    """A piece of the surface, and the pressure on it."""
-    if job.scene.load is not None:
-        heights, pressure = under_the_load(job)
-        pressed_by = f"nominal pressure {1e-6 * job.scene.load.nominal_pressure_pa:.3g} MPa"
+    """A piece of the surface, and the pressure on it.
+
+    Of a square on the cells of the strips the middle, because the ends of a contact carry more pressure; of a periodic
+    cell under its load what surrounds the highest summit.
+    """
+    scene, scan = job.scene, job.optional("scan")
+    cell = scene.strip.cell_m
+    if scene.load is not None:
+        solved, pressed_by = own_cells(scene, scan), f"nominal pressure {1e-6 * scene.load.nominal_pressure_pa:.3g} MPa"
     else:
-        heights, pressure = under_a_plane(job)
+        grid, model = Grid(SOLVED, SOLVED, cell, cell), surface_model.surface_model(scene, scan)
+        solved = Domain(scene, model, grid, (MEDIAN,), 1, model.sampler(grid), periodic=False)
         pressed_by = f"penetration {MEDIAN:g} %"
+    heights = solved.heights(0)
+    (solution,) = solved.solutions(heights)
+    centre = np.unravel_index(heights.argmax(), heights.shape) if solved.periodic else [n // 2 for n in heights.shape]
+    turned = (np.roll(part, [SHOWN // 2 - place for place in centre], (0, 1)) for part in (heights, solution.pressure))
+    heights, pressure = (np.tile(part, [-(-SHOWN // n) for n in part.shape])[:SHOWN, :SHOWN] for part in turned)
     job.count(solves=1)
-    place = job.scene.strip.cell_m * (np.arange(SHOWN) + 0.5)
+    place = cell * (np.arange(SHOWN) + 0.5)
     return {
         "pressed_by": store.Variable((), pressed_by, "1", "what presses the surface"),
         "x": store.Variable(("x",), place, "m", "place along the path"),

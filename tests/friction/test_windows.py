@@ -40,16 +40,6 @@ def test_window_sums_are_the_plain_sums_within_the_stated_error(columns: list[fl
     assert np.all(behind[10:] == 0.0)  # windows without contact sum to exactly zero behind heavy ones
 
 
-def test_hertz_contact_has_mu_inversely_proportional_to_its_radius() -> None:
-    # Johnson, Contact Mechanics, 1985, eq. 4.22: N = 4 E* a^3 / (3 R), A = pi a^2
-    radius, modulus, shear = 1e-3, 115e9, 2e9
-    a = np.geomspace(1e-7, 1e-5, 9)
-    mu, valid = friction_coefficient(math.pi * a**2, 4.0 * modulus * a**3 / (3.0 * radius), shear, 1e-15)
-    assert valid.all()
-    # a handful of roundings on each side
-    np.testing.assert_allclose(mu, 3.0 * math.pi * radius * shear / (4.0 * modulus * a), rtol=1e-14)
-
-
 def test_windows_below_the_least_area_are_marked_and_never_nan() -> None:
     area, force = np.array([[0.0, 0.5, 1.0], [2.0, 0.0, 0.999]]), np.array([[0.0, 1e-300, 1.0], [4.0, 0.0, 1.0]])
     mu, valid = friction_coefficient(area, force, 1.0, 1.0)

@@ -13,23 +13,12 @@ from roughslip.oscillator.event_loop import DEPARTURE, REATTACHMENT
 from roughslip.oscillator.machine import Machine
 from roughslip.oscillator.motion import MotionOptions, simulate, trajectory
 from roughslip.oscillator.states import longest_slip, run_until_known, states_of
-from tests.oscillator.motions import LAW, STUDY, F, V, ends
+from tests.oscillator.motions import LAW, STUDY, F, V
 
 
 def wave(spacing=1e-4, length=0.25, amplitude=0.05, wavelength=4e-3):
     """A smooth friction path."""
     return amplitude * np.sin(2.0 * math.pi * spacing * np.arange(round(length / spacing) + 1) / wavelength), spacing
-
-
-@pytest.mark.parametrize("share", [-0.4, 0.3])
-def test_a_constant_factor_of_friction_is_one_of_the_normal_force(share):
-    """mu_D (1 + c) N, in slip and in stick; the scale of the error allowed is N / c."""
-    nodes, options = np.full(400, share), MotionOptions(1e-11, scatter="multiplicative")
-    computed = ends(simulate(STUDY, LAW, nodes, 1e-3, 10.0, options))
-    loaded = replace(STUDY, normal_force_n=(1.0 + share) * STUDY.normal_force_n)
-    expected = ends(simulate(loaded, LAW, None, duration_periods=10.0, options=MotionOptions(1e-11)))
-    assert len(computed) >= 8
-    np.testing.assert_allclose(computed, expected, rtol=1e-8)
 
 
 def test_micro_slip_and_cycle_are_distinguished():

@@ -8,25 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from roughslip.oscillator import runge_kutta
 from roughslip.oscillator.equation import SCATTERS, Oscillator, coefficients, jerk, slip_state
 from roughslip.oscillator.path import AHEAD, KeptPath, Path, PathFeed, mu_s_at, mu_s_slope, piece_at, reaches
 from roughslip.oscillator.runge_kutta import first_zero, lowest, quintic, sign_changes, slope, stationary, step, value
 from tests.oscillator.motions import LAW, equal_steps
-
-
-def test_fehlberg_fulfils_the_conditions_of_its_orders():
-    """Quadrature of powers up to order 5 and 4; rows sum to their nodes. The second stage has no weight."""
-    nodes = np.array(runge_kutta.NODES)
-    np.testing.assert_allclose([sum(row) for row in runge_kutta.ROWS], nodes[1:], atol=1e-15)
-    used, fifth = nodes[[0, 2, 3, 4, 5]], np.array(runge_kutta.WEIGHTS)
-    fourth = fifth - runge_kutta.ERROR
-    for power in range(5):
-        assert abs(fifth @ used**power - 1 / (power + 1)) < 1e-15
-    for power in range(4):
-        assert abs(fourth @ used**power - 1 / (power + 1)) < 1e-15
-    assert abs(fourth @ used**4 - 1 / 5) > 1e-4
-
 
 NONE = Path(np.zeros(0), 0, 1.0, True)
 BUMP = np.array([0.02, 0.05, -0.03, 0.06])  # nodes 0.02 m apart; the slip of the tests stays on the first cubic

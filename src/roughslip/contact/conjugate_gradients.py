@@ -28,7 +28,7 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 from roughslip.contact import blocks, kernels
 from roughslip.contact.influence import ROUGH, ROUNDED, Influence
-from roughslip.contact.problem import Problem, nearest, shifted, with_sum
+from roughslip.contact.problem import Problem, nearest, plane_at_bounds, shifted, with_sum
 from roughslip.errors import ConvergenceError
 
 # Nearly full contact of a rough surface of 256 x 256 nodes takes some 70 at 1e-10.
@@ -241,7 +241,7 @@ class _Iteration:
             scale = problem.scale
         else:
             mean, between, self.sum, square = kernels.sums(self.pressure, self.gap, problem.cap)
-            self.plane = -mean if between else problem.plane(self.pressure, self.gap)
+            self.plane = -mean if between else plane_at_bounds(self.pressure, self.gap)
             heights = kernels.positive_square(problem.interference, self.plane)
             scale = math.sqrt(max(heights, diagonal**2 * square))
         fields = self.pressure, self.gap, self.plane, diagonal, problem.cap, self.work.misfit, self.work.free

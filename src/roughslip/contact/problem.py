@@ -27,22 +27,21 @@ class Problem:
     cap: float = math.inf
     pressure_sum: float | None = None
 
-    def plane(self, pressure: np.ndarray, gap: np.ndarray) -> float:
-        """Height [m] of the plane for which the mean gap of the nodes between the bounds is zero."""
-        if self.pressure_sum is None:
-            return 0.0
-        mean, between, _, _ = kernels.sums(pressure, gap, self.cap)
-        if between:
-            return -mean
-        pressed = pressure > 0  # all at the cap and with the given sum: any plane that reaches these and no others
-        if not pressed.any():
-            return math.nan  # the load is lost in the rounding of the heights
-        return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
-
     @cached_property
     def scale(self) -> float:
         """The scale of residuals [m] at a given plane, ||max(u_bar, 0)||."""
         return math.sqrt(kernels.positive_square(self.interference, 0.0))
+
+
+def plane_at_bounds(pressure: np.ndarray, gap: np.ndarray) -> float:
+    """Height [m] of a plane that reaches the pressed nodes, all at the cap, and no others.
+
+    NaN where none is pressed, as the load is lost in the rounding of the heights.
+    """
+    pressed = pressure > 0
+    if not pressed.any():
+        return math.nan
+    return -float(gap[pressed].max() if pressed.all() else (gap[pressed].max() + gap[~pressed].min()) / 2)
 
 
 def shifted(pressure: np.ndarray, nodes: np.ndarray, cap: float, pressure_sum: float) -> np.ndarray | None:

@@ -21,7 +21,6 @@ from roughslip.friction.process import (
     CorrelationShape,
     FrictionProcess,
     Paths,
-    autocorrelation_at,
     average_beta,
 )
 from roughslip.probability import BetaDistribution
@@ -223,8 +222,7 @@ class Friction:
     @gate
     def autocorrelation(self, s: np.ndarray) -> np.ndarray:
         """Autocorrelation of mu_S at slipped distances s [m] >= 0."""
-        _, length, shape = self._of_pad
-        return autocorrelation_at(s, length, shape)
+        return self.process.autocorrelation(s)
 
     @gate
     def paths(self, nodes_per_length: int, length_m: float = math.inf, method: str = "recursion") -> Paths:

@@ -90,12 +90,6 @@ class CorrelationShape:
         return length, cls(lags_m / length, values)
 
 
-def autocorrelation_at(s: np.ndarray, length_m: float, shape: CorrelationShape | None = None) -> np.ndarray:
-    """Autocorrelation (as s) [-] of a length and shape at distances s [m] >= 0; without a shape exp(-s / L)."""
-    u = np.asarray(s) / length_m
-    return np.exp(-u) if shape is None else np.interp(u, shape.lags, shape.values)
-
-
 @gate
 @dataclass(frozen=True)
 class FrictionProcess:
@@ -116,7 +110,8 @@ class FrictionProcess:
     @gate
     def autocorrelation(self, s: np.ndarray) -> np.ndarray:
         """Autocorrelation (as s) [-] of mu_S at slipped distances s [m] >= 0."""
-        return autocorrelation_at(s, self.correlation_length_m, self.shape)
+        u = s / self.correlation_length_m
+        return np.exp(-u) if self.shape is None else np.interp(u, self.shape.lags, self.shape.values)
 
     def translation(self) -> Translation:
         """The translation of the Gaussian process to mu_S.

@@ -179,9 +179,3 @@ def slip_state(tau: float, x: float, u: float, s: float, sigma: float, piece: Pi
 def with_jerk(y: State, sigma: float, piece: Piece, p: Coefficients) -> State:
     """A state in slip whose acceleration is known, with its jerk."""
     return State(y.tau, y.x, y.u, y.s, y.a, jerk(y.tau, y.u, y.s, y.a, sigma, piece, p))
-
-
-@compiled()
-def friction_is_cut(y: State, sigma: float, piece: Piece, p: Coefficients) -> bool:
-    """Whether friction in slip would be negative, and is cut to zero."""
-    return total_friction(sigma * p.omega * (p.V - y.u), mu_s_at(piece, y.s), p) == 0.0

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughslip.compilation.cache import compiled
-from roughslip.oscillator.equation import Coefficients, State, friction_is_cut, gain, slip_state, with_jerk
+from roughslip.oscillator.equation import Coefficients, State, gain, slip_state, total_friction, with_jerk
 from roughslip.oscillator.path import Path, Piece, mu_s_at, piece_at, reaches
 from roughslip.oscillator.runge_kutta import error_ratio, lowest, quintic, single_step, stationary, step, value
 from roughslip.oscillator.switching_events import (
@@ -313,7 +313,7 @@ def slip(
         sample_slip(y, end, here, sliding, samples)  # 7
         backwards = backwards or turns_backwards(y, end)
         total += error
-        cuts += friction_is_cut(end, sigma, piece, p)
+        cuts += total_friction(sigma * p.omega * (p.V - end.u), mu_s_at(piece, end.s), p) == 0.0
         if met == LOWER and here.row == 0:  # the lower end of the first row of a law is the belt
             return Slip(Status.AT_BELT, end, backwards, steps, total, (allowed, level), cuts)
         if last:

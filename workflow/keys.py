@@ -210,10 +210,7 @@ class Names:
 
 
 def code_hash(modules: str, source_root: Path, lock: Path) -> str:
-    """SHA-256 of what the closure of modules does, of the locked packages, and of the versions that are installed.
-
-    Comments, docstrings and layout do not change it, nor do modules of FRAME. A file that moves changes it.
-    """
+    """SHA-256 of what the closure of modules does, and of the locked and installed packages."""
     code = closure_hash(modules, source_root, without=FRAME)
     return hashlib.sha256(
         "\n".join([code, *_pins(lock.read_text(encoding="utf-8")), *installed()]).encode()

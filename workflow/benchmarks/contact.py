@@ -114,7 +114,7 @@ def polonsky_keer(_: Grid, displacement: Response) -> Peer:
 
 
 def tamaas_load(grid: Grid, displacement: Response) -> Peer:
-    """Tamaas' PolonskyKeerRey at the exact load, its best case; on the free half-space by `registerNonPeriodic`."""
+    """Tamaas' PolonskyKeerRey at the exact load, its best case, on the free half-space."""
     import tamaas
 
     tamaas.initialize(1)
@@ -187,7 +187,7 @@ def tune(
 
 
 def problem_of(influence: Influence, kind: str, level: str) -> Problem:
-    """Return a surface, the same at every call, and its plane, to 0.1 % of Sq where it is one of contact."""
+    """Return a surface, the same at every call, and its plane."""
     grid = influence.grid
     rng = np.random.default_rng([SEED, list(SURFACES).index(kind), *grid.shape])
     z = embed(SURFACES[kind], grid).sample(rng)
@@ -204,14 +204,14 @@ def problem_of(influence: Influence, kind: str, level: str) -> Problem:
 
 
 def set_up(n: int, peers: Iterable[str]) -> tuple[Influence, Response, dict[str, Peer]]:
-    """Return what is set up once for a square mesh of n x n nodes: our operator, the judge's, and the peers."""
+    """Return our operator, the judge's, and the peers of a square mesh of n x n nodes."""
     grid = Grid(n, n, EDGE / n, EDGE / n)
     displacement = Response(grid, MODULUS)
     return Influence(grid, MODULUS), displacement, {name: PEERS[name](grid, displacement) for name in peers}
 
 
 def compare_solvers(n: int, cases: Iterable[tuple[str, str, float]], peers: Iterable[str]) -> list[Row]:
-    """Return rows of cases (surface, level, tolerance) on a square mesh, with the peers that take part in each."""
+    """Return rows of cases (surface, level, tolerance) on a square mesh."""
     rows: list[Row] = []
     tuned: dict[tuple[str, str, str], float] = {}  # peer, surface, level: the setting last found, over the tolerance
     influence, displacement, solvers = set_up(n, [name for name in peers if n <= EXTENT[name][0]])

@@ -32,7 +32,7 @@ MOST_SAMPLES, BUDGET_S = 4096, 10.0  # for the error of a method
 
 
 def lags_of(n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lags in nodes, i >= 0 and j of both signs, at which sample covariances are compared."""
+    """Return the lags in nodes, i >= 0 and j of both signs."""
     step = max(1, n // LAGS_A_SIDE)
     most = int(LAGS * n) // step
     i, j = np.meshgrid(np.arange(most + 1), np.arange(-most, most + 1), indexing="ij")

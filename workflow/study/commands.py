@@ -66,7 +66,7 @@ class Inputs:
         return self._waits(records, ended, folder / LISTED)
 
     def of_file(self, path: str, source: str, records: Sequence[str]) -> list[str]:
-        """The same of one published file. records : of the jobs that make the file of the store"""
+        """The same of one published file. records : of the jobs that make it"""
         return self._waits(records, not _not_ended(records) and is_current(path, source), Path(path))
 
     def of_scene_file(self, wildcards: Any) -> list[str]:
@@ -97,8 +97,7 @@ def _not_ended(records: Sequence[str]) -> list[str]:
 def command(stage: str) -> str:
     """The shell command of a stage, without its log. Its key file says which files it reads and writes.
 
-    With `exec` the stage is a child of Snakemake itself and ends with it. Paths are in the environment: in the command
-    they would differ when the tree is moved or .venv is made again.
+    With `exec` the stage is a child of Snakemake itself and ends with it.
     """
     options = " ".join(f"--{name} {{wildcards.{name}}}" for name in STAGES[stage].placeholders)
     key = f"{STORE}/{stage}/{{wildcards.key}}/key.json"
@@ -131,7 +130,7 @@ def asked_mb(stage: str, attempt: int, of_a_node: int | None) -> int:
 
 
 def machine_mb() -> int:
-    """Megabytes of this machine, or of the container or control group that holds this process where that is less."""
+    """Megabytes of this machine, or of its control group where that is less."""
     limits = [os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")]
     for file in map(Path, ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")):
         if file.is_file() and (text := file.read_text(encoding="ascii").strip()).isdigit():

@@ -89,9 +89,7 @@ def check_scene(scene: Scene, files: dict[str, list[Path]], marks: Path | None) 
 
 
 def _scan_warnings(scene: Scene, file: Path) -> list[str]:
-    """Warnings of a scan. Raises InputError where it cannot be read as the scene states, ParameterError for a form,
-    IllPosedError where its waves are too long for it.
-    """
+    """Warnings of a scan. Raises InputError, ParameterError or IllPosedError where it has no model."""
     from roughslip.scan.autocorrelation import sub_areas_for
     from roughslip.scan.topography import slope_warnings
     from roughslip.study.scan import endless_axis, prepared  # with SurfaceTopography
@@ -218,7 +216,7 @@ def _training(scene: Scene) -> Iterator[str]:
 
 
 def motion_warnings(scene: Scene) -> Iterator[str]:
-    """What is unusual in the machine of a scene: its natural frequency, and how far friction pulls the spring."""
+    """What is unusual in the machine: its frequency, how far friction pulls the spring."""
     mass, stiffness, force, static, mean = (get(scene, key) for key in _OF_MOTION)
     frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
     if not FREQUENCIES[0] <= frequency <= FREQUENCIES[1]:
@@ -237,7 +235,7 @@ def motion_warnings(scene: Scene) -> Iterator[str]:
 
 
 def inherited(name: str, scene: Scene) -> list[str]:
-    """A warning on what a scene of a user takes from shipped ones and hardly means: surface, curve, machine."""
+    """A warning on what a scene of a user takes from shipped ones and hardly means."""
 
     def origins(*keys: str) -> list[str]:
         """The scenes that give some keys, or what is in them."""

@@ -46,10 +46,7 @@ def publish_one(path: Path, source: Path) -> None:
 
 
 def publish(folder: Path, files: Mapping[str, str]) -> None:
-    """Publish those files of the store that are not current, and remove those that were published and are no more.
-
-    Raises OSError.
-    """
+    """Publish files that are not current, remove those that are no more. Raises OSError."""
     publish_existing(folder, files)
     for name, source in _listed(folder).items():
         if name not in files and (is_current(folder / name, source) or not os.path.exists(source)):
@@ -74,7 +71,7 @@ def _listed(folder: Path) -> dict[str, str]:
 
 
 def main() -> None:
-    """Publish a file of the store, or all that a key file lists; exit 1 with a line where it cannot be written."""
+    """Publish a file of the store, or all that a key file lists; exit 1 where it cannot be."""
     source, path = map(Path, sys.argv[1:])
     try:
         if source.name == "key.json" and path.suffix == "":

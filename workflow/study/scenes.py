@@ -34,11 +34,7 @@ _FLAGS = {"--dry-run", "--dryrun", "--force", "--forceall", "--keep-going", "--t
 
 
 def scene_folders(root: Path, own: Any = None) -> list[Path]:
-    """The folders of scenes: that of the project, and one of the caller.
-
-    root : the project's folder
-    own : as `scenes_folder` of the options names it, from the working folder; an InputError where it has no scenes
-    """
+    """Folders of scenes: of the project, and `own`, an InputError where it has none."""
     shipped = root / "config" / "scenes"
     if own is None:
         return [shipped]
@@ -50,11 +46,8 @@ def scene_folders(root: Path, own: Any = None) -> list[Path]:
 def check_config(config: Mapping[str, Any], scenes: Sequence[str]) -> dict[str, Any]:
     """Return the options with `scenes` as a list, and None for `memory_mb` where it is not given.
 
-    Scenes are a list, or names with commas between them; without them, those of `scenes_folder`.
-
-    scenes : names of all scene files
-
-    Raises InputError with a line for each mistake.
+    Scenes are a list, or names with commas between them; without them, those of `scenes_folder`. Raises InputError with
+    a line for each mistake.
     """
     unknown = [key for key in config if key not in KEYS]
     lines = [f"config: {shown(key)}: unknown key; {_nearest(key, KEYS)}" for key in unknown]

@@ -67,11 +67,7 @@ def stated_error(logs: list[str]) -> str:
 
 
 def show_own_errors(scene_of: Callable[[str], str], shows_progress: bool) -> None:
-    """Let Snakemake's handler for the terminal show a line an error, unless --verbose asks for all.
-
-    scene_of : name of the scene that has a folder of the store
-    shows_progress : False where nothing runs
-    """
+    """Let Snakemake's handler show a line an error. scene_of : of a folder of the store"""
     for handler in logger.handlers:
         shown = handler.formatter
         if handler.name == "DefaultStreamHandler" and isinstance(shown, DefaultFormatter):

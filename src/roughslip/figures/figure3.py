@@ -36,7 +36,7 @@ OVER_LOAD = {
 
 
 def figure3(result: Shown) -> Figure:
-    """The paper's panels (a) mean and (b) standard deviation against penetration, by source; then their ratio."""
+    """The paper's panels (a) and (b) against penetration, by source; then their ratio."""
     figure, axes = panels(3, 1, 4.0)
     look = {"color": "0.15", "lw": 1.2, "label": "$\\mu_{fit}$"}
     draw_curve(axes[0], result["fit_percentile"], with_ends(result, "fit"), look)
@@ -54,7 +54,7 @@ def figure3(result: Shown) -> Figure:
 
 
 def figure3_law(result: Shown) -> Figure:
-    """Distribution and autocorrelation of mu, at the median and at all depths; what windows alone make of it."""
+    """Distribution and autocorrelation of mu; what windows alone make of it."""
     figure, grid = panels(3, 2, 4.6)
     _autocorrelation(grid[0, 0], result)
     _lengths(grid[0, 1], result)
@@ -88,7 +88,7 @@ def _autocorrelation(axes: Axes, result: Shown) -> None:
 
 
 def _lengths(axes: Axes, result: Shown) -> None:
-    """Lengths of exponentials fitted to all lags up to three windows, and that of the triangle of the window."""
+    """Lengths of fitted exponentials, and that of the triangle of the window."""
     lengths = with_ends(result, "combined_length_least_squares", factor=1e6)
     draw_points(axes, result["percentile"], lengths, {"color": "C0", "label": "rough surfaces"})
     own = float(result["triangle_length"][list(result["length_name"].values).index("least_squares")])
@@ -143,7 +143,7 @@ def _moment(axes: Axes, result: Shown, name: str, title: str) -> None:
 
 
 def friction_against_load(result: Shown) -> Figure:
-    """Four panels over the nominal pressure, on a logarithmic axis; the scene's load is a line in each."""
+    """Four panels over the nominal pressure; the scene's load is a line in each."""
     figure, axes = panels(4, 1, 3.4)
     own = float(result["nominal_pressure"])
     factor, unit = pressure_unit(own)

@@ -27,7 +27,7 @@ CYCLE = [
 
 
 def figure5(result: Shown) -> Figure:
-    """The paper's panels (a) limit cycles, (b) reattachment point and (c) cycles lost; then the cycles themselves."""
+    """The paper's panels (a) to (c), then the cycles themselves."""
     figure, ((cycle, histogram), (loss, counts)) = panels(2, 2, 4.6)
     draw_cycle(cycle, result)
     _reattachment(histogram, result)
@@ -97,7 +97,7 @@ def _counts(axes: Axes, result: Shown) -> None:
 
 
 def figure_chain(result: Shown) -> Figure:
-    """A piece of a surface and the pressure on it; friction along a few paths; the limit cycle of several runs."""
+    """A surface and the pressure on it; friction along a few paths; the limit cycle."""
     figure, ((surface, contact), (path, cycle)) = panels(2, 2, 4.7)
     heights = 1e6 * result["height"]
     limits = float(heights.min()), float(heights.max())

@@ -11,7 +11,7 @@ WIDEST = 150  # letters in a line across the figure
 
 
 def figure_record(result: Shown) -> Figure:
-    """Record over time, curve over speed with its band, residuals, autocovariance, and two synthetic records."""
+    """Record, curve with its band, residuals, autocovariance, and two synthetic records."""
     figure, grid = panels(3, 2, 4.3)
     time, friction, explained = (result[f"sample_{name}"] for name in ("time", "friction", "explained"))
     speed, kind, form = result["sample_speed"], str(result["kind"].item()), str(result["curve_form"].item())

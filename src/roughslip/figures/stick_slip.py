@@ -25,7 +25,7 @@ LEVELS = {0.05: ":", 0.5: "-", 0.95: ":"}
 
 
 def figure_map(result: Shown) -> Figure:
-    """The map with its levels 0.05, 0.5 and 0.95, the area of vibration, limits without scatter, and the scene."""
+    """The map with its levels, the area of vibration, limits without scatter, and the scene."""
     figure, _ = panels(1, 1, 6.2)
     figure.set_figheight(4.2)  # with a legend below
     axes = figure.axes[0]

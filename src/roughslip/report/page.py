@@ -192,7 +192,7 @@ def box(svg: bytes) -> tuple[float, float]:
 
 
 def element(svg: bytes, name: str, seen: str) -> str:
-    """The drawing as an element of the page. name : of its id, unique on the page; seen : what it shows, in words"""
+    """The drawing as an element. name : of its id, unique on the page; seen : in words"""
     width, height = box(svg)
     picture = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
     look = f'class="drawing" style="--readable: {READABLE * width:.0f}px" viewBox="0 0 {width:g} {height:g}"'

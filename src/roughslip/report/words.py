@@ -97,7 +97,7 @@ def chance(answer: Mapping[str, Any]) -> str:
 
 
 def other_chances(answer: Mapping[str, Any]) -> str:
-    """The shares of runs that stand below the probability in the head, of vibration and from sliding; may be empty."""
+    """Shares of runs below the probability in the head, of vibration and from sliding."""
     lines, vibrates = [], any(shares["vibration"]["value"] > 0.0 for shares in answer["shares"].values())
     for start, shares in answer["shares"].items():
         differs = start == "from_sliding" and answer["starts_differ"]

@@ -221,7 +221,7 @@ LEAST_SLOPE = 1e-3  # rms; machined surfaces have some 0.03 to 0.5, a wrong pref
 
 
 def slope_warnings(scan: Topography) -> Iterator[str]:
-    """A line where the rms slope between neighbouring points is implausible: its number, what to check."""
+    """A line where the rms slope between neighbouring points is implausible."""
     along, across = (np.mean(np.diff(scan.heights, axis=axis) ** 2) for axis in (0, 1))
     slope = math.sqrt(along / scan.dx**2 + across / scan.dy**2)
     if not LEAST_SLOPE <= slope <= MOST_SLOPE:
@@ -284,7 +284,7 @@ def without_outliers(scan: Topography, outliers: np.ndarray, form: Form) -> Topo
 
 
 def outlier_warnings(scan: Topography, outliers: np.ndarray, treatment: str) -> Iterator[str]:
-    """A line where there are outliers: how many, where the largest lies, and what is done with them."""
+    """How many outliers, where the largest lies, and what is done with them."""
     if outliers.any():
         away = np.where(outliers, np.abs(scan.heights - np.median(scan.heights[scan.measured])), 0.0)
         i, j = np.unravel_index(np.argmax(away), away.shape)

@@ -162,7 +162,7 @@ def run(file: Path, values: Mapping[str, Any]) -> None:
 def main() -> None:
     """The command of every rule. Where the package refuses or gives up, exit 1 with its message.
 
-    A job ends at once when its files are written: to take the libraries apart would take a fifth of a second.
+    A job ends at once: to take the libraries apart would take a fifth of a second.
     """
     gc.freeze()
     gc.enable()

@@ -109,10 +109,7 @@ def embed_cell(covariance: StationaryCovariance, grid: Grid) -> Embedding:
 
 
 def circulant_eigenvalues(covariance: StationaryCovariance, grid: Grid, torus: tuple[int, int]) -> np.ndarray:
-    """(torus[0], torus[1] // 2 + 1) [m^2] of the covariance on a torus of even lengths with the cells of the mesh.
-
-    Where two images are equally near, the mean of both is taken by dropping the imaginary part.
-    """
+    """(torus[0], torus[1] // 2 + 1) [m^2] of `circulant_lags`, without the imaginary part."""
     return np.ascontiguousarray(fft.r2c(circulant_lags(covariance, grid, torus)).real)
 
 

@@ -41,7 +41,6 @@ class MeasuredCovariance:
 
     @property
     def reach_m(self) -> tuple[float, float]:
-        """[m] half edges of the box outside which the covariance is zero."""
         nx, ny = self.coefficients.shape
         return (nx // 2) * self.lag_x_m, (ny // 2) * self.lag_y_m
 
@@ -60,7 +59,6 @@ class MeasuredCovariance:
         return self.rms_slope / min(self.lag_x_m, self.lag_y_m)
 
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
-        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
         nx, ny = self.coefficients.shape
         at = np.broadcast_arrays(np.asarray(x) / self.lag_x_m + nx // 2, np.asarray(y) / self.lag_y_m + ny // 2)
         lags = np.stack(at).reshape(2, -1)

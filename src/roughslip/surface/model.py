@@ -37,7 +37,6 @@ class DerivedCovariance:
     values: Callable[[np.ndarray, np.ndarray], np.ndarray]
 
     def __call__(self, x: np.ndarray, y: np.ndarray | float = 0.0) -> np.ndarray:
-        """C : (broadcast of x and y) [m^2] covariance of two heights that lie x [m] and y [m] apart."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         return self.values(x, y)
 

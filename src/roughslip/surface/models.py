@@ -150,7 +150,7 @@ class SelfAffine(Covariance):
     def of_fit(
         cls, rms_height_m: float, along: float, across: float, lay_rad: float, shape: float | None, cutoff: float
     ) -> "SelfAffine":
-        """The model of roll-off wavelengths, a Hurst exponent and a cut-off, the geometric mean along both axes."""
+        """The model of roll-off wavelengths, a Hurst exponent and a cut-off."""
         assert shape is not None  # `fitted_shape` is
         cutoff = min(cutoff * math.sqrt(along / across), along / (1 + 1e-5))
         return self_affine(rms_height_m, shape, along, cutoff, across, lay_rad)

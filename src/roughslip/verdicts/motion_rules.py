@@ -118,7 +118,7 @@ RETURNS_BEYOND = share_beyond(
 
 @rule(f"the interval of the skewness or that of the excess kurtosis lies beyond {NON_NORMAL} on either side of zero")
 def moments(oscillator: Arrays) -> Found:
-    """Skewness and excess kurtosis of the reattachment point: one of them differs from zero by an effect size."""
+    """Skewness or excess kurtosis of the reattachment point differs from zero."""
     skewness, kurtosis = (number(oscillator, f"reattachment_{name}") for name in ("skewness", "kurtosis"))
     sides = (NON_NORMAL, np.inf), (-np.inf, -NON_NORMAL)
     says = max(inside(moment, *side) for _, moment in (skewness, kurtosis) for side in sides)

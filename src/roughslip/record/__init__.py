@@ -6,6 +6,7 @@
 
 - read_records: text of a tribometer, in one file or several
 - sliding: samples of sliding, in slips of stick-slip by the balance of forces
+- contact_memory: memory of the contact, from steps of speed and holds
 - fit_record: mean curve and scatter, with drift, the period of a revolution and ramps that differ
 
 `__init__.pyi` lists all public names and their modules.

@@ -2,6 +2,8 @@ from roughslip.record.curve import FrictionCurve as FrictionCurve
 from roughslip.record.fit import RecordFit as RecordFit
 from roughslip.record.fit import fit_record as fit_record
 from roughslip.record.likelihood import SlidingSamples as SlidingSamples
+from roughslip.record.memory import ContactMemory as ContactMemory
+from roughslip.record.memory import contact_memory as contact_memory
 from roughslip.record.reading import Trace as Trace
 from roughslip.record.reading import read_records as read_records
 from roughslip.record.slips import Rig as Rig

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from roughslip.errors import IllPosedError
 from roughslip.friction.scatter_law import autocorrelation_of_friction, doubt_of_law, scatter_by_law
 from roughslip.record.fit import FrictionScatter, RecordFit, check_count, fit_record
 from roughslip.record.likelihood import scatter_path, through_instrument
-from roughslip.record.reading import read_records
+from roughslip.record.memory import ContactMemory, contact_memory
+from roughslip.record.reading import Trace, read_records
 from roughslip.record.slips import Rig, Sliding, sliding
 from roughslip.scene.part import Scene
 from roughslip.study.from_scene import Stream, elastic
@@ -49,14 +51,18 @@ def beta_shapes(found: RecordFit) -> tuple[float, float]:
     return 0.5 * total * (1.0 - share), 0.5 * total * (1.0 + share)
 
 
-def slid_in(wanted: Any, files: list[Path]) -> Sliding:
-    """The sliding in records. Raises InputError where they cannot be read, IllPosedError where too little slides."""
+def slid_in(wanted: Any, files: list[Path]) -> tuple[list[Trace], Rig | None, Sliding]:
+    """Records, their rig and the sliding in them.
+
+    Raises InputError where they cannot be read, IllPosedError where too little slides.
+    """
     rig = None
     if wanted.rig_mass_kg is not None and wanted.rig_stiffness_n_per_m is not None:
         rig = Rig(wanted.rig_mass_kg, wanted.rig_stiffness_n_per_m, wanted.rig_damping_n_s_per_m or 0.0)
-    slid = sliding(read_records(files, wanted.radius_m), rig, wanted.radius_m)
+    traces = read_records(files, wanted.radius_m)
+    slid = sliding(traces, rig, wanted.radius_m)
     check_count(slid.samples)
-    return slid
+    return traces, rig, slid
 
 
 def doubt_of_units(scatter: FrictionScatter) -> list[str]:
@@ -70,7 +76,9 @@ def work(scene: Scene, job: Job) -> None:
     """Read, separate stick from slip, fit, draw synthetic records."""
     wanted = scene.friction.record
     assert wanted is not None
-    slid = slid_in(wanted, job.paths("record"))
+    traces, rig, slid = slid_in(wanted, job.paths("record"))
+    memory = contact_memory(traces, rig, wanted.time_constant_s)
+    slid = slid if memory is None else replace(slid, notes=(*memory.notes, *slid.notes))
     around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
     found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips, job.say)
     job.warn(*found.notes, *slid.notes, *doubt_of_units(found.additive))
@@ -78,7 +86,7 @@ def work(scene: Scene, job: Job) -> None:
     if found.kind not in (asked, "cannot tell"):
         job.warn(f"the record has {found.kind} scatter, and {asked} scatter is taken: give friction.scatter")
     job.count(samples=slid.samples.friction.size)
-    variables = of_fit(found, slid) | _drawn(scene.seed, found, slid)
+    variables = of_fit(found, slid) | _drawn(scene.seed, found, slid) | (of_memory(memory) if memory else {})
     if has_surface(job.key.configuration):
         try:
             by_law = of_surface(scene, float(np.mean(found.mean)), variables["lag"].values)
@@ -121,6 +129,18 @@ def of_fit(found: RecordFit, slid: Sliding) -> dict[str, store.Variable]:
     return variables | {
         f"sample_{name}": store.Variable(("sample",), values[::step], unit, title)
         for name, (values, unit, title) in drawn.items()
+    }
+
+
+def of_memory(found: ContactMemory) -> dict[str, store.Variable]:
+    """What `oscillator.memory` takes, and the growth of static friction, with their intervals."""
+    one, title = "1", "growth of static friction with ln(time of hold)"
+    return {
+        **store.with_interval("memory_direct_effect", (), found.direct_effect, one, "direct effect a"),
+        **store.with_interval("memory_ageing_effect", (), found.ageing_effect, one, "ageing effect b"),
+        **store.with_interval("memory_length", (), found.length_m, "m", "memory length D_c"),
+        **store.with_interval("memory_growth", (), found.growth, one, title),
+        "memory_chance": store.Variable((), found.chance, one, "p-value that steps of speed show no memory"),
     }
 
 

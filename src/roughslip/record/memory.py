@@ -1,0 +1,310 @@
+"""The memory of a contact from a record with steps of speed or holds: a, b, D_c, and growth of static friction.
+
+About steady friction S over the logarithm of the sliding speed v, a straight line between the drive's speeds, mu = S(v)
++ b ln(theta v / D_c) with the age theta, far below the cut-off speed; at constant age the slope is a = dS / d ln v + b.
+The rig is a spring without mass, the instrument a low-pass. All are fitted at once, about scatter over the slipped
+distance and noise; without these so do L. J. Reinen & J. D. Weeks, J. Geophys. Res. 98 (1993) 15937. Holds are those of
+J. H. Dieterich, J. Geophys. Res. 77 (1972) 3690.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from roughslip.record.followed import Law, followed
+from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process, through_instrument
+from roughslip.record.reading import Trace
+from roughslip.record.slips import LEAST_SPEED, Rig
+from roughslip.results import described, result
+
+STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the spread of a level, levels that are one
+GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
+B, LENGTH, SPRING, LAG, SHIFT, S = range(6)  # places in parameters p, see _Rows
+LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -0.5), (np.inf, -2.0, np.inf, np.inf, 0.5)
+TIMING, CREEPS = 0.29, 0.05  # deviations: of the time of a step, in samples; of friction in creep
+AT_BOUND, FAR = 1e-3, 1e10  # of a parameter, which then has no error; a miss where nothing moves
+LENGTHS, SPRINGS, ROUNDS, SHARE = 9, (0.0, 0.03, 0.3, 3.0), 3, 0.2  # starts; of D_c / b; of the range of friction
+START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are fitted
+SIGNIFICANT, WIDEST, RESOLVED = 1e-3, 0.7, 3.0  # p-value; half width of ln D_c; samples in D_c, and D_c in a level
+TIMES, FACTOR, PEAK = 3, 10.0, 4  # least times of hold, last over first; samples of a peak above half its height
+NAN = np.full(3, np.nan)
+Level = tuple[int, int, float]  # first sample, end, and speed [m/s]: 0 at rest, NaN where it changes
+
+
+@result
+class ContactMemory:
+    """What steps of speed and holds say, with the ends of 95 % intervals; NaN is "cannot tell"."""
+
+    direct_effect: np.ndarray = described("a, mean over the speeds", "1", "end")
+    ageing_effect: np.ndarray = described("b", "1", "end")
+    length_m: np.ndarray = described("memory length D_c", "m", "end")
+    growth: np.ndarray = described("of static friction with ln(time of hold)", "1", "end")
+    chance: float = described("p-value that steps and holds show no memory")
+    flexibility_m: float = described("normal force over the stiffness of the rig", "m")
+    notes: tuple[str, ...] = described("what the record says, and leaves open")
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Means of samples of all traces, of few after steps of speed.
+
+    drive : (n,) all rows; used : (n,) whether they are fitted; seen : these, times root, the roots of their counts
+    late : (n,) [m] of the drive more, where the step in the row is a sample later; interval : [s] between samples
+    levels : (L,) [m/s] of the drive; single : whether all but the first are one; reach : [m] of the longest
+    drift : (n, d) columns
+
+    Parameters p : b, ln(D_c / m), flexibility [um], time constant and time of steps [samples], S at levels, of drift.
+    """
+
+    drive: SlidingSamples
+    used: np.ndarray
+    seen: SlidingSamples
+    root: np.ndarray
+    late: np.ndarray
+    interval: float
+    levels: np.ndarray
+    single: bool
+    reach: float
+    drift: np.ndarray
+
+    def friction(self, p: np.ndarray) -> np.ndarray:
+        """(n,) by parameters."""
+        rows, end = self.drive, S + self.levels.size
+        law = Law(np.log(self.levels), p[S:end].copy(), *map(float, (p[B], np.exp(p[LENGTH]), 1e-6 * p[SPRING])))
+        step = np.where(rows.step < 0.0, rows.step, np.maximum(rows.step + p[SHIFT] * self.late, 0.0))
+        mean = followed(step, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), law)
+        shown = through_instrument(mean, rows.response(p[LAG] * self.interval, False))
+        return np.asarray(shown + self.drift @ p[end:])
+
+    def prior(self) -> np.ndarray:
+        """(2, p) what is known of the time of steps, and of S in creep below a single speed, over deviations."""
+        known = np.zeros((2, S + self.levels.size + self.drift.shape[1]))
+        known[0, SHIFT], known[1, S : S + 2] = 1.0 / TIMING, np.array([-1.0, 1.0]) * self.single / CREEPS
+        return known
+
+    def slopes(self, p: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """(n, free) derivatives of friction by parameters."""
+        base, steps = self.friction(p), 1e-6 * np.maximum(np.abs(p), 1.0)
+        columns = [(self.friction(p + one) - base) / one.sum() for one in np.diag(steps)[free]]
+        return np.nan_to_num(np.stack(columns, axis=1))
+
+    def white(self, process: ProcessFit, columns: np.ndarray) -> np.ndarray:
+        """Used rows of columns : (n, k) with unit errors."""
+        return process.whiten(self.seen, columns[self.used] * self.root[:, None])[1]
+
+    def process(self, p: np.ndarray, free: np.ndarray, start: ProcessFit | None = None) -> ProcessFit:
+        """Scatter and noise about all that free parameters explain."""
+        columns = self.slopes(p, free)[self.used] * self.root[:, None]
+        columns = columns[:, np.any(columns != 0.0, axis=0)]
+        return fitted_process(self.seen, columns, 0.0, self.root, start, tells=False)
+
+
+def _levels(speed: np.ndarray) -> list[Level]:
+    """Parts of a speed : (n,) between steps; a step that lasts is a part of its own."""
+    half, least = max(2, speed.size // 1000), LEAST_SPEED * float(speed.max())
+    log = np.log(np.maximum(speed, least))
+    noise = float(scipy.stats.median_abs_deviation(np.diff(log), scale="normal"))
+    far = np.abs(log[2 * half :] - log[: -2 * half]) > max(STEP, 6.0 * noise)
+    first, last = np.flatnonzero(np.diff(np.concatenate([[False], far, [False]]).astype(int))).reshape(-1, 2).T
+    first = first + 2 * half
+    parts: list[Level] = []
+    for a, b, end in zip([0, *first], [0, *np.maximum(last, first)], [*first, speed.size], strict=True):
+        spread = np.ptp(np.quantile(log[b:end], [0.05, 0.95])) if end - b >= FEWEST else np.inf
+        level = float(np.mean(speed[b:end])) if spread < FLAT + 4.0 * noise else np.nan
+        parts += [(int(a), int(b), np.nan)] * int(b > a) + [(int(b), int(end), 0.0 if level < 2.0 * least else level)]
+    return parts
+
+
+def _rows(traces: list[Trace], levels: list[list[Level]]) -> _Rows:
+    """Rows of all traces. A first level counts from its middle on: how it began is not known."""
+    tables, drifts, reach = [], [], 0.0
+    for number, (trace, parts) in enumerate(zip(traces, levels, strict=True)):
+        speed, dt, cuts = np.abs(trace.speed), trace.interval, [0]
+        for a, b, level in parts:
+            cuts.append(a)
+            while cuts[-1] < b:
+                cuts.append(cuts[-1] + 1 + int(GROWTH * (cuts[-1] - a)))
+            cuts[-1:] = [b - 1, b]
+            speed[a:b] = level if np.isfinite(level) else speed[a:b]
+        cut = np.unique(cuts)[:-1]
+        count = np.diff(cut, append=speed.size)
+        slipped = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt))
+        columns = trace.friction, speed, slipped, dt * np.arange(speed.size)
+        friction, drive, place, time = (np.add.reduceat(column, cut) / count for column in columns)
+        used, late = (drive > LEAST_SPEED * speed.max()) & (cut >= parts[0][1] // 2), np.zeros(cut.size)
+        for a, b, level in parts[1:]:
+            last = a if np.isfinite(level) else min(b, speed.size - 1)
+            used &= (cut < a - 1) | (cut > last)
+            late[np.searchsorted(cut, a)] = dt * (speed[a - 1] - speed[last])
+        reach = max(reach, *(float(slipped[b - 1] - slipped[a]) for a, b, _ in parts))
+        step, seconds = (np.maximum(np.diff(column, prepend=column[0]), 0.0) for column in (place, time))
+        step[0], seconds[0] = -1.0, dt
+        tables.append(np.column_stack([friction, drive, step, seconds, used, late, np.sqrt(count)]))
+        drift, u = np.zeros((cut.size, len(traces), 3)), 2.0 * time / time[-1] - 1.0
+        drift[:, number] = np.column_stack([np.ones(u.size), u, 1.5 * u**2 - 0.5])
+        drifts.append(drift.reshape(cut.size, -1)[:, 1:])
+    friction, drive, step, seconds, used, late, root = np.concatenate(tables).T
+    rows, used = SlidingSamples(friction, drive, step, seconds, 0.0 * step), used > 0.0
+    places, first = rows.slipped[used], np.diff(np.cumsum(step < 0.0)[used], prepend=0) > 0
+    apart = np.where(first, -1.0, np.diff(places, prepend=0.0))
+    seen = SlidingSamples((friction * root)[used], drive[used], apart, seconds[used], 0.0 * apart)
+    speeds = _merged([level for parts in levels for *_, level in parts if level > 0.0])
+    single = bool(speeds.size == 1)
+    speeds = np.append(speeds / CREEP, speeds) if single else speeds
+    return _Rows(rows, used, seen, root[used], late, traces[0].interval, speeds, single, reach, np.concatenate(drifts))
+
+
+def _merged(speeds: list[float]) -> np.ndarray:
+    """Levels of speed, of which those nearest to each other are one."""
+    logs = np.sort(np.log(speeds))
+    while logs.size > MOST_LEVELS or (logs.size > 1 and np.diff(logs).min() < SAME):
+        i = int(np.argmin(np.diff(logs)))
+        logs = np.concatenate([logs[:i], [np.mean(logs[i : i + 2])], logs[i + 2 :]])
+    return np.exp(logs)
+
+
+def contact_memory(
+    traces: list[Trace], rig: Rig | None = None, time_constant_s: float | None = None
+) -> ContactMemory | None:
+    """The memory of the contact from steps of speed and holds of all traces; None where the drive has none.
+
+    rig : its stiffness, with column load; not given, the flexibility is fitted
+    time_constant_s : [s] of the instrument; not given, it is fitted
+    """
+    levels = [_levels(np.abs(trace.speed)) for trace in traces]
+    flat = [[part for part in parts if np.isfinite(part[2])] for parts in levels]
+    if not any(b[0] - a[1] < min(a[1] - a[0], b[1] - b[0]) for parts in flat for a, b in pairwise(parts)):
+        return None
+    rows = _rows(traces, levels)
+    given = np.full(S + rows.levels.size + rows.drift.shape[1], np.nan)
+    if rig is not None:
+        load = float(np.mean([np.mean(trace.load) for trace in traces if trace.load is not None]))
+        given[SPRING] = 1e6 * load / rig.stiffness_n_per_m
+    if time_constant_s is not None:
+        given[LAG] = time_constant_s / rows.interval
+    p, root, chance = _fitted(rows, given)
+    of, width, last = np.eye(p.size)[[B, B, LENGTH]], np.log(rows.levels[-1] / rows.levels[0]), S + rows.levels.size - 1
+    of[0, [S, last]] += -1.0 / width, 1.0 / width
+    factor = scipy.stats.t.ppf(0.975, rows.root.size - p.size)
+    half = factor * np.linalg.norm(of @ root, axis=1)
+    direct, ageing, log_length = (of @ p)[:, None] + half[:, None] * np.array([0.0, -1.0, 1.0])
+    why = _what_hides(rows, p, half, chance)
+    direct, ageing, length = (NAN, NAN, NAN) if why else (NAN if rows.single else direct, ageing, np.exp(log_length))
+    growth, more = _growth(traces, flat, float(length[0]))
+    shown = ("a", direct, ""), ("b", ageing, ""), ("D_c", length, " m"), ("growth with ln(hold)", growth, "")
+    text = ", ".join(f"{name} {x:.3g} ({low:.3g} to {high:.3g}){unit}" for name, (x, low, high), unit in shown if x > 0)
+    notes = [f"the contact has a memory: {text}"] * bool(text) + why + more
+    return ContactMemory(direct, ageing, length, growth, chance, 1e-6 * float(p[SPRING]), tuple(notes))
+
+
+def _fit(rows: _Rows, start: np.ndarray, free: np.ndarray, process: ProcessFit) -> tuple[float, np.ndarray]:
+    """Half the sum of squares and parameters of least squares from a start."""
+    bounds = np.tile([[-np.inf], [np.inf]], start.size)
+    bounds[:, :S] = LOW, HIGH
+
+    def whole(some: np.ndarray) -> np.ndarray:
+        p = start.copy()
+        p[free] = some
+        return p
+
+    def left(some: np.ndarray) -> np.ndarray:
+        p = whole(some)
+        miss = np.nan_to_num(rows.drive.friction - rows.friction(p), nan=FAR)
+        return np.append(rows.white(process, miss[:, None]), rows.prior() @ p)
+
+    at = np.clip(start, *bounds)[free]
+    found = scipy.optimize.least_squares(left, at, bounds=bounds[:, free], x_scale="jac", max_nfev=60)
+    return float(found.cost), whole(found.x)
+
+
+def _fitted(rows: _Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free"""
+    free, linear, start = np.isnan(given), np.arange(given.size) >= S, np.nan_to_num(given)
+    start[LENGTH], friction = np.log(rows.reach), rows.drive.friction
+    process = ProcessFit(START * rows.drive.slipped[-1], SMALL, SMALL, 0.0, False, NAN, np.nan, rows.root)
+    white = rows.white(process, np.column_stack([rows.slopes(start, linear), friction]))
+    start[linear] = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
+    start[S] = start[S + 1] if rows.single else start[S]
+    tried = np.tile(start, (2 * LENGTHS, 1))
+    tried[:, LENGTH] = np.log(np.geomspace(rows.interval * rows.levels[0], rows.reach, LENGTHS)).repeat(2)
+    tried[:, B] = np.tile([0.5, 2.0], LENGTHS) * SHARE * np.ptp(np.quantile(friction[rows.used], [0.01, 0.99]))
+    found, some = [], free & (np.arange(free.size) != LAG)  # which hides others from afar
+    for share in SPRINGS if free[SPRING] else (0.0,):
+        softer = tried.copy()
+        softer[:, SPRING] += 1e6 * share * np.exp(tried[:, LENGTH]) / tried[:, B]
+        miss = friction[:, None] - np.stack([rows.friction(p) for p in softer], axis=1)
+        squares = np.sum(rows.white(process, np.nan_to_num(miss, nan=FAR)) ** 2, axis=0)
+        found.append(_fit(rows, softer[int(np.argmin(squares))], some, process))
+    cost, p = min(found, key=lambda one: one[0])
+    for _ in range(ROUNDS):
+        process = rows.process(p, free)
+        cost, p = _fit(rows, p, free, process)
+    none, without = free & (np.arange(p.size) > LENGTH), np.where(np.arange(p.size) == B, 0.0, p)
+    stiff = np.where(np.arange(p.size) == SPRING, 0.0, without)
+    freedom = rows.root.size - np.count_nonzero(free)
+    better = min(_fit(rows, one, none, process)[0] for one in (without, stiff)) / cost - 1.0
+    chance = float(scipy.stats.f.sf(0.5 * freedom * better, 2, freedom)) if p[B] > 0.0 else 1.0
+    return p, _root(rows, p, free, process) * np.sqrt(2.0 * cost / freedom), chance
+
+
+def _root(rows: _Rows, p: np.ndarray, free: np.ndarray, process: ProcessFit) -> np.ndarray:
+    """R with R R' the covariance of least squares."""
+    inner = free.copy()
+    inner[:S] &= (p[:S] > np.array(LOW) + AT_BOUND) & (p[:S] < np.array(HIGH) - AT_BOUND)
+    columns = np.vstack([rows.white(process, rows.slopes(p, inner)), rows.prior()[:, inner]])
+    norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-30)
+    root = np.zeros((p.size, len(columns)))
+    root[inner] = np.linalg.pinv(columns / norms) / norms[:, None]
+    return root
+
+
+def _what_hides(rows: _Rows, p: np.ndarray, half: np.ndarray, chance: float) -> list[str]:
+    """Why the record cannot tell the memory, in one note; none where it can."""
+    length, slowest = float(np.exp(p[LENGTH])), rows.interval * float(rows.levels[int(rows.single)])
+    least, most = RESOLVED * slowest, rows.reach / RESOLVED
+    if chance > SIGNIFICANT:
+        text = f"lengths from {least:.2g} to {most:.2g} m would show, where rig and scatter hide none"
+        return [f"steps of speed show no memory of the contact; {text}"]
+    if half[2] < WIDEST and least < length < most:
+        return []
+    reasons = {
+        "levels of speed are too short for it; slide farther at each": length > most,
+        "it passes between samples; take more samples a second, or slower speeds": length < least,
+        "the rig is too soft for it; give its stiffness, or use a stiffer one": 1e-6 * p[SPRING] * p[B] > length,
+        "the instrument smooths it; give time_constant_s, or use slower speeds": p[LAG] * slowest > length,
+        "scatter and noise hide it; take more steps": True,
+    }
+    why = next(text for text, is_so in reasons.items() if is_so)
+    return [f"cannot tell the memory of the contact, a length of about {length:.2g} m: {why}"]
+
+
+def _growth(traces: list[Trace], flat: list[list[Level]], length: float) -> tuple[np.ndarray, list[str]]:
+    """Slope of peaks of friction after holds over ln(time), and notes. length : [m] D_c, or NaN"""
+    found = []
+    for trace, parts in zip(traces, flat, strict=True):
+        for (a, before, v), (start, b, rest), (_, end, again) in zip(parts, parts[1:], parts[2:], strict=False):
+            if rest == 0.0 and abs(again - v) < STEP * v:
+                few = max(FEWEST, (before - a) // 20)
+                after = trace.friction[b : min(end, b + before - a)] - np.mean(trace.friction[before - few : before])
+                top = int(np.argmax(after))
+                low = np.append(np.flatnonzero(after < 0.5 * after[top]), [-1, after.size])
+                width = np.min(low[low > top]) - np.max(low[low < top]) - 1
+                time = (b - start) * trace.interval + np.nan_to_num(length / v)
+                found.append((time, after[top], width, -np.min(after[top:])))
+    if not found:
+        return NAN, []
+    times, heights, widths, drops = np.transpose(found)
+    few = np.unique(np.round(np.log(times), 1)).size < TIMES or times.max() < FACTOR * times.min()
+    reasons = {
+        f"it takes holds of {TIMES} times over a factor of {FACTOR:g}": few,
+        "its peak passes between samples; take more a second": np.median(widths) < PEAK,
+        "the rig sticks and slips after holds; use a stiffer one": np.median(drops) > 0.5 * np.median(heights),
+    }
+    if why := [f"cannot tell the growth of static friction: {text}" for text, is_so in reasons.items() if is_so]:
+        return NAN, why[:1]
+    line = scipy.stats.linregress(np.log(times), heights)
+    return line.slope + scipy.stats.t.ppf(0.975, times.size - 2) * line.stderr * np.array([0.0, -1.0, 1.0]), []

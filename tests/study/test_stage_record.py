@@ -15,6 +15,7 @@ from roughslip.figures.style import Shown
 from roughslip.friction import scatter_of_friction
 from roughslip.oscillator.answers import leaves_known_speeds
 from roughslip.record.likelihood import scatter_path
+from roughslip.record.memory import ContactMemory
 from roughslip.scene.oscillator import Memory
 from roughslip.scene.types import scene_of
 from roughslip.study import budget, record
@@ -89,6 +90,14 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
     assert [axes.get_title(loc="left")[:3] for axes in figure.axes] == [f"({letter})" for letter in "abcdef"]
     assert "surface, law of scatter to 10 %" in figure.axes[3].get_legend_handles_labels()[1]
     assert not record.has_surface({key: SCENE[key] for key in ("friction", "oscillator")})
+
+
+def test_a_memory_is_stored_with_its_intervals():
+    numbers = [np.array([2.0, 1.0, 3.0]) * size for size in (0.01, 0.015, 1e-6, 0.015)]
+    stored = record.of_memory(ContactMemory(*numbers, 1e-9, 1e-5, ()))
+    assert (stored["memory_length"].values, stored["memory_length_high"].values) == (2e-6, 3e-6)
+    assert stored["memory_direct_effect_low"].values == 0.01
+    assert stored["memory_ageing_effect"].values == stored["memory_growth"].values == 0.03
 
 
 def test_a_length_of_micrometres_questions_the_unit_of_speed():

@@ -1,8 +1,8 @@
 """The memory of a contact from a record with steps of speed or holds: a, b, D_c, and growth of static friction.
 
-About steady friction S over the logarithm of the sliding speed v, a straight line between the drive's speeds, mu = S(v)
-+ b ln(theta v / D_c) with the age theta, far below the cut-off speed; at constant age the slope is a = dS / d ln v + b.
-The rig is a spring without mass, the instrument a low-pass. All are fitted at once, about scatter over the slipped
+Steady friction S over the logarithm of the sliding speed v is a straight line between the drive's speeds. About it mu =
+S(v) + b ln(theta v / D_c) with the age theta, far below the cut-off speed. At constant age the slope is a = dS / d ln v
++ b. The rig is a spring without mass, the instrument a low-pass. All are fitted at once, about scatter over the slipped
 distance and noise; without these so do L. J. Reinen & J. D. Weeks, J. Geophys. Res. 98 (1993) 15937. Holds are those of
 J. H. Dieterich, J. Geophys. Res. 77 (1972) 3690.
 """
@@ -24,7 +24,7 @@ from roughslip.results import described, result
 STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the spread of a level, levels that are one
 GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
 B, LENGTH, SPRING, LAG, SHIFT, S = range(6)  # places in parameters p, see _Rows
-LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -0.5), (np.inf, -2.0, np.inf, np.inf, 0.5)
+LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -1.0), (np.inf, -2.0, np.inf, np.inf, 1.0)
 TIMING, CREEPS = 0.29, 0.05  # deviations: of the time of a step, in samples; of friction in creep
 AT_BOUND, FAR = 1e-3, 1e10  # of a parameter, which then has no error; a miss where nothing moves
 LENGTHS, SPRINGS, ROUNDS, SHARE = 9, (0.0, 0.03, 0.3, 3.0), 3, 0.2  # starts; of D_c / b; of the range of friction

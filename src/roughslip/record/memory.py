@@ -9,7 +9,7 @@ J. H. Dieterich, J. Geophys. Res. 77 (1972) 3690.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +24,7 @@ from roughslip.results import described, result
 STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the spread of a level, levels that are one
 GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
 B, LENGTH, SPRING, LAG, SHIFT, S = range(6)  # places in parameters p, see _Rows
-LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -1.0), (np.inf, -2.0, np.inf, np.inf, 1.0)
+LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -0.6), (np.inf, -2.0, np.inf, np.inf, 0.6)
 TIMING, CREEPS = 0.29, 0.05  # deviations: of the time of a step, in samples; of friction in creep
 AT_BOUND, FAR = 1e-3, 1e10  # of a parameter, which then has no error; a miss where nothing moves
 LENGTHS, SPRINGS, ROUNDS, SHARE = 9, (0.0, 0.03, 0.3, 3.0), 3, 0.2  # starts; of D_c / b; of the range of friction
@@ -55,7 +55,7 @@ class _Rows:
     drive : (n,) all rows; used : (n,) whether they are fitted; seen : these, times root, the roots of their counts
     late : (n,) [m] of the drive more, where the step in the row is a sample later; interval : [s] between samples
     levels : (L,) [m/s] of the drive; single : whether all but the first are one; reach : [m] of the longest
-    drift : (n, d) columns
+    drift : (n, d) columns; digital : whether the low-pass is of samples
 
     Parameters p : b, ln(D_c / m), flexibility [um], time constant and time of steps [samples], S at levels, of drift.
     """
@@ -70,6 +70,7 @@ class _Rows:
     single: bool
     reach: float
     drift: np.ndarray
+    digital: bool = False
 
     def friction(self, p: np.ndarray) -> np.ndarray:
         """(n,) by parameters."""
@@ -77,7 +78,7 @@ class _Rows:
         law = Law(np.log(self.levels), p[S:end].copy(), *map(float, (p[B], np.exp(p[LENGTH]), 1e-6 * p[SPRING])))
         step = np.where(rows.step < 0.0, rows.step, np.maximum(rows.step + p[SHIFT] * self.late, 0.0))
         mean = followed(step, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), law)
-        shown = through_instrument(mean, rows.response(p[LAG] * self.interval, False))
+        shown = through_instrument(mean, rows.response(p[LAG] * self.interval, self.digital))
         return np.asarray(shown + self.drift @ p[end:])
 
     def prior(self) -> np.ndarray:
@@ -242,7 +243,8 @@ def _fitted(rows: _Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, flo
     cost, p = min(found, key=lambda one: one[0])
     for _ in range(ROUNDS):
         process = rows.process(p, free)
-        cost, p = _fit(rows, p, free, process)
+        fits = [(*_fit(one, p, free, process), one) for one in (rows, replace(rows, digital=not rows.digital))]
+        cost, p, rows = min(fits, key=lambda one: one[0])
     none, without = free & (np.arange(p.size) > LENGTH), np.where(np.arange(p.size) == B, 0.0, p)
     stiff = np.where(np.arange(p.size) == SPRING, 0.0, without)
     freedom = rows.root.size - np.count_nonzero(free)

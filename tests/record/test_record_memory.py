@@ -86,11 +86,11 @@ def test_intervals_of_the_memory_hold_the_truth(row):
     assert np.all(wide <= 1.3)
 
 
+@pytest.mark.slow
 def test_static_friction_grows_by_b_in_each_e_folding_of_the_hold():
     """0.015 of a stiff rig. With three samples a second the peak is gone; a factor of 5 in time is too little."""
-    value, low, high = contact_memory([record(1, **holds())]).growth
-    assert low < 0.015 < high
-    assert value == pytest.approx(0.015, rel=0.04)
+    _, low, high = contact_memory([record(1, **holds())]).growth
+    assert low < 0.015 < high < 1.05 * low
     for given, why in ((holds(rate=3.0), "its peak passes between"), (holds((2.0, 5.0, 10.0)), "over a factor of 10")):
         hidden = contact_memory([record(1, **given)])
         assert np.isnan(hidden.growth).all()

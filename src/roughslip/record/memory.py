@@ -31,6 +31,7 @@ LENGTHS, SPRINGS, ROUNDS, SHARE = 9, (0.0, 0.03, 0.3, 3.0), 3, 0.2  # starts; of
 START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are fitted
 SIGNIFICANT, WIDEST, RESOLVED = 1e-3, 0.7, 3.0  # p-value; half width of ln D_c; samples in D_c, and D_c in a level
 TIMES, FACTOR, PEAK = 3, 10.0, 4  # least times of hold, last over first; samples of a peak above half its height
+SLIPS = 0.02  # of the growth, which slip before the peak, and between samples, may take
 NAN = np.full(3, np.nan)
 Level = tuple[int, int, float]  # first sample, end, and speed [m/s]: 0 at rest, NaN where it changes
 
@@ -78,7 +79,12 @@ class _Rows:
         law = Law(np.log(self.levels), p[S:end].copy(), *map(float, (p[B], np.exp(p[LENGTH]), 1e-6 * p[SPRING])))
         step = np.where(rows.step < 0.0, rows.step, np.maximum(rows.step + p[SHIFT] * self.late, 0.0))
         mean = followed(step, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), law)
-        shown = through_instrument(mean, rows.response(p[LAG] * self.interval, self.digital))
+        lag = p[LAG] * self.interval
+        shown = through_instrument(mean, rows.response(lag, False))
+        if self.digital:  # half a sample ahead, but where rows are samples
+            ahead = shown + 0.5 * self.interval * np.gradient(shown, np.cumsum(rows.seconds))
+            is_sample = rows.seconds < 1.25 * self.interval
+            shown = np.where(is_sample, through_instrument(mean, rows.response(lag, True)), ahead)
         return np.asarray(shown + self.drift @ p[end:])
 
     def prior(self) -> np.ndarray:
@@ -309,4 +315,5 @@ def _growth(traces: list[Trace], flat: list[list[Level]], length: float) -> tupl
     if why := [f"cannot tell the growth of static friction: {text}" for text, is_so in reasons.items() if is_so]:
         return NAN, why[:1]
     line = scipy.stats.linregress(np.log(times), heights)
-    return line.slope + scipy.stats.t.ppf(0.975, times.size - 2) * line.stderr * np.array([0.0, -1.0, 1.0]), []
+    half = np.hypot(scipy.stats.t.ppf(0.975, times.size - 2) * line.stderr, SLIPS * line.slope)
+    return line.slope + half * np.array([0.0, -1.0, 1.0]), []

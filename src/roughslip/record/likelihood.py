@@ -187,7 +187,7 @@ def fitted_process(
     time_constant_s: float | None,
     weight: np.ndarray,
     start: ProcessFit | None = None,
-    tells: bool = True,
+    needs_scatter: bool = True,
 ) -> ProcessFit:
     """The most likely scatter, and instrument of the two kinds.
 
@@ -195,7 +195,7 @@ def fitted_process(
     time_constant_s : [s] of the instrument; None to fit it
     weight : (n,) of the scatter: ones, or the mean friction over its average
     start : a fit to begin with
-    tells : whether the scatter has to be told from noise; else its covariance may be NaN
+    needs_scatter : whether scatter has to differ from noise; else its covariance is NaN
 
     Raises IllPosedError where the likelihood has no maximum within its bounds.
     """
@@ -233,8 +233,8 @@ def fitted_process(
 
     free = [0, *(i + 1 for i, (low, high) in enumerate(bounds) if low + AT_BOUND < theta[i] < high - AT_BOUND)]
     found = np.append(np.log(deviation), theta)
-    covariance = _covariance(minus_twice, found, free) if tells and 1 in free else None
-    if covariance is None and tells:
+    covariance = _covariance(minus_twice, found, free) if needs_scatter and 1 in free else None
+    if covariance is None and needs_scatter:
         shortest, longest = np.exp(bounds[0])
         raise IllPosedError(
             f"the record cannot tell its scatter: no correlation length from {shortest:.2g} m, a third of a sample, "

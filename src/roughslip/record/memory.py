@@ -107,7 +107,7 @@ class _Rows:
         """Scatter and noise about all that free parameters explain."""
         columns = self.slopes(p, free)[self.used] * self.root[:, None]
         columns = columns[:, np.any(columns != 0.0, axis=0)]
-        return fitted_process(self.seen, columns, 0.0, self.root, start, tells=False)
+        return fitted_process(self.seen, columns, 0.0, self.root, start, needs_scatter=False)
 
 
 def _levels(speed: np.ndarray) -> list[Level]:
@@ -281,9 +281,9 @@ def _what_hides(rows: _Rows, p: np.ndarray, half: np.ndarray, chance: float) -> 
         return []
     reasons = {
         "levels of speed are too short for it; slide farther at each": length > most,
-        "it passes between samples; take more samples a second, or slower speeds": length < least,
         "the rig is too soft for it; give its stiffness, or use a stiffer one": 1e-6 * p[SPRING] * p[B] > length,
         "the instrument smooths it; give time_constant_s, or use slower speeds": p[LAG] * slowest > length,
+        "it passes between samples; take more samples a second, or slower speeds": length < least,
         "scatter and noise hide it; take more steps": True,
     }
     why = next(text for text, is_so in reasons.items() if is_so)

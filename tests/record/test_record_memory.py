@@ -97,8 +97,9 @@ def test_static_friction_grows_by_b_in_each_e_folding_of_the_hold():
         assert why in hidden.notes[-1]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [4, pytest.param(200, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    "count", [pytest.param(4, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.nightly)]
+)
 def test_no_memory_is_found_where_there_is_none(count):
     """In at most 2 % of records with b = 0, in scatter, noise, a spring and a low-pass."""
     kinds = {}, {"stiffness": 2e4}, {"noise": 2e-3, "low_pass": 0.03}, {"scatter": 4e-3, "correlation": 1e-5}

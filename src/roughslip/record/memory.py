@@ -10,7 +10,7 @@ J. H. Dieterich, J. Geophys. Res. 77 (1972) 3690.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import scipy
@@ -23,11 +23,13 @@ from roughslip.results import described, result
 
 STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the spread of a level, levels that are one
 GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
-B, LENGTH, SPRING, LAG, SHIFT, S = range(6)  # places in parameters p, see _Rows
-LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, -0.6), (np.inf, -2.0, np.inf, np.inf, 0.6)
-TIMING, CREEPS = 0.29, 0.05  # deviations: of the time of a step, in samples; of friction in creep
+B, LENGTH, SPRING, LAG, S = range(5)  # places in parameters p, see _Rows
+LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0), (np.inf, -2.0, np.inf, np.inf)
+TIMING, MOST_LATE, CREEPS = 0.29, 0.6, 0.05  # deviation and bound of the time of a step, in samples; of creep's S
+MOST_STEPS = 60  # with a time of their own; further ones share the last
 AT_BOUND, FAR = 1e-3, 1e10  # of a parameter, which then has no error; a miss where nothing moves
-LENGTHS, SPRINGS, ROUNDS, SHARE = 9, (0.0, 0.03, 0.3, 3.0), 3, 0.2  # starts; of D_c / b; of the range of friction
+LENGTHS, SPRINGS, SIZES = 9, (0.0, 0.03, 0.3, 3.0), (0.3, 1.0)  # starts; of D_c / b; of the range of friction
+TRIED, BRIEF, ROUNDS = 6, 6, 3  # starts that are fitted, at first for so many steps; fits of scatter
 START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are fitted
 SIGNIFICANT, WIDEST, RESOLVED = 1e-3, 0.7, 3.0  # p-value; half width of ln D_c; samples in D_c, and D_c in a level
 TIMES, FACTOR, PEAK = 3, 10.0, 4  # least times of hold, last over first; samples of a peak above half its height
@@ -54,11 +56,12 @@ class _Rows:
     """Means of samples of all traces, of few after steps of speed.
 
     drive : (n,) all rows; used : (n,) whether they are fitted; seen : these, times root, the roots of their counts
-    late : (n,) [m] of the drive more, where the step in the row is a sample later; interval : [s] between samples
+    late : (n,) [m] of the drive more, where the step in the row is a sample later; step : (n,) its number, or the last
+    interval : [s] between samples
     levels : (L,) [m/s] of the drive; single : whether all but the first are one; reach : [m] of the longest
     drift : (n, d) columns; digital : whether the low-pass is of samples
 
-    Parameters p : b, ln(D_c / m), flexibility [um], time constant and time of steps [samples], S at levels, of drift.
+    Parameters p : b, ln(D_c / m), flexibility [um], time constant [samples], S at levels, times of steps, of drift.
     """
 
     drive: SlidingSamples
@@ -66,6 +69,7 @@ class _Rows:
     seen: SlidingSamples
     root: np.ndarray
     late: np.ndarray
+    step: np.ndarray
     interval: float
     levels: np.ndarray
     single: bool
@@ -73,11 +77,17 @@ class _Rows:
     drift: np.ndarray
     digital: bool = False
 
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Places behind S and behind times of steps in p."""
+        return S + self.levels.size, S + self.levels.size + int(self.step.max()) + 1
+
     def friction(self, p: np.ndarray) -> np.ndarray:
         """(n,) by parameters."""
-        rows, end = self.drive, S + self.levels.size
+        rows, (end, last) = self.drive, self.ends
         law = Law(np.log(self.levels), p[S:end].copy(), *map(float, (p[B], np.exp(p[LENGTH]), 1e-6 * p[SPRING])))
-        step = np.where(rows.step < 0.0, rows.step, np.maximum(rows.step + p[SHIFT] * self.late, 0.0))
+        later = np.maximum(rows.step + p[end:last][self.step] * self.late, 0.0)
+        step = np.where(rows.step < 0.0, rows.step, later)
         mean = followed(step, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), law)
         lag = p[LAG] * self.interval
         shown = through_instrument(mean, rows.response(lag, False))
@@ -85,19 +95,29 @@ class _Rows:
             ahead = shown + 0.5 * self.interval * np.gradient(shown, np.cumsum(rows.seconds))
             is_sample = rows.seconds < 1.25 * self.interval
             shown = np.where(is_sample, through_instrument(mean, rows.response(lag, True)), ahead)
-        return np.asarray(shown + self.drift @ p[end:])
+        return np.asarray(shown + self.drift @ p[last:])
 
     def prior(self) -> np.ndarray:
-        """(2, p) what is known of the time of steps, and of S in creep below a single speed, over deviations."""
-        known = np.zeros((2, S + self.levels.size + self.drift.shape[1]))
-        known[0, SHIFT], known[1, S : S + 2] = 1.0 / TIMING, np.array([-1.0, 1.0]) * self.single / CREEPS
+        """(k, p) what is known of times of steps, and of S in creep below a single speed, over deviations."""
+        end, last = self.ends
+        known = np.zeros((1 + last - end, last + self.drift.shape[1]))
+        known[0, S : S + 2] = np.array([-1.0, 1.0]) * self.single / CREEPS
+        known[1:, end:last] = np.eye(last - end) / TIMING
         return known
 
     def slopes(self, p: np.ndarray, free: np.ndarray) -> np.ndarray:
-        """(n, free) derivatives of friction by parameters."""
-        base, steps = self.friction(p), 1e-6 * np.maximum(np.abs(p), 1.0)
-        columns = [(self.friction(p + one) - base) / one.sum() for one in np.diag(steps)[free]]
-        return np.nan_to_num(np.stack(columns, axis=1))
+        """(n, free) derivatives of friction by parameters. The time of a step acts up to the next one."""
+        base, steps, (end, last) = self.friction(p), 1e-6 * np.maximum(np.abs(p), 1.0), self.ends
+        columns = np.zeros((base.size, p.size))
+        for i in np.flatnonzero(free[:end]):
+            columns[:, i] = self.friction(p + steps[i] * (np.arange(p.size) == i)) - base
+        every = (np.arange(p.size) >= end) & (np.arange(p.size) < last)
+        if np.any(free & every):
+            steps[every] = 1e-6
+            columns[np.arange(base.size), end + self.step] = self.friction(p + steps * every) - base
+        columns[:, :last] /= steps[:last]
+        columns[:, last:] = self.drift
+        return np.nan_to_num(columns[:, free])
 
     def white(self, process: ProcessFit, columns: np.ndarray) -> np.ndarray:
         """Used rows of columns : (n, k) with unit errors."""
@@ -107,7 +127,8 @@ class _Rows:
         """Scatter and noise about all that free parameters explain."""
         columns = self.slopes(p, free)[self.used] * self.root[:, None]
         columns = columns[:, np.any(columns != 0.0, axis=0)]
-        return fitted_process(self.seen, columns, 0.0, self.root, start, needs_scatter=False)
+        left = self.seen.friction - self.friction(p)[self.used] * self.root
+        return fitted_process(replace(self.seen, friction=left), columns, 0.0, self.root, start, needs_scatter=False)
 
 
 def _levels(speed: np.ndarray) -> list[Level]:
@@ -142,19 +163,19 @@ def _rows(traces: list[Trace], levels: list[list[Level]]) -> _Rows:
         slipped = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt))
         columns = trace.friction, speed, slipped, dt * np.arange(speed.size)
         friction, drive, place, time = (np.add.reduceat(column, cut) / count for column in columns)
-        used, late = (drive > LEAST_SPEED * speed.max()) & (cut >= parts[0][1] // 2), np.zeros(cut.size)
+        used, late = (drive > LEAST_SPEED * speed.max()) & (cut >= parts[0][1] // 2), np.zeros((2, cut.size))
         for a, b, level in parts[1:]:
             last = a if np.isfinite(level) else min(b, speed.size - 1)
             used &= (cut < a - 1) | (cut > last)
-            late[np.searchsorted(cut, a)] = dt * (speed[a - 1] - speed[last])
+            late[:, np.searchsorted(cut, a)] += dt * (speed[a - 1] - speed[last]), 1.0
         reach = max(reach, *(float(slipped[b - 1] - slipped[a]) for a, b, _ in parts))
         step, seconds = (np.maximum(np.diff(column, prepend=column[0]), 0.0) for column in (place, time))
         step[0], seconds[0] = -1.0, dt
-        tables.append(np.column_stack([friction, drive, step, seconds, used, late, np.sqrt(count)]))
+        tables.append(np.column_stack([friction, drive, step, seconds, used, *late, np.sqrt(count)]))
         drift, u = np.zeros((cut.size, len(traces), 3)), 2.0 * time / time[-1] - 1.0
         drift[:, number] = np.column_stack([np.ones(u.size), u, 1.5 * u**2 - 0.5])
         drifts.append(drift.reshape(cut.size, -1)[:, 1:])
-    friction, drive, step, seconds, used, late, root = np.concatenate(tables).T
+    friction, drive, step, seconds, used, late, begins, root = np.concatenate(tables).T
     rows, used = SlidingSamples(friction, drive, step, seconds, 0.0 * step), used > 0.0
     places, first = rows.slipped[used], np.diff(np.cumsum(step < 0.0)[used], prepend=0) > 0
     apart = np.where(first, -1.0, np.diff(places, prepend=0.0))
@@ -162,7 +183,11 @@ def _rows(traces: list[Trace], levels: list[list[Level]]) -> _Rows:
     speeds = _merged([level for parts in levels for *_, level in parts if level > 0.0])
     single = bool(speeds.size == 1)
     speeds = np.append(speeds / CREEP, speeds) if single else speeds
-    return _Rows(rows, used, seen, root[used], late, traces[0].interval, speeds, single, reach, np.concatenate(drifts))
+    number = np.minimum(np.cumsum(begins > 0.0), MOST_STEPS)
+    return _Rows(
+        *(rows, used, seen, root[used], late, number),
+        *(traces[0].interval, speeds, single, reach, np.concatenate(drifts)),
+    )
 
 
 def _merged(speeds: list[float]) -> np.ndarray:
@@ -187,7 +212,7 @@ def contact_memory(
     if not any(b[0] - a[1] < min(a[1] - a[0], b[1] - b[0]) for parts in flat for a, b in pairwise(parts)):
         return None
     rows = _rows(traces, levels)
-    given = np.full(S + rows.levels.size + rows.drift.shape[1], np.nan)
+    given = np.full(rows.ends[1] + rows.drift.shape[1], np.nan)
     if rig is not None:
         load = float(np.mean([np.mean(trace.load) for trace in traces if trace.load is not None]))
         given[SPRING] = 1e6 * load / rig.stiffness_n_per_m
@@ -208,10 +233,13 @@ def contact_memory(
     return ContactMemory(direct, ageing, length, growth, chance, 1e-6 * float(p[SPRING]), tuple(notes))
 
 
-def _fit(rows: _Rows, start: np.ndarray, free: np.ndarray, process: ProcessFit) -> tuple[float, np.ndarray]:
-    """Half the sum of squares and parameters of least squares from a start."""
+def _fit(
+    rows: _Rows, start: np.ndarray, free: np.ndarray, process: ProcessFit, most: int = 60
+) -> tuple[float, np.ndarray]:
+    """Half the sum of squares and parameters of least squares from a start. most : steps"""
     bounds = np.tile([[-np.inf], [np.inf]], start.size)
     bounds[:, :S] = LOW, HIGH
+    bounds[:, slice(*rows.ends)] = [[-MOST_LATE], [MOST_LATE]]
 
     def whole(some: np.ndarray) -> np.ndarray:
         p = start.copy()
@@ -223,34 +251,51 @@ def _fit(rows: _Rows, start: np.ndarray, free: np.ndarray, process: ProcessFit) 
         miss = np.nan_to_num(rows.drive.friction - rows.friction(p), nan=FAR)
         return np.append(rows.white(process, miss[:, None]), rows.prior() @ p)
 
+    def slopes(some: np.ndarray) -> np.ndarray:
+        return np.vstack([-rows.white(process, rows.slopes(whole(some), free)), rows.prior()[:, free]])
+
     at = np.clip(start, *bounds)[free]
-    found = scipy.optimize.least_squares(left, at, bounds=bounds[:, free], x_scale="jac", max_nfev=60)
+    found = scipy.optimize.least_squares(left, at, slopes, bounds[:, free], x_scale="jac", max_nfev=most)
     return float(found.cost), whole(found.x)
+
+
+def _first(rows: _Rows, start: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Parameters from which a fit goes to the least squares: of many lengths, springs and sizes the best ones."""
+    linear, friction = np.arange(start.size) >= S, rows.drive.friction
+    process = ProcessFit(START * rows.drive.slipped[-1], SMALL, SMALL, 0.0, False, NAN, np.nan, rows.root)
+    start[LENGTH] = np.log(rows.reach)
+    white = rows.white(process, np.column_stack([rows.slopes(start, linear), friction]))
+    start[linear] = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
+    start[slice(*rows.ends)] = 0.0
+    start[S] = start[S + 1] if rows.single else start[S]
+    of_b = np.ptp(np.quantile(friction[rows.used], [0.01, 0.99])) / np.log(rows.levels[-1] / rows.levels[0])
+    tried = []
+    for length, share, size in product(
+        np.geomspace(rows.interval * rows.levels[0], rows.reach, LENGTHS),
+        SPRINGS if free[SPRING] else (0.0,),
+        SIZES,
+    ):
+        one = start.copy()
+        one[:SPRING] = size * of_b, np.log(length)
+        one[SPRING] += 1e6 * share * length / (size * of_b)
+        tried.append(one)
+    miss = friction[:, None] - np.stack([rows.friction(p) for p in tried], axis=1)
+    squares = np.sum(rows.white(process, np.nan_to_num(miss, nan=FAR)) ** 2, axis=0)
+    some = free & (np.arange(free.size) != LAG)  # which hides others from afar
+    brief = [_fit(rows, tried[i], some, process, BRIEF) for i in np.argsort(squares)[:TRIED]]
+    return _fit(rows, min(brief, key=lambda one: one[0])[1], some, process)[1]
 
 
 def _fitted(rows: _Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free"""
-    free, linear, start = np.isnan(given), np.arange(given.size) >= S, np.nan_to_num(given)
-    start[LENGTH], friction = np.log(rows.reach), rows.drive.friction
-    process = ProcessFit(START * rows.drive.slipped[-1], SMALL, SMALL, 0.0, False, NAN, np.nan, rows.root)
-    white = rows.white(process, np.column_stack([rows.slopes(start, linear), friction]))
-    start[linear] = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
-    start[S] = start[S + 1] if rows.single else start[S]
-    tried = np.tile(start, (2 * LENGTHS, 1))
-    tried[:, LENGTH] = np.log(np.geomspace(rows.interval * rows.levels[0], rows.reach, LENGTHS)).repeat(2)
-    tried[:, B] = np.tile([0.5, 2.0], LENGTHS) * SHARE * np.ptp(np.quantile(friction[rows.used], [0.01, 0.99]))
-    found, some = [], free & (np.arange(free.size) != LAG)  # which hides others from afar
-    for share in SPRINGS if free[SPRING] else (0.0,):
-        softer = tried.copy()
-        softer[:, SPRING] += 1e6 * share * np.exp(tried[:, LENGTH]) / tried[:, B]
-        miss = friction[:, None] - np.stack([rows.friction(p) for p in softer], axis=1)
-        squares = np.sum(rows.white(process, np.nan_to_num(miss, nan=FAR)) ** 2, axis=0)
-        found.append(_fit(rows, softer[int(np.argmin(squares))], some, process))
-    cost, p = min(found, key=lambda one: one[0])
-    for _ in range(ROUNDS):
+    free = np.isnan(given)
+    p = _first(rows, np.nan_to_num(given), free)
+    process = rows.process(p, free)
+    fits = [(*_fit(one, p, free, process), one) for one in (rows, replace(rows, digital=True))]
+    cost, p, rows = min(fits, key=lambda one: one[0])
+    for _ in range(ROUNDS - 1):
         process = rows.process(p, free)
-        fits = [(*_fit(one, p, free, process), one) for one in (rows, replace(rows, digital=not rows.digital))]
-        cost, p, rows = min(fits, key=lambda one: one[0])
+        cost, p = _fit(rows, p, free, process)
     none, without = free & (np.arange(p.size) > LENGTH), np.where(np.arange(p.size) == B, 0.0, p)
     stiff = np.where(np.arange(p.size) == SPRING, 0.0, without)
     freedom = rows.root.size - np.count_nonzero(free)

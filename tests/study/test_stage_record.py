@@ -94,7 +94,7 @@ def test_the_figure_draws_what_is_stored_next_to_the_scatter_of_a_surface(record
 
 def test_a_memory_is_stored_with_its_intervals():
     numbers = [np.array([2.0, 1.0, 3.0]) * size for size in (0.01, 0.015, 1e-6, 0.015)]
-    stored = record.of_memory(ContactMemory(*numbers, 1e-9, 1e-5, ()))
+    stored = record.of_memory(ContactMemory(*numbers, 1e-9, 1e-5, (), ()))
     assert (stored["memory_length"].values, stored["memory_length_high"].values) == (2e-6, 3e-6)
     assert stored["memory_direct_effect_low"].values == 0.01
     assert stored["memory_ageing_effect"].values == stored["memory_growth"].values == 0.03

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,57 +15,74 @@ MOST_NEWTON, LARGEST, CLOSE = 60, 2.0, 1e-10  # steps; of the logarithm of speed
 
 
 class Law(NamedTuple):
-    """Logarithms of speeds (L,) with steady friction there, b, D_c [m], and normal force over stiffness [m]."""
+    """Logarithms of speeds (L,) with steady friction there, b, D_c [m], and normal force over stiffness [m].
+
+    Of several laws (m,) with the same speeds, steady is (m, L) and the others (m,).
+    """
 
     nodes: np.ndarray
-    steady: np.ndarray
-    ageing: float
-    length: float
-    flexibility: float
+    steady: Any
+    ageing: Any
+    length: Any
+    flexibility: Any
 
 
 @compiled()
-def followed(step: np.ndarray, seconds: np.ndarray, speed: np.ndarray, slowest: float, law: Law) -> np.ndarray:
-    """(n,) friction [-] at the end of intervals, NaN where none is found.
+def followed(steps: np.ndarray, seconds: np.ndarray, speed: np.ndarray, slowest: float, laws: Law) -> np.ndarray:
+    """(m, n) friction [-] of m laws at the end of intervals, NaN where none is found.
 
-    step : (n,) [m] of the drive in each, negative where steady sliding begins; seconds : (n,) [s]
+    steps : (m, n) [m] of the drive in each, negative where steady sliding begins; seconds : (n,) [s]
     speed : (n,) [m/s] of the drive at the end; where it is another one than before, it changed when the step says
     slowest : [m/s] in place of less, for the logarithm. Without flexibility contacts slide as the drive does
 
+    All laws take the time steps of the first, so that differences of neighbours are derivatives.
+
     Method: E. Hairer & G. Wanner, Solving Ordinary Differential Equations II, 2nd ed. 1996, IV.6.
     """
-    friction, stretch, age, w = np.empty(step.size), 0.0, 0.0, 0.0
-    length, flexibility = law.length, law.flexibility
-    for i in range(step.size):
+    friction, states, counts = np.empty(steps.shape), np.zeros((len(steps), 3)), np.ones(2, np.int64)
+    for i in range(speed.size):
         drive = np.log(max(speed[i], slowest))
-        if step[i] < 0.0:
-            w, age = drive, length / np.exp(drive)
-            friction[i] = _line(w, law)[0]
-            stretch = flexibility * friction[i]
-            continue
-        before, now, share = speed[i - 1], step[i] / seconds[i], 0.0  # share of the interval at the speed before
-        if abs(speed[i] - before) > SAME * max(speed[i], before):
-            share = min(max((speed[i] - now) / (speed[i] - before), 0.0), 1.0)
-            now = speed[i]
-        for lasts, mean in ((share * seconds[i], before), ((1.0 - share) * seconds[i], now)):
-            if lasts > 0.0:
-                stretch, age, w = _slid(lasts, mean, stretch, age, w, law)
-        if flexibility > 0.0:
-            friction[i] = stretch / flexibility
-        else:
-            friction[i] = _line(drive, law)[0] + law.ageing * (np.log(age / length) + drive)
+        for j in range(len(steps)):
+            law = Law(laws.nodes, laws.steady[j], laws.ageing[j], laws.length[j], laws.flexibility[j])
+            if steps[j, i] < 0.0:
+                friction[j, i] = _line(drive, law)[0]
+                states[j] = law.flexibility * friction[j, i], law.length / np.exp(drive), drive
+                continue
+            before, now, share = speed[i - 1], steps[j, i] / seconds[i], 0.0  # share of the time at the speed before
+            if abs(speed[i] - before) > SAME * max(speed[i], before):
+                share = min(max((speed[i] - now) / (speed[i] - before), 0.0), 1.0)
+                now = speed[i]
+            for part, lasts, mean in ((0, share * seconds[i], before), (1, (1.0 - share) * seconds[i], now)):
+                if j == 0:
+                    counts[part] = _count(lasts, mean, states[0], law)
+                if lasts > 0.0:
+                    _slide(lasts, mean, counts[part], states[j], law)
+            stretch, age, _ = states[j]
+            if law.flexibility > 0.0:
+                friction[j, i] = stretch / law.flexibility
+            else:
+                friction[j, i] = _line(drive, law)[0] + law.ageing * (np.log(age / law.length) + drive)
     return friction
 
 
 @compiled()
-def _slid(lasts: float, mean: float, stretch: float, age: float, w: float, law: Law) -> tuple[float, float, float]:
-    """Stretch of the spring [m], age [s] and logarithm of the sliding speed after a time at one speed of the drive."""
+def _count(lasts: float, mean: float, state: np.ndarray, law: Law) -> int:
+    """Time steps for a time at one speed of the drive, from a state."""
+    _, age, w = state
+    away = abs(mean / np.exp(w) - 1.0) if law.flexibility > 0.0 else 0.0
+    if abs(age * np.exp(w) / law.length - 1.0) + away < STEADY:
+        return 1
+    return int(min(lasts * mean / law.length / SUBSTEP + away / OF_SPEED, MOST_SUBSTEPS)) + 1
+
+
+@compiled()
+def _slide(lasts: float, mean: float, count: int, state: np.ndarray, law: Law) -> None:
+    """Stretch of the spring [m], age [s] and logarithm of the sliding speed after a time at one speed, in place."""
+    stretch, age, w = state
     length, gone = law.length, lasts * mean / law.length
     if law.flexibility <= 0.0:
-        return stretch, age + lasts if gone < CLOSE else length / mean + (age - length / mean) * np.exp(-gone), w
-    away = abs(mean / np.exp(w) - 1.0)
-    is_steady = abs(age * np.exp(w) / length - 1.0) + away < STEADY
-    count = 1 if is_steady else int(min(gone / SUBSTEP + away / OF_SPEED, MOST_SUBSTEPS)) + 1
+        state[1] = age + lasts if gone < CLOSE else length / mean + (age - length / mean) * np.exp(-gone)
+        return
     h = lasts / count
     part = GAMMA * h
     for _ in range(count):
@@ -76,7 +93,7 @@ def _slid(lasts: float, mean: float, stretch: float, age: float, w: float, law: 
         w = _speed(stretch, age + part, part, w, law)
         stretch -= part * np.exp(w)
         age = length * (age + part) / (length + part * np.exp(w))
-    return stretch, age, w
+    state[:] = stretch, age, w
 
 
 @compiled()

@@ -27,7 +27,7 @@ B, LENGTH, SPRING, LAG, S = range(5)  # places in parameters p, see _Rows
 LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0), (np.inf, -2.0, np.inf, np.inf)
 TIMING, MOST_LATE, CREEPS = 0.29, 0.6, 0.05  # deviation and bound of the time of a step, in samples; of creep's S
 MOST_STEPS = 60  # with a time of their own; further ones share the last
-AT_BOUND, FAR = 1e-3, 1e10  # of a parameter, which then has no error; a miss where nothing moves
+FAR = 1e10  # a miss where nothing moves
 LENGTHS, SPRINGS, SIZES = 9, (0.0, 0.03, 0.3, 3.0), (0.3, 1.0)  # starts; of D_c / b; of the range of friction
 TRIED, BRIEF, ROUNDS = 6, 6, 3  # starts that are fitted, at first for so many steps; fits of scatter
 START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are fitted
@@ -48,6 +48,7 @@ class ContactMemory:
     growth: np.ndarray = described("of static friction with ln(time of hold)", "1", "end")
     chance: float = described("p-value that steps and holds show no memory")
     flexibility_m: float = described("normal force over the stiffness of the rig", "m")
+    transients: tuple[np.ndarray, ...] = described("friction less that without memory and rig, of each trace", "1")
     notes: tuple[str, ...] = described("what the record says, and leaves open")
 
 
@@ -84,18 +85,27 @@ class _Rows:
 
     def friction(self, p: np.ndarray) -> np.ndarray:
         """(n,) by parameters."""
+        return np.asarray(self.shown(p, self.followed(p[None])[0]) + self.drift @ p[self.ends[1] :])
+
+    def followed(self, some: np.ndarray) -> np.ndarray:
+        """(m, n) friction before the instrument, by several parameters (m, p)."""
         rows, (end, last) = self.drive, self.ends
-        law = Law(np.log(self.levels), p[S:end].copy(), *map(float, (p[B], np.exp(p[LENGTH]), 1e-6 * p[SPRING])))
-        later = np.maximum(rows.step + p[end:last][self.step] * self.late, 0.0)
-        step = np.where(rows.step < 0.0, rows.step, later)
-        mean = followed(step, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), law)
+        numbers = some[:, B].copy(), np.exp(some[:, LENGTH]), 1e-6 * some[:, SPRING]
+        laws = Law(np.log(self.levels), some[:, S:end].copy(), *numbers)
+        later = np.maximum(rows.step + some[:, end:last][:, self.step] * self.late, 0.0)
+        steps = np.where(rows.step < 0.0, rows.step, later)
+        return followed(steps, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), laws)
+
+    def shown(self, p: np.ndarray, mean: np.ndarray) -> np.ndarray:
+        """(n,), or columns (n, k), as the instrument shows them."""
         lag = p[LAG] * self.interval
-        shown = through_instrument(mean, rows.response(lag, False))
-        if self.digital:  # half a sample ahead, but where rows are samples
-            ahead = shown + 0.5 * self.interval * np.gradient(shown, np.cumsum(rows.seconds))
-            is_sample = rows.seconds < 1.25 * self.interval
-            shown = np.where(is_sample, through_instrument(mean, rows.response(lag, True)), ahead)
-        return np.asarray(shown + self.drift @ p[last:])
+        shown = through_instrument(mean, self.drive.response(lag, False))
+        if not self.digital:
+            return shown
+        ahead = shown + 0.5 * self.interval * np.gradient(shown, np.cumsum(self.drive.seconds), axis=0)
+        digital = through_instrument(mean, self.drive.response(lag, True))
+        is_sample = self.drive.seconds < 1.25 * self.interval  # else a row is a mean, half a sample ahead
+        return np.where(is_sample.reshape(-1, *[1] * (mean.ndim - 1)), digital, ahead)
 
     def prior(self) -> np.ndarray:
         """(k, p) what is known of times of steps, and of S in creep below a single speed, over deviations."""
@@ -107,15 +117,15 @@ class _Rows:
 
     def slopes(self, p: np.ndarray, free: np.ndarray) -> np.ndarray:
         """(n, free) derivatives of friction by parameters. The time of a step acts up to the next one."""
-        base, steps, (end, last) = self.friction(p), 1e-6 * np.maximum(np.abs(p), 1.0), self.ends
-        columns = np.zeros((base.size, p.size))
-        for i in np.flatnonzero(free[:end]):
-            columns[:, i] = self.friction(p + steps[i] * (np.arange(p.size) == i)) - base
-        every = (np.arange(p.size) >= end) & (np.arange(p.size) < last)
-        if np.any(free & every):
-            steps[every] = 1e-6
-            columns[np.arange(base.size), end + self.step] = self.friction(p + steps * every) - base
-        columns[:, :last] /= steps[:last]
+        change, (end, last), places = 1e-6 * np.maximum(np.abs(p), 1.0), self.ends, np.arange(p.size)
+        change[end:last] = 1e-6
+        moves = np.vstack([np.zeros(p.size), np.diag(change)[:end], change * ((places >= end) & (places < last))])
+        means, columns = self.followed(p + moves), np.zeros((self.late.size, p.size))
+        shown = self.shown(p, np.ascontiguousarray((means[1:] - means[0]).T))
+        columns[:, :end] = shown[:, :end]
+        columns[np.arange(self.late.size), end + self.step] = shown[:, end]
+        columns[:, LAG] = self.shown(p + moves[1 + LAG], means[0]) - self.shown(p, means[0])
+        columns[:, :last] /= change[:last]
         columns[:, last:] = self.drift
         return np.nan_to_num(columns[:, free])
 
@@ -230,7 +240,18 @@ def contact_memory(
     shown = ("a", direct, ""), ("b", ageing, ""), ("D_c", length, " m"), ("growth with ln(hold)", growth, "")
     text = ", ".join(f"{name} {x:.3g} ({low:.3g} to {high:.3g}){unit}" for name, (x, low, high), unit in shown if x > 0)
     notes = [f"the contact has a memory: {text}"] * bool(text) + why + more
-    return ContactMemory(direct, ageing, length, growth, chance, 1e-6 * float(p[SPRING]), tuple(notes))
+    transients = () if why else _transients(traces, rows, p)
+    return ContactMemory(direct, ageing, length, growth, chance, 1e-6 * float(p[SPRING]), transients, tuple(notes))
+
+
+def _transients(traces: list[Trace], rows: _Rows, p: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What memory and rig add to the friction of each trace."""
+    without = np.where((np.arange(p.size) == B) | (np.arange(p.size) == SPRING), 0.0, p)
+    more, elapsed = rows.friction(p) - rows.friction(without), rows.drive.elapsed
+    return tuple(
+        np.interp(trace.time - trace.time[0], elapsed[part] - elapsed[part[0]], more[part])
+        for trace, part in zip(traces, rows.drive.records, strict=True)
+    )
 
 
 def _fit(
@@ -306,12 +327,10 @@ def _fitted(rows: _Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, flo
 
 def _root(rows: _Rows, p: np.ndarray, free: np.ndarray, process: ProcessFit) -> np.ndarray:
     """R with R R' the covariance of least squares."""
-    inner = free.copy()
-    inner[:S] &= (p[:S] > np.array(LOW) + AT_BOUND) & (p[:S] < np.array(HIGH) - AT_BOUND)
-    columns = np.vstack([rows.white(process, rows.slopes(p, inner)), rows.prior()[:, inner]])
+    columns = np.vstack([rows.white(process, rows.slopes(p, free)), rows.prior()[:, free]])
     norms = np.maximum(np.linalg.norm(columns, axis=0), 1e-30)
     root = np.zeros((p.size, len(columns)))
-    root[inner] = np.linalg.pinv(columns / norms) / norms[:, None]
+    root[free] = np.linalg.pinv(columns / norms) / norms[:, None]
     return root
 
 

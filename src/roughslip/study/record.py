@@ -78,7 +78,11 @@ def work(scene: Scene, job: Job) -> None:
     assert wanted is not None
     traces, rig, slid = slid_in(wanted, job.paths("record"))
     memory = contact_memory(traces, rig, wanted.time_constant_s)
-    slid = slid if memory is None else replace(slid, notes=(*memory.notes, *slid.notes))
+    if memory is not None:
+        pairs = zip(traces, memory.transients, strict=False)  # none where the record cannot tell
+        steady = [replace(trace, friction=trace.friction - more) for trace, more in pairs]
+        slid = sliding(steady, rig, wanted.radius_m) if steady else slid
+        slid = replace(slid, notes=(*memory.notes, *slid.notes))
     around = None if wanted.radius_m is None else 2.0 * math.pi * wanted.radius_m
     found = fit_record(slid.samples, around, wanted.time_constant_s, slid.from_slips, job.say)
     job.warn(*found.notes, *slid.notes, *doubt_of_units(found.additive))

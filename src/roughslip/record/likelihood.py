@@ -188,6 +188,7 @@ def fitted_process(
     weight: np.ndarray,
     start: ProcessFit | None = None,
     needs_scatter: bool = True,
+    shortest_m: float = 0.0,
 ) -> ProcessFit:
     """The most likely scatter, and instrument of the two kinds.
 
@@ -196,11 +197,12 @@ def fitted_process(
     weight : (n,) of the scatter: ones, or the mean friction over its average
     start : a fit to begin with
     needs_scatter : whether scatter has to differ from noise; else its covariance is NaN
+    shortest_m : [m] least correlation length
 
     Raises IllPosedError where the likelihood has no maximum within its bounds.
     """
     n, k = len(regressors), len(regressors.T)
-    first, bounds = _search_space(samples, time_constant_s, start)
+    first, bounds = _search_space(samples, time_constant_s, start, shortest_m)
 
     def parts(theta: np.ndarray, digital: bool) -> tuple[float, float]:
         """Sum of squares that no regressor explains, and twice the other terms of the likelihood."""
@@ -253,12 +255,12 @@ def fitted_process(
 
 
 def _search_space(
-    samples: SlidingSamples, time_constant_s: float | None, start: ProcessFit | None
+    samples: SlidingSamples, time_constant_s: float | None, start: ProcessFit | None, shortest_m: float
 ) -> tuple[list[float], list[tuple[float, float]]]:
     """Start and bounds of the logarithms of length, noise and time constant."""
     total, dt = float(np.sum(np.maximum(samples.step, 0.0))), float(np.median(samples.seconds))
     ds = float(np.median(samples.step[samples.step > 0.0]))
-    first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(0.3 * ds), np.log(total)), NOISE]
+    first, bounds = [np.log(10.0 * ds), np.log(0.02)], [(np.log(max(0.3 * ds, shortest_m)), np.log(total)), NOISE]
     if start is not None:
         first = [np.log(start.length), 2.0 * np.log(max(start.noise / start.deviation, 0.05))]
     if time_constant_s is None:

@@ -25,8 +25,11 @@ STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the sp
 GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
 B, LENGTH, SPRING, LAG, S = range(5)  # places in parameters p, see _Rows
 LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0), (np.inf, -2.0, np.inf, np.inf)
-TIMING, MOST_LATE, CREEPS = 0.29, 0.6, 0.05  # deviation and bound of the time of a step, in samples; of creep's S
+TIMING, CLOCK, MOST_LATE = 0.29, 0.29, 0.5  # deviations of the time of a step and of all times, and bound, in samples
+CREEPS = 0.05  # deviation of S in creep
 MOST_STEPS = 60  # with a time of their own; further ones share the last
+SLOW = 2.0  # samples of a time constant to begin with, next to none
+LONGER, DOUBT = (3.0, 10.0, 100.0), 1.0  # correlation lengths that are tried, and log likelihood that they may cost
 FAR = 1e10  # a miss where nothing moves
 LENGTHS, SPRINGS, SIZES = 9, (0.0, 0.03, 0.3, 3.0), (0.3, 1.0)  # starts; of D_c / b; of the range of friction
 TRIED, BRIEF, ROUNDS = 6, 6, 3  # starts that are fitted, at first for so many steps; fits of scatter
@@ -112,7 +115,8 @@ class _Rows:
         end, last = self.ends
         known = np.zeros((1 + last - end, last + self.drift.shape[1]))
         known[0, S : S + 2] = np.array([-1.0, 1.0]) * self.single / CREEPS
-        known[1:, end:last] = np.eye(last - end) / TIMING
+        covariance = TIMING**2 * np.eye(last - end) + CLOCK**2
+        known[1:, end:last] = np.linalg.inv(np.linalg.cholesky(covariance))
         return known
 
     def slopes(self, p: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -133,12 +137,21 @@ class _Rows:
         """Used rows of columns : (n, k) with unit errors."""
         return process.whiten(self.seen, columns[self.used] * self.root[:, None])[1]
 
-    def process(self, p: np.ndarray, free: np.ndarray, start: ProcessFit | None = None) -> ProcessFit:
-        """Scatter and noise about all that free parameters explain."""
+    def process(self, p: np.ndarray, free: np.ndarray) -> ProcessFit:
+        """Scatter and noise about all that free parameters explain.
+
+        Of correlation lengths that are nearly as likely it is the longest: a short one hides how far means wander.
+        """
         columns = self.slopes(p, free)[self.used] * self.root[:, None]
         columns = columns[:, np.any(columns != 0.0, axis=0)]
         left = self.seen.friction - self.friction(p)[self.used] * self.root
-        return fitted_process(replace(self.seen, friction=left), columns, 0.0, self.root, start, needs_scatter=False)
+        seen = replace(self.seen, friction=left)
+        found = fitted_process(seen, columns, 0.0, self.root, needs_scatter=False)
+        longest = found
+        for shortest in np.minimum(found.length * np.array(LONGER), seen.slipped[-1]):
+            other = fitted_process(seen, columns, 0.0, self.root, found, needs_scatter=False, shortest_m=shortest)
+            longest = other if other.log_likelihood > found.log_likelihood - DOUBT else longest
+        return longest
 
 
 def _levels(speed: np.ndarray) -> list[Level]:
@@ -312,7 +325,9 @@ def _fitted(rows: _Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, flo
     free = np.isnan(given)
     p = _first(rows, np.nan_to_num(given), free)
     process = rows.process(p, free)
-    fits = [(*_fit(one, p, free, process), one) for one in (rows, replace(rows, digital=True))]
+    starts = p, np.where(free & (np.arange(p.size) == LAG), SLOW, p)
+    kinds = rows, replace(rows, digital=True)
+    fits = [(*_fit(one, start, free, process), one) for one, start in product(kinds, starts)]
     cost, p, rows = min(fits, key=lambda one: one[0])
     for _ in range(ROUNDS - 1):
         process = rows.process(p, free)

@@ -1,4 +1,4 @@
-"""Friction with a memory under a drive of given speeds, pulled through a spring without mass."""
+"""Friction with a memory on a mass that a spring pulls at given speeds; the spring shows the friction."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import numpy as np
 from roughslip.compilation.cache import compiled
 
 GAMMA = 1.0 - np.sqrt(0.5)  # of the diagonally implicit Runge-Kutta method of order 2 that damps what is stiff
-SUBSTEP, OF_SPEED, MOST_SUBSTEPS = 0.2, 0.05, 40  # of D_c; of the share of speed that is missing
+SUBSTEP, OF_SPEED, OF_SWING, MOST_SUBSTEPS = 0.2, 0.05, 0.2, 40  # of D_c; of the share of speed that is missing; radian
 STEADY, SAME = 1e-4, 1e-3  # of age and speed, below which one step will do; of speeds that are one
 MOST_NEWTON, LARGEST, CLOSE = 60, 2.0, 1e-10  # steps; of the logarithm of speed
 
 
 class Law(NamedTuple):
-    """Logarithms of speeds (L,) with steady friction there, b, D_c [m], and normal force over stiffness [m].
+    """Logarithms of speeds (L,) with steady friction there, b, D_c [m], normal force over stiffness [m] and mass over
+    normal force [s^2/m].
 
     Of several laws (m,) with the same speeds, steady is (m, L) and the others (m,).
     """
@@ -25,6 +26,7 @@ class Law(NamedTuple):
     ageing: Any
     length: Any
     flexibility: Any
+    inertia: float
 
 
 @compiled()
@@ -43,7 +45,7 @@ def followed(steps: np.ndarray, seconds: np.ndarray, speed: np.ndarray, slowest:
     for i in range(speed.size):
         drive = np.log(max(speed[i], slowest))
         for j in range(len(steps)):
-            law = Law(laws.nodes, laws.steady[j], laws.ageing[j], laws.length[j], laws.flexibility[j])
+            law = Law(laws.nodes, laws.steady[j], laws.ageing[j], laws.length[j], laws.flexibility[j], laws.inertia)
             if steps[j, i] < 0.0:
                 friction[j, i] = _line(drive, law)[0]
                 states[j] = law.flexibility * friction[j, i], law.length / np.exp(drive), drive
@@ -72,7 +74,9 @@ def _count(lasts: float, mean: float, state: np.ndarray, law: Law) -> int:
     away = abs(mean / np.exp(w) - 1.0) if law.flexibility > 0.0 else 0.0
     if abs(age * np.exp(w) / law.length - 1.0) + away < STEADY:
         return 1
-    return int(min(lasts * mean / law.length / SUBSTEP + away / OF_SPEED, MOST_SUBSTEPS)) + 1
+    swing = np.sqrt(law.flexibility * law.inertia)  # [s] in which the mass swings by one radian
+    count = lasts * mean / law.length / SUBSTEP + away / OF_SPEED + (lasts / swing / OF_SWING if swing > 0.0 else 0.0)
+    return int(min(count, MOST_SUBSTEPS)) + 1
 
 
 @compiled()
@@ -86,11 +90,12 @@ def _slide(lasts: float, mean: float, count: int, state: np.ndarray, law: Law) -
     h = lasts / count
     part = GAMMA * h
     for _ in range(count):
-        w = _speed(stretch + part * mean, age + part, part, w, law)
+        start = np.exp(w)
+        w = _speed(stretch + part * mean, age + part, start, part, w, law)
         v = np.exp(w)
         age = max(age + (h - part) * (1.0 - v * (age + part) / (length + part * v)), 0.0)
         stretch += h * mean - (h - part) * v
-        w = _speed(stretch, age + part, part, w, law)
+        w = _speed(stretch, age + part, start + (h - part) / part * (v - start), part, w, law)
         stretch -= part * np.exp(w)
         age = length * (age + part) / (length + part * np.exp(w))
     state[:] = stretch, age, w
@@ -108,16 +113,18 @@ def _line(w: float, law: Law) -> tuple[float, float]:
 
 
 @compiled()
-def _speed(stretch: float, age: float, part: float, w: float, law: Law) -> float:
-    """Logarithm of the sliding speed at which the spring bears friction at the end of an implicit stage of `part` s.
+def _speed(stretch: float, age: float, free: float, part: float, w: float, law: Law) -> float:
+    """Logarithm of the sliding speed at the end of an implicit stage of `part` s, where spring, mass and friction meet.
 
-    stretch : [m] of the spring, and age : [s] of the contacts, if nothing slid in the stage; w : a first guess
+    stretch : [m] of the spring, and age : [s] of the contacts, if nothing slid in the stage
+    free : [m/s] speed of the mass without forces in the stage; w : a first guess
     """
     for _ in range(MOST_NEWTON):
-        v = part * np.exp(w)
+        speed = np.exp(w)
+        v = part * speed
         value, slope = _line(w, law)
-        value += law.ageing * (np.log(age / (law.length + v)) + w)
-        slope += law.ageing * law.length / (law.length + v)
+        value += law.ageing * (np.log(age / (law.length + v)) + w) + law.inertia * (speed - free) / part
+        slope += law.ageing * law.length / (law.length + v) + law.inertia * speed / part
         change = (stretch - v - law.flexibility * value) / (v + law.flexibility * slope)
         w += min(max(change, -LARGEST), LARGEST)
         if abs(change) < CLOSE:

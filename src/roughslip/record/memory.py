@@ -63,7 +63,7 @@ class _Rows:
     late : (n,) [m] of the drive more, where the step in the row is a sample later; step : (n,) its number, or the last
     interval : [s] between samples
     levels : (L,) [m/s] of the drive; single : whether all but the first are one; reach : [m] of the longest
-    drift : (n, d) columns; digital : whether the low-pass is of samples
+    drift : (n, d) columns; inertia : [s^2/m] mass of the rig over load; digital : whether the low-pass is of samples
 
     Parameters p : b, ln(D_c / m), flexibility [um], time constant [samples], S at levels, times of steps, of drift.
     """
@@ -79,6 +79,7 @@ class _Rows:
     single: bool
     reach: float
     drift: np.ndarray
+    inertia: float = 0.0
     digital: bool = False
 
     @property
@@ -94,7 +95,7 @@ class _Rows:
         """(m, n) friction before the instrument, by several parameters (m, p)."""
         rows, (end, last) = self.drive, self.ends
         numbers = some[:, B].copy(), np.exp(some[:, LENGTH]), 1e-6 * some[:, SPRING]
-        laws = Law(np.log(self.levels), some[:, S:end].copy(), *numbers)
+        laws = Law(np.log(self.levels), some[:, S:end].copy(), *numbers, self.inertia)
         later = np.maximum(rows.step + some[:, end:last][:, self.step] * self.late, 0.0)
         steps = np.where(rows.step < 0.0, rows.step, later)
         return followed(steps, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), laws)
@@ -227,7 +228,7 @@ def contact_memory(
 ) -> ContactMemory | None:
     """The memory of the contact from steps of speed and holds of all traces; None where the drive has none.
 
-    rig : its stiffness, with column load; not given, the flexibility is fitted
+    rig : its stiffness and mass, with column load; not given, the flexibility is fitted, and the mass is zero
     time_constant_s : [s] of the instrument; not given, it is fitted
     """
     levels = [_levels(np.abs(trace.speed)) for trace in traces]
@@ -238,7 +239,7 @@ def contact_memory(
     given = np.full(rows.ends[1] + rows.drift.shape[1], np.nan)
     if rig is not None:
         load = float(np.mean([np.mean(trace.load) for trace in traces if trace.load is not None]))
-        given[SPRING] = 1e6 * load / rig.stiffness_n_per_m
+        given[SPRING], rows = 1e6 * load / rig.stiffness_n_per_m, replace(rows, inertia=rig.mass_kg / load)
     if time_constant_s is not None:
         given[LAG] = time_constant_s / rows.interval
     p, root, chance = _fitted(rows, given)

@@ -26,7 +26,7 @@ class Law(NamedTuple):
     ageing: Any
     length: Any
     flexibility: Any
-    inertia: float
+    inertia: Any
 
 
 @compiled()
@@ -45,7 +45,7 @@ def followed(steps: np.ndarray, seconds: np.ndarray, speed: np.ndarray, slowest:
     for i in range(speed.size):
         drive = np.log(max(speed[i], slowest))
         for j in range(len(steps)):
-            law = Law(laws.nodes, laws.steady[j], laws.ageing[j], laws.length[j], laws.flexibility[j], laws.inertia)
+            law = Law(laws.nodes, laws.steady[j], laws.ageing[j], laws.length[j], laws.flexibility[j], laws.inertia[j])
             if steps[j, i] < 0.0:
                 friction[j, i] = _line(drive, law)[0]
                 states[j] = law.flexibility * friction[j, i], law.length / np.exp(drive), drive
@@ -74,8 +74,9 @@ def _count(lasts: float, mean: float, state: np.ndarray, law: Law) -> int:
     away = abs(mean / np.exp(w) - 1.0) if law.flexibility > 0.0 else 0.0
     if abs(age * np.exp(w) / law.length - 1.0) + away < STEADY:
         return 1
-    swing = np.sqrt(law.flexibility * law.inertia)  # [s] in which the mass swings by one radian
-    count = lasts * mean / law.length / SUBSTEP + away / OF_SPEED + (lasts / swing / OF_SWING if swing > 0.0 else 0.0)
+    count = lasts * mean / law.length / SUBSTEP + away / OF_SPEED
+    swing = OF_SWING * np.sqrt(law.flexibility * law.inertia)  # [s] of a step; much faster swings die out in one
+    count += lasts / swing if swing * MOST_SUBSTEPS > lasts else 0.0
     return int(min(count, MOST_SUBSTEPS)) + 1
 
 

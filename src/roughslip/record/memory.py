@@ -7,7 +7,6 @@ at once, with the rig and the instrument; without scatter and noise so do L. J. 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -16,11 +15,25 @@ import scipy
 from roughslip.record.memory_fit import fitted_memory
 from roughslip.record.reading import Trace
 from roughslip.record.slips import Rig
-from roughslip.record.steps_of_speed import FEWEST, LAG, LENGTH, SPRING, STEP, B, Level, Rows, S, levels_of, rows_of
+from roughslip.record.steps_of_speed import (
+    FEWEST,
+    LAG,
+    LENGTH,
+    MASS,
+    SPRING,
+    STEP,
+    B,
+    Level,
+    Rows,
+    S,
+    levels_of,
+    rows_of,
+)
 from roughslip.results import described, result
 
 SIGNIFICANT, WIDEST, RESOLVED = 1e-3, 0.7, 3.0  # p-value; half width of ln D_c; samples in D_c, and D_c in a level
 TIMES, FACTOR, PEAK = 3, 10.0, 4  # least times of hold, last over first; samples of a peak above half its height
+RADIAN = 0.5  # samples in a radian of a swing that is fitted
 SLIPS = 0.03  # of the growth, which slip before the peak, the low-pass and short holds may take
 NAN = np.full(3, np.nan)
 
@@ -44,7 +57,7 @@ def contact_memory(
 ) -> ContactMemory | None:
     """The memory of the contact from steps of speed and holds of all traces; None where the drive has none.
 
-    rig : its stiffness and mass, with column load; not given, the flexibility is fitted, and the mass is zero
+    rig : its stiffness and mass, with column load; not given, both are fitted
     time_constant_s : [s] of the instrument; not given, it is fitted
     """
     levels = [levels_of(np.abs(trace.speed)) for trace in traces]
@@ -55,7 +68,7 @@ def contact_memory(
     given = np.full(rows.ends[1] + rows.drift.shape[1], np.nan)
     if rig is not None:
         load = float(np.mean([np.mean(trace.load) for trace in traces if trace.load is not None]))
-        given[SPRING], rows = 1e6 * load / rig.stiffness_n_per_m, replace(rows, inertia=rig.mass_kg / load)
+        given[[SPRING, MASS]] = 1e6 * load / rig.stiffness_n_per_m, 1e6 * rig.mass_kg / load
     if time_constant_s is not None:
         given[LAG] = time_constant_s / rows.interval
     p, root, chance = fitted_memory(rows, given)
@@ -64,7 +77,7 @@ def contact_memory(
     factor = scipy.stats.t.ppf(0.975, rows.root.size - p.size)
     half = factor * np.linalg.norm(of @ root, axis=1)
     direct, ageing, log_length = (of @ p)[:, None] + half[:, None] * np.array([0.0, -1.0, 1.0])
-    why = _what_hides(rows, p, half, chance)
+    why = _what_hides(rows, p, half, chance, rig is None)
     direct, ageing, length = (NAN, NAN, NAN) if why else (NAN if rows.single else direct, ageing, np.exp(log_length))
     growth, more = _growth(traces, flat, float(length[0]))
     shown = ("a", direct, ""), ("b", ageing, ""), ("D_c", length, " m"), ("growth with ln(hold)", growth, "")
@@ -84,16 +97,19 @@ def _transients(traces: list[Trace], rows: Rows, p: np.ndarray) -> tuple[np.ndar
     )
 
 
-def _what_hides(rows: Rows, p: np.ndarray, half: np.ndarray, chance: float) -> list[str]:
+def _what_hides(rows: Rows, p: np.ndarray, half: np.ndarray, chance: float, is_mass_fitted: bool) -> list[str]:
     """Why the record cannot tell the memory, in one note; none where it can."""
     length, slowest = float(np.exp(p[LENGTH])), rows.interval * float(rows.levels[int(rows.single)])
     least, most = RESOLVED * slowest, rows.reach / RESOLVED
     if chance > SIGNIFICANT:
         text = f"lengths from {least:.2g} to {most:.2g} m would show, where rig and scatter hide none"
         return [f"steps of speed show no memory of the contact; {text}"]
-    if half[2] < WIDEST and least < length < most:
+    swing = 1e-6 * float(np.sqrt(p[SPRING] * p[MASS])) if is_mass_fitted else 0.0  # [s] in a radian
+    is_swing_hidden = 0.0 < swing < RADIAN * rows.interval
+    if half[2] < WIDEST and least < length < most and not is_swing_hidden:
         return []
     reasons = {
+        "the mass of the rig swings between samples; give its mass and stiffness, or slower speeds": is_swing_hidden,
         "levels of speed are too short for it; slide farther at each": length > most,
         "the rig is too soft for it; give its stiffness, or use a stiffer one": 1e-6 * p[SPRING] * p[B] > length,
         "the instrument smooths it; give time_constant_s, or use slower speeds": p[LAG] * slowest > length,

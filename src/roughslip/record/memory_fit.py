@@ -12,9 +12,10 @@ import numpy as np
 import scipy
 
 from roughslip.record.likelihood import ProcessFit
-from roughslip.record.steps_of_speed import LAG, LENGTH, SPRING, B, Rows, S
+from roughslip.record.steps_of_speed import LAG, LENGTH, MASS, SPRING, B, Rows, S
 
-LOW, HIGH, MOST_LATE = (-np.inf, -23.0, 0.0, 0.0), (np.inf, -2.0, np.inf, np.inf), 0.5  # of p; samples of a step
+LOW, HIGH = (-np.inf, -23.0, 0.0, 0.0, 0.0), (np.inf, -2.0, np.inf, np.inf, np.inf)  # of p
+MOST_LATE, PAYS = 0.5, 10.0  # samples of a step; half the sum of squares that a mass has to explain
 FAR = 1e10  # a miss where nothing moves
 LENGTHS, SPRINGS, SIZES = 9, (0.0, 0.03, 0.3, 3.0), (0.3, 1.0)  # starts; of D_c / b; of the range of friction
 SLOW = 2.0  # samples of a time constant to begin with, next to none
@@ -24,18 +25,23 @@ START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are
 
 def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free"""
-    free = np.isnan(given)
+    free, places = np.isnan(given), np.arange(given.size)
+    heavy, free = free, free & (places != MASS)
     p = _first(rows, np.nan_to_num(given), free)
     process = rows.process(p, free)
-    starts = p, np.where(free & (np.arange(p.size) == LAG), SLOW, p)
+    starts = p, np.where(free & (places == LAG), SLOW, p)
     kinds = rows, replace(rows, digital=True)
     fits = [(*_fit(one, start, free, process, FEW), one) for one, start in product(kinds, starts)]
     cost, p, rows = min(fits, key=lambda one: one[0])
+    if heavy[MASS] and p[SPRING] > 0.0:  # a mass that swings by a radian in each sample, to begin with
+        massive = np.where(places == MASS, 1e12 * rows.interval**2 / p[SPRING], p)
+        other, found = _fit(rows, massive, heavy, process)
+        p, free = (found, heavy) if other < cost - PAYS else (p, free)
     for _ in range(ROUNDS - 1):
         process = rows.process(p, free)
         cost, p = _fit(rows, p, free, process)
-    none, without = free & (np.arange(p.size) > LENGTH), np.where(np.arange(p.size) == B, 0.0, p)
-    stiff = np.where(np.arange(p.size) == SPRING, 0.0, without)
+    none, without = free & (places > LENGTH), np.where(places == B, 0.0, p)
+    stiff = np.where(places == SPRING, 0.0, without)
     freedom = rows.root.size - np.count_nonzero(free)
     better = min(_fit(rows, one, none, process)[0] for one in (without, stiff)) / cost - 1.0
     chance = float(scipy.stats.f.sf(0.5 * freedom * better, 2, freedom)) if p[B] > 0.0 else 1.0
@@ -64,7 +70,7 @@ def _first(rows: Rows, start: np.ndarray, free: np.ndarray) -> np.ndarray:
         tried.append(one)
     miss = friction[:, None] - np.stack([rows.friction(p) for p in tried], axis=1)
     squares = np.sum(rows.white(process, np.nan_to_num(miss, nan=FAR)) ** 2, axis=0)
-    some = free & (np.arange(free.size) != LAG)  # which hides others from afar
+    some = free & ~np.isin(np.arange(free.size), [LAG, MASS])  # which hide others from afar
     brief = [_fit(rows, tried[i], some, process, BRIEF) for i in np.argsort(squares)[:TRIED]]
     return _fit(rows, min(brief, key=lambda one: one[0])[1], some, process)[1]
 

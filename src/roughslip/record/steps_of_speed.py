@@ -19,7 +19,7 @@ from roughslip.record.slips import LEAST_SPEED
 
 STEP, FLAT, SAME, MOST_LEVELS = 0.3, 0.25, 0.1, 9  # of ln speed: a step, the spread of a level, levels that are one
 GROWTH, FEWEST, CREEP = 0.03, 8, 10.0  # of the time since a step, over which samples are averaged; of a level; slower
-B, LENGTH, SPRING, LAG, S = range(5)  # places in parameters p, see Rows
+B, LENGTH, SPRING, MASS, LAG, S = range(6)  # places in parameters p, see Rows
 TIMING, CLOCK = 0.29, 0.29  # deviations of the time of a step, and of all times, in samples
 CREEPS = 0.05  # deviation of S in creep
 MOST_STEPS = 60  # with a time of their own; further ones share the last
@@ -35,9 +35,10 @@ class Rows:
     late : (n,) [m] of the drive more, where the step in the row is a sample later; step : (n,) its number, or the last
     interval : [s] between samples
     levels : (L,) [m/s] of the drive; single : whether all but the first are one; reach : [m] of the longest
-    drift : (n, d) columns; inertia : [s^2/m] mass of the rig over load; digital : whether the low-pass is of samples
+    drift : (n, d) columns; digital : whether the low-pass is of samples
 
-    Parameters p : b, ln(D_c / m), flexibility [um], time constant [samples], S at levels, times of steps, of drift.
+    Parameters p : b, ln(D_c / m), flexibility [um], mass over load [mg/N], time constant [samples], S at levels,
+        times of steps [samples], of drift.
     """
 
     drive: SlidingSamples
@@ -51,7 +52,6 @@ class Rows:
     single: bool
     reach: float
     drift: np.ndarray
-    inertia: float = 0.0
     digital: bool = False
 
     @property
@@ -66,8 +66,8 @@ class Rows:
     def followed(self, some: np.ndarray) -> np.ndarray:
         """(m, n) friction before the instrument, by several parameters (m, p)."""
         rows, (end, last) = self.drive, self.ends
-        numbers = some[:, B].copy(), np.exp(some[:, LENGTH]), 1e-6 * some[:, SPRING]
-        laws = Law(np.log(self.levels), some[:, S:end].copy(), *numbers, self.inertia)
+        numbers = some[:, B].copy(), np.exp(some[:, LENGTH]), 1e-6 * some[:, SPRING], 1e-6 * some[:, MASS]
+        laws = Law(np.log(self.levels), some[:, S:end].copy(), *numbers)
         later = np.maximum(rows.step + some[:, end:last][:, self.step] * self.late, 0.0)
         steps = np.where(rows.step < 0.0, rows.step, later)
         return followed(steps, rows.seconds, rows.speed, LEAST_SPEED * float(self.levels[-1]), laws)

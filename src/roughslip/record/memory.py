@@ -79,7 +79,7 @@ def contact_memory(
     direct, ageing, log_length = (of @ p)[:, None] + half[:, None] * np.array([0.0, -1.0, 1.0])
     why = _what_hides(rows, p, half, chance, rig is None)
     direct, ageing, length = (NAN, NAN, NAN) if why else (NAN if rows.single else direct, ageing, np.exp(log_length))
-    growth, more = _growth(traces, flat, float(length[0]))
+    growth, more = _growth(traces, flat, float(length[0]), rows.interval * float(p[LAG]))
     shown = ("a", direct, ""), ("b", ageing, ""), ("D_c", length, " m"), ("growth with ln(hold)", growth, "")
     text = ", ".join(f"{name} {x:.3g} ({low:.3g} to {high:.3g}){unit}" for name, (x, low, high), unit in shown if x > 0)
     notes = [f"the contact has a memory: {text}"] * bool(text) + why + more
@@ -120,8 +120,10 @@ def _what_hides(rows: Rows, p: np.ndarray, half: np.ndarray, chance: float, is_m
     return [f"cannot tell the memory of the contact, a length of about {length:.2g} m: {why}"]
 
 
-def _growth(traces: list[Trace], flat: list[list[Level]], length: float) -> tuple[np.ndarray, list[str]]:
-    """Slope of peaks of friction after holds over ln(time), and notes. length : [m] D_c, or NaN"""
+def _growth(
+    traces: list[Trace], flat: list[list[Level]], length: float, time_constant: float
+) -> tuple[np.ndarray, list[str]]:
+    """Slope of peaks of friction after holds over ln(time), and notes. length : [m] D_c, or NaN; time_constant : [s]"""
     found = []
     for trace, parts in zip(traces, flat, strict=True):
         for (a, before, v), (start, b, rest), (_, end, again) in zip(parts, parts[1:], parts[2:], strict=False):
@@ -132,7 +134,8 @@ def _growth(traces: list[Trace], flat: list[list[Level]], length: float) -> tupl
                 low = np.append(np.flatnonzero(after < 0.5 * after[top]), [-1, after.size])
                 width = np.min(low[low > top]) - np.max(low[low < top]) - 1
                 time = (b - start) * trace.interval + np.nan_to_num(length / v)
-                found.append((time, after[top], width, -np.min(after[top:])))
+                lasts = np.nan_to_num(length / v, nan=np.inf) / (trace.interval + time_constant)
+                found.append((time, after[top], min(width, 0.5 * lasts), -np.min(after[top:])))
     if not found:
         return NAN, []
     times, heights, widths, drops = np.transpose(found)

@@ -53,7 +53,8 @@ def _first(rows: Rows, start: np.ndarray, free: np.ndarray) -> np.ndarray:
     linear, friction = np.arange(start.size) >= S, rows.drive.friction
     process = ProcessFit(START * rows.drive.slipped[-1], SMALL, SMALL, 0.0, False, np.eye(2), np.nan, rows.root)
     start[LENGTH] = np.log(rows.reach)
-    white = rows.white(process, np.column_stack([rows.slopes(start, linear), friction]))
+    stiff = np.where(linear | (np.arange(start.size) == LENGTH), start, 0.0)
+    white = rows.white(process, np.column_stack([rows.slopes(stiff, linear), friction]))
     start[linear] = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=None)[0]
     start[slice(*rows.ends)] = 0.0
     start[S] = start[S + 1] if rows.single else start[S]

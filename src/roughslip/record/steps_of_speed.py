@@ -121,7 +121,7 @@ class Rows:
         seen = replace(self.seen, friction=left)
         found = fitted_process(seen, columns, 0.0, self.root, needs_scatter=False)
         longest = found
-        for shortest in np.minimum(found.length * np.array(LONGER), seen.slipped[-1]):
+        for shortest in np.minimum(found.length * np.array(LONGER), 0.5 * seen.slipped[-1]):
             other = fitted_process(seen, columns, 0.0, self.root, found, needs_scatter=False, shortest_m=shortest)
             longest = other if other.log_likelihood > found.log_likelihood - DOUBT else longest
         return longest

@@ -226,8 +226,7 @@ def fitted_process(
     ]
     best, digital = min(searches, key=lambda one: float(one[0].fun))
     theta = np.asarray(best.x)
-    variance = parts(theta, digital)[0] / (n - k)
-    deviation = float(np.sqrt(variance))
+    deviation = float(np.sqrt(parts(theta, digital)[0] / (n - k)))
 
     def minus_twice(full: np.ndarray) -> float:
         squares, others = parts(full[1:], digital)
@@ -237,11 +236,9 @@ def fitted_process(
     found = np.append(np.log(deviation), theta)
     covariance = _covariance(minus_twice, found, free) if needs_scatter and 1 in free else None
     if covariance is None and needs_scatter:
-        shortest, longest = np.exp(bounds[0])
-        raise IllPosedError(
-            f"the record cannot tell its scatter: no correlation length from {shortest:.2g} m, a third of a sample, "
-            f"to {longest:.2g} m, the record, is the most likely one; record longer, or with more samples a second"
-        )
+        lengths = "no correlation length from {:.2g} m, a third of a sample, to {:.2g} m, the record"
+        text = f"the record cannot tell its scatter: {lengths.format(*np.exp(bounds[0]))}, is the most likely one"
+        raise IllPosedError(f"{text}; record longer, or with more samples a second")
     return ProcessFit(
         float(np.exp(theta[0])),
         deviation,

@@ -157,3 +157,13 @@ def test_a_rig_that_is_given_is_not_fitted_and_a_ramp_is_no_step():
     assert found.length_m[1] < 2e-6 < found.length_m[2]
     ramp = np.geomspace(1e-6, 1e-5, 2000)
     assert contact_memory([Trace(0.01 * np.arange(2000), ramp, 0.6 + 0.0 * ramp, None, None)]) is None
+
+
+@pytest.mark.parametrize(("friction", "why"), [(0.0, "one friction"), (0.3, "no contact on this rig")])
+def test_friction_that_no_contact_has_is_said(friction, why):
+    """One friction at all speeds, and a fall of 0.3 over a factor of ten on a heavy and soft rig."""
+    speed = np.repeat([1e-3, 1e-2, 1e-3, 1e-2], 50)
+    trace = Trace(0.1 * np.arange(200), speed, 0.6 - friction * (speed > 2e-3), np.full(200, 10.0), None)
+    found = contact_memory([trace], Rig(100.0, 100.0))
+    assert np.isnan(found.length_m).all()
+    assert why in found.notes[0]

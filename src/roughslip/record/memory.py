@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
+from roughslip.errors import IllPosedError
 from roughslip.record.memory_fit import fitted_memory
 from roughslip.record.reading import Trace
 from roughslip.record.slips import Rig
@@ -71,7 +72,11 @@ def contact_memory(
         given[[SPRING, MASS]] = 1e6 * load / rig.stiffness_n_per_m, 1e6 * rig.mass_kg / load
     if time_constant_s is not None:
         given[LAG] = time_constant_s / rows.interval
-    p, root, chance = fitted_memory(rows, given)
+    try:
+        p, root, chance = fitted_memory(rows, given)
+    except IllPosedError as error:
+        why = f"cannot tell the memory of the contact: {error}"
+        return ContactMemory(NAN, NAN, NAN, NAN, np.nan, np.nan, (), (why,))
     of, width, last = np.eye(p.size)[[B, B, LENGTH]], np.log(rows.levels[-1] / rows.levels[0]), S + rows.levels.size - 1
     of[0, [S, last]] += -1.0 / width, 1.0 / width
     factor = scipy.stats.t.ppf(0.975, rows.root.size - p.size)

@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 import scipy
 
+from roughslip.errors import IllPosedError
 from roughslip.record.likelihood import ProcessFit
 from roughslip.record.steps_of_speed import LAG, LENGTH, MASS, SPRING, B, Rows, S
 
@@ -24,9 +25,14 @@ START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are
 
 
 def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free"""
+    """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free
+
+    Raises IllPosedError where no parameters have the friction of the record.
+    """
     free, places = np.isnan(given), np.arange(given.size)
     heavy, free = free, free & (places != MASS)
+    if (freedom := rows.root.size - np.count_nonzero(heavy)) < 1 or not np.ptp(rows.seen.friction / rows.root) > 0.0:
+        raise IllPosedError("too few samples after steps of speed, or one friction")
     p = _first(rows, np.nan_to_num(given), free)
     process = rows.process(p, free)
     starts = p, np.where(free & (places == LAG), SLOW, p)
@@ -42,7 +48,6 @@ def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray
         cost, p = _fit(rows, p, free, process)
     none, without = free & (places > LENGTH), np.where(places == B, 0.0, p)
     stiff = np.where(places == SPRING, 0.0, without)
-    freedom = rows.root.size - np.count_nonzero(free)
     better = min(_fit(rows, one, none, process)[0] for one in (without, stiff)) / cost - 1.0
     chance = float(scipy.stats.f.sf(0.5 * freedom * better, 2, freedom)) if p[B] > 0.0 else 1.0
     return p, _root(rows, p, free, process) * np.sqrt(2.0 * cost / freedom), chance
@@ -98,6 +103,8 @@ def _fit(
         return np.vstack([-rows.white(process, rows.slopes(whole(some), free)), rows.prior()[:, free]])
 
     at = np.clip(start, *bounds)[free]
+    if not np.all(np.isfinite(left(at))):
+        raise IllPosedError("no contact on this rig slides as the record does")
     found = scipy.optimize.least_squares(left, at, slopes, bounds[:, free], x_scale="jac", max_nfev=most)
     return float(found.cost), whole(found.x)
 

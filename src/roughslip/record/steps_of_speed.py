@@ -1,8 +1,8 @@
 """Friction with a memory at the samples of a record with steps of speed: means of samples, and a model of these.
 
 Steady friction S over the logarithm of the sliding speed v is a straight line between the drive's speeds. About it mu =
-S(v) + b ln(theta v / D_c) with the age theta, far below the cut-off speed. The rig is a spring with the mass that is
-given, the instrument a low-pass.
+S(v) + b ln(theta v / D_c) with the age theta, far below the cut-off speed. The rig is a spring with a mass, the
+instrument a low-pass.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from roughslip.errors import IllPosedError
 from roughslip.record.followed import Law, followed
 from roughslip.record.likelihood import ProcessFit, SlidingSamples, fitted_process, through_instrument
 from roughslip.record.reading import Trace
@@ -114,10 +115,16 @@ class Rows:
         """Scatter and noise about all that free parameters explain.
 
         Of correlation lengths that are nearly as likely it is the longest: a short one hides how far means wander.
+
+        Raises IllPosedError where no contact moves with these parameters, or where they leave nothing.
         """
         columns = self.slopes(p, free)[self.used] * self.root[:, None]
         columns = columns[:, np.any(columns != 0.0, axis=0)]
         left = self.seen.friction - self.friction(p)[self.used] * self.root
+        if not np.any(left):
+            raise IllPosedError("friction without scatter and noise has no errors")
+        if not np.all(np.isfinite(left)):
+            raise IllPosedError("no contact on this rig slides as the record does")
         seen = replace(self.seen, friction=left)
         found = fitted_process(seen, columns, 0.0, self.root, needs_scatter=False)
         longest = found

@@ -75,8 +75,8 @@ def contact_memory(
     try:
         p, root, chance = fitted_memory(rows, given)
     except IllPosedError as error:
-        why = f"cannot tell the memory of the contact: {error}"
-        return ContactMemory(NAN, NAN, NAN, NAN, np.nan, np.nan, (), (why,))
+        note = f"cannot tell the memory of the contact: {error}"
+        return ContactMemory(NAN, NAN, NAN, NAN, np.nan, np.nan, (), (note,))
     of, width, last = np.eye(p.size)[[B, B, LENGTH]], np.log(rows.levels[-1] / rows.levels[0]), S + rows.levels.size - 1
     of[0, [S, last]] += -1.0 / width, 1.0 / width
     factor = scipy.stats.t.ppf(0.975, rows.root.size - p.size)

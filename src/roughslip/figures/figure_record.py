@@ -44,6 +44,6 @@ def figure_record(result: Shown) -> Figure:
         legend_above(panel)
     legend_above(axes[3], columns=1)
     heads(axes, "the record", "mean curve", "residuals", f"scatter, {kind}", "a synthetic record", "another one")
-    notes = f"Left open: {'; '.join(map(str, result['note'].values))}"
+    notes = f"Notes: {'; '.join(map(str, result['note'].values))}"
     figure.suptitle(fill(notes, WIDEST, max_lines=3, placeholder=" ..."), fontsize="small")
     return figure

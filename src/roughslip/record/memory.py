@@ -87,8 +87,9 @@ def contact_memory(
     growth, more = _growth(traces, flat, float(length[0]), rows.interval * float(p[LAG]))
     shown = ("a", direct, ""), ("b", ageing, ""), ("D_c", length, " m"), ("growth with ln(hold)", growth, "")
     text = ", ".join(f"{name} {x:.3g} ({low:.3g} to {high:.3g}){unit}" for name, (x, low, high), unit in shown if x > 0)
-    notes = [f"the contact has a memory: {text}"] * bool(text) + why + more
     transients = () if why else _transients(traces, rows, p)
+    taken_out = "; what it adds after steps is taken out" if transients else ""
+    notes = [f"the contact has a memory: {text}{taken_out}"] * bool(text) + why + more
     return ContactMemory(direct, ageing, length, growth, chance, 1e-6 * float(p[SPRING]), transients, tuple(notes))
 
 

@@ -86,15 +86,20 @@ def test_intervals_of_five_records_hold_the_truth(row):
 
 @pytest.mark.nightly
 def test_intervals_of_the_memory_hold_the_truth():
-    """0.88, 0.88 and 0.85 over all rows; of 100 records in one a share has a standard error of 0.03."""
+    """0.88, 0.88 and 0.85 over all rows, and half widths of 1.3 at most.
+
+    In one row of 60 records a share has a standard error of 0.04, and a spread one of 9 %: three of these below.
+    """
     of_rows = []
     for row in ROWS:
-        shares, wide = covered(range(100), row)
+        shares, wide = covered(range(60), row)
         print(f"{row}: coverage of a, b, D_c {shares.round(3)}, half widths over 1.96 spreads {wide.round(2)}")
-        assert np.all(shares >= [0.82, 0.82, 0.79][-shares.size :])
-        assert np.all(wide <= 1.3)
-        of_rows.append(np.append(np.full(3 - shares.size, np.nan), shares))
-    assert np.all(np.nanmean(of_rows, axis=0) >= [0.88, 0.88, 0.85])
+        of_rows.append(np.pad([shares, wide], ((0, 0), (3 - shares.size, 0)), constant_values=np.nan))
+    shares, wide = np.transpose(of_rows, (1, 0, 2))
+    assert np.all(np.nanmean(shares, axis=0) >= [0.88, 0.88, 0.85])
+    assert np.all(np.nanmin(shares, axis=0) >= [0.76, 0.76, 0.73])
+    assert np.all(np.nanmean(wide, axis=0) <= 1.3)
+    assert np.nanmax(wide) <= 1.65
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ def contact_memory(
     if time_constant_s is not None:
         given[LAG] = time_constant_s / rows.interval
     try:
-        p, root, chance = fitted_memory(rows, given)
+        rows, p, root, chance = fitted_memory(rows, given)
     except IllPosedError as error:
         note = f"cannot tell the memory of the contact: {error}"
         return ContactMemory(NAN, NAN, NAN, NAN, np.nan, np.nan, (), (note,))

@@ -24,8 +24,10 @@ TRIED, BRIEF, FEW, MANY, ROUNDS = 6, 6, 12, 60, 3  # starts that are fitted; ste
 START, SMALL = 0.05, 1e-4  # length over path, scatter and noise before they are fitted
 
 
-def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Parameters, a root of their covariance, and the p-value of no memory. given : parameters, NaN where free
+def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[Rows, np.ndarray, np.ndarray, float]:
+    """Rows with the likelier kind of low-pass, parameters, a root of their covariance, and the p-value of no memory.
+
+    given : parameters, NaN where free
 
     Raises IllPosedError where no parameters have the friction of the record.
     """
@@ -50,7 +52,7 @@ def fitted_memory(rows: Rows, given: np.ndarray) -> tuple[np.ndarray, np.ndarray
     stiff = np.where(places == SPRING, 0.0, without)
     better = min(_fit(rows, one, none, process)[0] for one in (without, stiff)) / cost - 1.0
     chance = float(scipy.stats.f.sf(0.5 * freedom * better, 2, freedom)) if p[B] > 0.0 else 1.0
-    return p, _root(rows, p, free, process) * np.sqrt(2.0 * cost / freedom), chance
+    return rows, p, _root(rows, p, free, process) * np.sqrt(2.0 * cost / freedom), chance
 
 
 def _first(rows: Rows, start: np.ndarray, free: np.ndarray) -> np.ndarray:

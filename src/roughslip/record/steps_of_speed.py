@@ -79,7 +79,8 @@ class Rows:
         shown = through_instrument(mean, self.drive.response(lag, False))
         if not self.digital:
             return shown
-        ahead = shown + 0.5 * self.interval * np.gradient(shown, np.cumsum(self.drive.seconds), axis=0)
+        rates = np.diff(shown, axis=0, prepend=shown[:1]).T / self.drive.seconds  # not beyond a step that follows
+        ahead = shown + 0.5 * self.interval * rates.T
         digital = through_instrument(mean, self.drive.response(lag, True))
         is_sample = self.drive.seconds < 1.25 * self.interval  # else a row is a mean, half a sample ahead
         return np.where(is_sample.reshape(-1, *[1] * (mean.ndim - 1)), digital, ahead)

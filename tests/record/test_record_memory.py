@@ -150,7 +150,7 @@ def test_friction_that_is_followed_is_that_of_radau_s_method():
 
 @pytest.mark.slow
 def test_transients_that_are_taken_out_leave_steady_friction_as_the_instrument_shows_it():
-    """To 1e-4, with scatter and noise of 1e-5. A low-pass in time in place of this one of samples would leave 4e-3 after each step."""
+    """To 1e-4, with scatter and noise of 1e-5. A low-pass in time in place of samples leaves 4e-3 after each step."""
     trace = record(4, low_pass=0.03, scatter=1e-5, noise=1e-5)
     steady, keep = 0.6 - 0.005 * np.log(trace.speed / REFERENCE), np.exp(-1.0 / 3.0)
     steady = lfilter([1.0 - keep], [1.0, -keep], steady - steady[0]) + steady[0]
